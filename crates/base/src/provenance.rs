@@ -1,0 +1,119 @@
+//! Where an output comes from; written into every file that a command makes.
+
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// One input of an output: its name without directories, and its SHA-256.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Input {
+    /// File name without directories.
+    pub name: String,
+    /// SHA-256 of the bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl Input {
+    /// The input `name` (directories are dropped) with these bytes.
+    pub fn of(path: &Path, bytes: &[u8]) -> Self {
+        Self { name: file_name(path), sha256: hex(&Sha256::digest(bytes)) }
+    }
+
+    /// The input at `path`, hashed in pieces.
+    pub fn of_file(path: &Path) -> std::io::Result<Self> {
+        let mut file = std::fs::File::open(path)?;
+        let mut hash = Sha256::new();
+        let mut piece = vec![0u8; 1 << 16];
+        loop {
+            let n = std::io::Read::read(&mut file, &mut piece)?;
+            if n == 0 {
+                break;
+            }
+            hash.update(&piece[..n]);
+        }
+        Ok(Self { name: file_name(path), sha256: hex(&hash.finalize()) })
+    }
+}
+
+/// Version, arguments, inputs and reached error of one output.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Provenance {
+    /// Version of Steradian.
+    pub version: String,
+    /// The command's arguments; paths appear without directories.
+    pub arguments: Vec<String>,
+    /// The inputs.
+    pub inputs: Vec<Input>,
+    /// The certificate in words, where there is one.
+    pub error: Option<String>,
+}
+
+impl Provenance {
+    /// This version of Steradian, called with `arguments`.
+    pub fn new(arguments: impl IntoIterator<Item = String>) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            arguments: arguments.into_iter().map(|a| strip_directories(&a)).collect(),
+            inputs: Vec::new(),
+            error: None,
+        }
+    }
+
+    /// Key and value pairs for a file's metadata.
+    pub fn pairs(&self) -> Vec<(String, String)> {
+        let mut out = vec![
+            ("steradian.version".into(), self.version.clone()),
+            ("steradian.arguments".into(), self.arguments.join(" ")),
+        ];
+        for i in &self.inputs {
+            out.push((format!("steradian.input.{}", i.name), format!("sha256:{}", i.sha256)));
+        }
+        if let Some(e) = &self.error {
+            out.push(("steradian.error".into(), e.clone()));
+        }
+        out
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| "?".into(), |n| n.to_string_lossy().into_owned())
+}
+
+/// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; other arguments stay whole.
+fn strip_directories(argument: &str) -> String {
+    let (head, tail) = match argument.split_once(':') {
+        Some((h, t)) if !h.contains(['/', '\\']) => (format!("{h}:"), t),
+        _ => (String::new(), argument),
+    };
+    let looks_like_path = Path::new(tail).extension().is_some() && tail.contains(['/', '\\'])
+        || tail.starts_with(['/', '\\', '.'])
+        || tail.starts_with('~');
+    if looks_like_path {
+        format!("{head}{}", tail.rsplit(['/', '\\']).next().unwrap_or(tail))
+    } else {
+        argument.into()
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directories_do_not_leave_the_machine() {
+        assert_eq!(strip_directories("/home/me/a.hdr"), "a.hdr");
+        assert_eq!(strip_directories("merl:/data/gold.binary"), "merl:gold.binary");
+        assert_eq!(strip_directories("lafortune:lobes=../x/l.csv"), "lafortune:lobes=../x/l.csv".rsplit('/').next().map(|f| format!("lafortune:{f}")).expect("has a name"));
+        assert_eq!(strip_directories("ggx:alpha=0.2,f0=1/0.8/0.3"), "ggx:alpha=0.2,f0=1/0.8/0.3");
+    }
+
+    #[test]
+    fn sha256_of_the_empty_input() {
+        let i = Input::of(Path::new("d/e.bin"), b"");
+        assert_eq!(i.name, "e.bin");
+        assert!(i.sha256.starts_with("e3b0c44298fc1c149afbf4c8996fb924"));
+    }
+}

@@ -1,0 +1,115 @@
+//! The trait that every reflectance model implements.
+
+use glam::{DVec2, DVec3};
+use std::fmt::Debug;
+
+/// Where f_cos may be non-zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Domain {
+    /// wi above the horizon only.
+    Hemisphere,
+    /// The whole sphere (map kernels).
+    Sphere,
+}
+
+/// How reciprocity or energy conservation holds.
+pub type Statement = &'static str;
+
+/// What a model says of itself; `inspect brdf:SPEC` prints it.
+#[derive(Debug, Clone, Copy)]
+pub struct Info {
+    /// Name in a spec string.
+    pub name: &'static str,
+    /// Author, year, title, equation.
+    pub source: &'static str,
+    /// The formula.
+    pub formula: &'static str,
+    /// Units of what the formula gives.
+    pub units: &'static str,
+    /// Parameters: key, meaning, range, default.
+    pub parameters: &'static [(&'static str, &'static str)],
+    /// Is f(wi, wo) = f(wo, wi)?
+    pub reciprocity: Statement,
+    /// Is the albedo at most 1?
+    pub energy: Statement,
+}
+
+/// Where f_cos(·, wo) is concentrated: integrators refine there. All in the local frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lobe {
+    /// A peak around `axis` whose narrowest angular standard deviation is about `width` radians.
+    Axis {
+        /// Unit direction of the peak.
+        axis: DVec3,
+        /// Radians.
+        width: f64,
+    },
+    /// A ridge along the cone `axis·wi = cosine`, about `width` radians wide.
+    Cone {
+        /// Unit axis.
+        axis: DVec3,
+        /// Cosine of the cone's half angle.
+        cosine: f64,
+        /// Radians.
+        width: f64,
+    },
+    /// A ridge along a great circle (the highlight of strongly anisotropic models is an arc).
+    Arc {
+        /// Unit normal of the great circle.
+        normal: DVec3,
+        /// Radians.
+        width: f64,
+    },
+}
+
+/// A direction drawn by [`Brdf::sample`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Local direction to the light.
+    pub wi: DVec3,
+    /// Probability density per steradian.
+    pub pdf: f64,
+}
+
+/// A shared reflectance.
+pub type SharedBrdf = std::sync::Arc<dyn Brdf>;
+
+/// Reflectance in the local frame (t = x, b = y, n = z); `wi` points to the light, `wo` to the viewer, both
+/// away from the surface and of unit length. Values are per RGB channel.
+pub trait Brdf: Debug + Send + Sync {
+    /// What the model is.
+    fn info(&self) -> &'static Info;
+
+    /// The spec string that makes this very reflectance.
+    fn spec(&self) -> String;
+
+    /// f(wi, wo) in sr⁻¹, without the cosine; 0 where n·wi ≤ 0 or n·wo ≤ 0.
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
+
+    /// f · ⟨n·wi⟩₊; models that are defined with the cosine in override it (and may cover the whole sphere).
+    fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if wi.z <= 0.0 {
+            return [0.0; 3];
+        }
+        self.eval(wi, wo).map(|f| f * wi.z)
+    }
+
+    /// Where `f_cos` may be non-zero.
+    fn domain(&self) -> Domain {
+        Domain::Hemisphere
+    }
+
+    /// Is f unchanged when wi and wo turn together about n?
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    /// Where f_cos(·, wo) is concentrated; empty for smooth reflectance.
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe>;
+
+    /// Draws wi for `wo` from two uniform numbers; `None` where the model gives no direction.
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample>;
+
+    /// Density of [`Brdf::sample`] at `wi`, per steradian.
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
+}

@@ -1,0 +1,61 @@
+//! Errors and limits of every reader and writer.
+
+use std::path::{Path, PathBuf};
+
+/// What may be wrong with a file. Displays as one line that names file and fault.
+#[derive(Debug, thiserror::Error)]
+pub enum FormatError {
+    /// The file cannot be opened or read (missing, a directory, no permission): exit 3.
+    #[error("{}: {why}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// One line.
+        why: String,
+    },
+    /// The content is not what it should be (truncated, wrong magic, NaN, beyond a limit): exit 3.
+    #[error("{}: {why}", .path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// One line, with byte offset or line number where known, and what to do where that helps.
+        why: String,
+    },
+    /// The output cannot be written (full disk, no permission): exit 1.
+    #[error("{}: cannot write: {why}", .path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// One line.
+        why: String,
+    },
+}
+
+impl FormatError {
+    /// An [`FormatError::Invalid`].
+    pub fn invalid(path: &Path, why: impl std::fmt::Display) -> Self {
+        Self::Invalid { path: path.into(), why: why.to_string() }
+    }
+
+    /// Exit code of the command: 1 for outputs, 3 for inputs.
+    pub fn exit_code(&self) -> u8 {
+        if matches!(self, Self::Unwritable { .. }) { 1 } else { 3 }
+    }
+}
+
+/// Limits that hold before anything is allocated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Largest width or height of an image, in pixels.
+    pub max_side: u32,
+    /// Bytes that decoding one file may allocate.
+    pub max_memory: u64,
+    /// Largest ratio of decompressed to compressed bytes.
+    pub max_ratio: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_side: 1 << 16, max_memory: 8 << 30, max_ratio: 20_000 }
+    }
+}

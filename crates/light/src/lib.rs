@@ -1,0 +1,8 @@
+//! Light: environments (images on the sphere with optional analytic suns), analytic skies, point,
+//! directional and disk lights.
+
+mod environment;
+mod lights;
+
+pub use environment::Environment;
+pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};

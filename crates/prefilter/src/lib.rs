@@ -1,0 +1,1 @@
+//! Light times reflectance: the filters.

@@ -1,0 +1,1 @@
+//! The judge: adaptive quadrature of the lighting integral, and path tracing.

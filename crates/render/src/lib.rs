@@ -1,0 +1,1 @@
+//! Film, tone mapping, image metrics, contact sheets, scene file, CPU renderer.

@@ -1,0 +1,1 @@
+//! Sample / pdf / invert triples on the sphere.

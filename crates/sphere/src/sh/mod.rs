@@ -1,0 +1,90 @@
+//! Real orthonormal spherical harmonics: basis, transforms, rotation, windowing.
+//!
+//! Signs follow Kautz's course notes (2006): Y(1,−1) = 0.488603 y, Y(1,0) = 0.488603 z, Y(1,1) = 0.488603 x,
+//! no Condon–Shortley phase. `order` is the highest band l; `bands = order + 1`.
+
+use glam::{DMat3, DVec3};
+
+/// Index of (l, m), −l ≤ m ≤ l: l² + l + m.
+#[inline]
+pub const fn index(l: usize, m: isize) -> usize {
+    (l * l + l).strict_add_signed(m)
+}
+
+/// Number of coefficients up to `order`: (order + 1)².
+#[inline]
+pub const fn count(order: usize) -> usize {
+    (order + 1) * (order + 1)
+}
+
+/// Writes Y_lm(d) for all l ≤ order into `out[..count(order)]`; `d` is a unit vector.
+pub fn eval(order: usize, d: DVec3, out: &mut [f64]) {
+    let _ = (order, d, out);
+    todo!()
+}
+
+/// Coefficients of an RGB function up to an order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShRgb {
+    /// Highest band.
+    pub order: usize,
+    /// Red, green, blue; each `count(order)` long.
+    pub c: [Vec<f64>; 3],
+}
+
+impl ShRgb {
+    /// All zero.
+    pub fn zero(order: usize) -> Self {
+        Self { order, c: std::array::from_fn(|_| vec![0.0; count(order)]) }
+    }
+
+    /// Multiplies band l by `k[l]` (0 beyond its end): a convolution with a zonal kernel (Funk–Hecke), where
+    /// k_l = 2π ∫ K(x) P_l(x) dx.
+    pub fn convolve(&mut self, k: &[f64]) {
+        for c in &mut self.c {
+            for l in 0..=self.order {
+                let k = k.get(l).copied().unwrap_or(0.0);
+                c[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|x| *x *= k);
+            }
+        }
+    }
+
+    /// The value at unit direction `d`.
+    pub fn value(&self, d: DVec3) -> [f64; 3] {
+        let mut y = vec![0.0; count(self.order)];
+        eval(self.order, d, &mut y);
+        std::array::from_fn(|k| self.c[k].iter().zip(&y).map(|(a, b)| a * b).sum())
+    }
+}
+
+/// Coefficients up to `order` of an image in any layout, by texel centres and exact solid angles
+/// (lat-long images go through the fast transform).
+pub fn project(image: &crate::SphereImage, order: usize) -> ShRgb {
+    let _ = (image, order);
+    todo!()
+}
+
+/// The function of `sh` at every texel centre of a map.
+pub fn synthesize(sh: &ShRgb, layout: crate::Layout, width: usize, height: usize) -> crate::SphereImage {
+    let _ = (sh, layout, width, height);
+    todo!()
+}
+
+/// Rotates coefficients: the result is the function turned by `rotation` (f'(d) = f(rotation⁻¹ d)).
+pub struct Rotation {
+    order: usize,
+}
+
+impl Rotation {
+    /// A plan for rotations up to `order` (stable to band 1023 and beyond).
+    pub fn new(order: usize, rotation: DMat3) -> Self {
+        let _ = rotation;
+        Self { order }
+    }
+
+    /// Applies the rotation to `count(order)` coefficients.
+    pub fn apply(&self, c: &[f64], out: &mut [f64]) {
+        let _ = (c, out, self.order);
+        todo!()
+    }
+}

@@ -1,0 +1,1 @@
+//! Haar wavelets on cube maps.

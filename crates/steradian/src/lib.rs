@@ -1,0 +1,1 @@
+//! Environment-map lighting of any reflectance: the facade.
