@@ -1,0 +1,5 @@
+//! Built-in shapes.
+
+mod sphere;
+
+pub use sphere::sphere;
