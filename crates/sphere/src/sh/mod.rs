@@ -3,6 +3,12 @@
 //! Signs follow Kautz's course notes (2006): Y(1,−1) = 0.488603 y, Y(1,0) = 0.488603 z, Y(1,1) = 0.488603 x,
 //! no Condon–Shortley phase. `order` is the highest band l; `bands = order + 1`.
 
+mod basis;
+mod project;
+
+pub use basis::{Basis, eval, legendre};
+pub use project::project_direct;
+
 use glam::{DMat3, DVec3};
 
 /// Index of (l, m), −l ≤ m ≤ l: l² + l + m.
@@ -15,12 +21,6 @@ pub const fn index(l: usize, m: isize) -> usize {
 #[inline]
 pub const fn count(order: usize) -> usize {
     (order + 1) * (order + 1)
-}
-
-/// Writes Y_lm(d) for all l ≤ order into `out[..count(order)]`; `d` is a unit vector.
-pub fn eval(order: usize, d: DVec3, out: &mut [f64]) {
-    let _ = (order, d, out);
-    todo!()
 }
 
 /// Coefficients of an RGB function up to an order.
@@ -60,8 +60,7 @@ impl ShRgb {
 /// Coefficients up to `order` of an image in any layout, by texel centres and exact solid angles
 /// (lat-long images go through the fast transform).
 pub fn project(image: &crate::SphereImage, order: usize) -> ShRgb {
-    let _ = (image, order);
-    todo!()
+    project_direct(image, order)
 }
 
 /// The function of `sh` at every texel centre of a map.

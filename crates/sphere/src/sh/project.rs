@@ -1,0 +1,56 @@
+//! Projection of images by direct texel sums.
+
+use super::{Basis, ShRgb, count};
+use crate::layout::Position;
+use crate::{Layout, SphereImage};
+use rayon::prelude::*;
+
+/// Rows of texels per block: blocks are summed in index order, so the result does not depend on threads.
+const ROWS: usize = 16;
+
+/// Coefficients up to `order` by Σ texel·Ω·Y(centre) over all texels, in any layout: the reference for
+/// [`super::project`]. O(texels · order²).
+pub fn project_direct(image: &SphereImage, order: usize) -> ShRgb {
+    let basis = Basis::new(order);
+    let rows = image.layout.faces() * image.height;
+    let blocks: Vec<ShRgb> = (0..rows.div_ceil(ROWS))
+        .into_par_iter()
+        .map(|b| {
+            let mut sum = ShRgb::zero(order);
+            let mut y = vec![0.0; count(order)];
+            for row in b * ROWS..rows.min((b + 1) * ROWS) {
+                add_row(image, &basis, row / image.height, row % image.height, &mut y, &mut sum);
+            }
+            sum
+        })
+        .collect();
+    let mut total = ShRgb::zero(order);
+    for block in &blocks {
+        for (t, b) in total.c.iter_mut().zip(&block.c) {
+            t.iter_mut().zip(b).for_each(|(t, b)| *t += b);
+        }
+    }
+    total
+}
+
+fn add_row(image: &SphereImage, basis: &Basis, face: usize, j: usize, y: &mut [f64], sum: &mut ShRgb) {
+    let (width, height) = (image.width, image.height);
+    let lat_long = image.layout == Layout::LatLong;
+    let mut omega = if lat_long { image.layout.solid_angle(width, height, face, 0, j) } else { 0.0 };
+    for i in 0..width {
+        let at = Position { face, x: i as f64 + 0.5, y: j as f64 + 0.5 };
+        if !lat_long {
+            omega = image.layout.solid_angle(width, height, face, i, j);
+        }
+        let rgb = image.texel(face, i, j);
+        if omega == 0.0 || rgb == [0.0; 3] {
+            continue;
+        }
+        let Some(d) = image.layout.direction(width, height, at) else { continue };
+        basis.eval(sum.order, d, y);
+        for (c, v) in sum.c.iter_mut().zip(rgb) {
+            let v = f64::from(v) * omega;
+            c.iter_mut().zip(&*y).for_each(|(c, y)| *c += v * y);
+        }
+    }
+}
