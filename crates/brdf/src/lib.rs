@@ -1,5 +1,19 @@
 //! Reflectance: models, measurements and fits behind one trait.
+//!
+//! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`; [`models`] lists
+//! what there is. All directions are in the local frame (t = x, b = y, n = z) and point away from the surface.
 
 mod brdf;
+mod draw;
+mod error;
+mod hint;
+mod math;
+pub mod model;
+mod registry;
+mod scaled;
+mod spec;
 
 pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
+pub use error::SpecError;
+pub use registry::{models, parse};
+pub use scaled::Scaled;

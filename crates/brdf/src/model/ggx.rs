@@ -1,0 +1,114 @@
+//! GGX microfacets.
+//!
+//! Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces, eqs 20, 33;
+//! Heitz 2014, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, eqs 85–87 (anisotropic D)
+//! and 99 (height-correlated G₂).
+//!
+//! With σ(w) = √(ax² w_x² + ay² w_y² + w_z²): Λ(w) = (σ(w)/w_z − 1)/2, G₂ = 1/(1 + Λ(wi) + Λ(wo)), thus
+//! G₂/(4 n·wi n·wo) = ½/(σ(wi) n·wo + σ(wo) n·wi), which has no cancellation at grazing angles.
+//!
+//! **f = D F/(2 (σ(wi) n·wo + σ(wo) n·wi))**
+
+use crate::draw::{self, Draw, ggx_d, stretched_length};
+use crate::math::{above, half, schlick, times};
+use crate::registry::Entry;
+use crate::spec::{Args, Interval, triple};
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "ggx",
+    source: "Walter et al. 2007, eqs 20, 33; Heitz 2014, eq. 99; Schlick 1994",
+    formula: "f = D G₂ F/(4 n·wi n·wo); D = 1/(π ax ay (h_x²/ax² + h_y²/ay² + h_z²)²), G₂ = 1/(1 + Λ(wi) + Λ(wo)), \
+              Λ = (√(1 + (ax² x² + ay² y²)/z²) − 1)/2, F = f0 + (1 − f0)(1 − wi·h)⁵",
+    units: "sr⁻¹",
+    parameters: &[
+        ("alpha", "width of D, perceptual roughness squared, 1e-4 … 10"),
+        ("ax", "width along the tangent, instead of alpha"),
+        ("ay", "width along the bitangent, instead of alpha"),
+        ("f0", "reflectance at normal incidence, scalar or r/g/b in 0 … 1, default 1"),
+    ],
+    reciprocity: "reciprocal",
+    energy: "albedo ≤ 1 (single scattering: the rest is lost)",
+};
+
+const WIDTH: Interval = Interval::closed(1e-4, 10.0);
+
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+
+fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
+    let f0 = a.rgb("f0", Interval::UNIT, 1.0)?;
+    if !a.has("ax") && !a.has("ay") {
+        let alpha = a.required("alpha", WIDTH)?;
+        return Ok(Arc::new(Ggx { ax: alpha, ay: alpha, f0 }));
+    }
+    if a.has("alpha") {
+        return Err(a.syntax("give either alpha= or both ax= and ay=, not all".into()));
+    }
+    Ok(Arc::new(Ggx { ax: a.required("ax", WIDTH)?, ay: a.required("ay", WIDTH)?, f0 }))
+}
+
+/// GGX with Schlick's Fresnel term.
+#[derive(Debug, Clone, Copy)]
+pub struct Ggx {
+    /// Width along the tangent.
+    pub ax: f64,
+    /// Width along the bitangent.
+    pub ay: f64,
+    /// Reflectance at normal incidence.
+    pub f0: [f64; 3],
+}
+
+impl Ggx {
+    /// D · G₂/(4 n·wi n·wo), and wi·h.
+    fn shape(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        let h = half(wi, wo);
+        let s = stretched_length(wi, self.ax, self.ay) * wo.z + stretched_length(wo, self.ax, self.ay) * wi.z;
+        (0.5 * ggx_d(h, self.ax, self.ay) / s, wi.dot(h))
+    }
+
+    fn draw(&self) -> [(f64, Draw); 1] {
+        [(1.0, Draw::Visible { ax: self.ax, ay: self.ay })]
+    }
+}
+
+impl Brdf for Ggx {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        let f0 = triple(self.f0);
+        if self.is_isotropic() {
+            format!("ggx:alpha={},f0={f0}", self.ax)
+        } else {
+            format!("ggx:ax={},ay={},f0={f0}", self.ax, self.ay)
+        }
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !above(wi, wo) {
+            return [0.0; 3];
+        }
+        let (shape, u) = self.shape(wi, wo);
+        times(schlick(self.f0, u), shape)
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.ax == self.ay
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        hint::half_vector(self, wo, 0.5 * self.ax, 0.5 * self.ay)
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.draw(), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.draw(), wi, wo)
+    }
+}

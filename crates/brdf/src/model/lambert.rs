@@ -1,0 +1,62 @@
+//! Ideal diffuse reflection.
+//!
+//! Lambert 1760, Photometria: the radiance does not depend on the view. **f = albedo/π**.
+
+use crate::draw::{self, Draw};
+use crate::math::{INV_PI, above, times};
+use crate::registry::Entry;
+use crate::spec::{Interval, triple};
+use crate::{Brdf, Info, Lobe, Sample};
+use glam::{DVec2, DVec3};
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "lambert",
+    source: "Lambert 1760, Photometria",
+    formula: "f = albedo/π",
+    units: "sr⁻¹",
+    parameters: &[("albedo", "directional-hemispherical reflectance, scalar or r/g/b in 0 … 1, default 1")],
+    reciprocity: "reciprocal",
+    energy: "albedo ≤ 1 for every view",
+};
+
+pub(crate) const ENTRY: Entry = Entry {
+    info: &INFO,
+    takes_name: false,
+    make: |a| Ok(std::sync::Arc::new(Lambert { albedo: a.rgb("albedo", Interval::UNIT, 1.0)? })),
+};
+
+/// f = albedo/π.
+#[derive(Debug, Clone, Copy)]
+pub struct Lambert {
+    /// Per channel, 0 … 1.
+    pub albedo: [f64; 3],
+}
+
+const DRAW: &[(f64, Draw)] = &[(1.0, Draw::Cosine)];
+
+impl Brdf for Lambert {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        format!("lambert:albedo={}", triple(self.albedo))
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if above(wi, wo) { times(self.albedo, INV_PI) } else { [0.0; 3] }
+    }
+
+    fn lobes(&self, _wo: DVec3) -> Vec<Lobe> {
+        Vec::new()
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(DRAW, wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(DRAW, wi, wo)
+    }
+}

@@ -1,0 +1,37 @@
+//! Which models there are, and how a spec string becomes one.
+
+use crate::error::nearest;
+use crate::scaled::Scaled;
+use crate::spec::{Args, Interval, SCALE};
+use crate::{Info, SharedBrdf, SpecError, model};
+use std::sync::Arc;
+
+/// One model: its page, whether `name:WORD` is allowed, and how it is made.
+pub(crate) struct Entry {
+    pub info: &'static Info,
+    pub takes_name: bool,
+    pub make: fn(&Args) -> Result<SharedBrdf, SpecError>,
+}
+
+/// Every model, by its own page.
+pub fn models() -> &'static [&'static Info] {
+    static INFOS: std::sync::LazyLock<Vec<&'static Info>> =
+        std::sync::LazyLock::new(|| model::ENTRIES.iter().map(|e| e.info).collect());
+    &INFOS
+}
+
+/// The reflectance that `spec` names: `name:key=value,…`, values scalars or `r/g/b` triples; the key `scale`
+/// multiplies any model.
+pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
+    let spec = spec.trim();
+    let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
+    let name = name.trim().to_ascii_lowercase().replace('_', "-");
+    let Some(entry) = model::ENTRIES.iter().find(|e| e.info.name == name) else {
+        let available: Vec<_> = models().iter().map(|i| i.name).collect();
+        return Err(SpecError::UnknownModel { nearest: nearest(&name, &available), name, available });
+    };
+    let args = Args::new(entry.info, entry.takes_name, body)?;
+    let scale = args.rgb(SCALE, Interval::NON_NEGATIVE, 1.0)?;
+    let brdf = (entry.make)(&args)?;
+    Ok(if scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale }) })
+}

@@ -1,0 +1,60 @@
+//! A reflectance times a constant (`scale=` of any spec string).
+
+use crate::spec::{SCALE, triple};
+use crate::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
+use glam::{DVec2, DVec3};
+
+/// `scale · f`, per channel.
+#[derive(Debug)]
+pub struct Scaled {
+    /// What is scaled.
+    pub brdf: SharedBrdf,
+    /// Per channel.
+    pub scale: [f64; 3],
+}
+
+impl Scaled {
+    fn times(&self, f: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| f[c] * self.scale[c])
+    }
+}
+
+impl Brdf for Scaled {
+    fn info(&self) -> &'static Info {
+        self.brdf.info()
+    }
+
+    fn spec(&self) -> String {
+        let spec = self.brdf.spec();
+        let joint = if spec.contains(':') { ',' } else { ':' };
+        format!("{spec}{joint}{SCALE}={}", triple(self.scale))
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.times(self.brdf.eval(wi, wo))
+    }
+
+    fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.times(self.brdf.f_cos(wi, wo))
+    }
+
+    fn domain(&self) -> Domain {
+        self.brdf.domain()
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.brdf.is_isotropic()
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        self.brdf.lobes(wo)
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        self.brdf.sample(wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.brdf.pdf(wi, wo)
+    }
+}
