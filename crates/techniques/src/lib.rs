@@ -1,1 +1,19 @@
-//! One room per published technique.
+//! One room per published technique, behind one door.
+//!
+//! A [`Technique`] bakes light, reflectance and geometry each on its own, links them, and shades batches of
+//! points. [`registry`] lists all rooms without their types ([`AnyTechnique`], [`AnyBake`]); commands and
+//! windows know no technique by name.
+
+mod door;
+pub mod gpu;
+mod registry;
+pub mod rooms;
+pub mod tensors;
+
+pub use door::{
+    AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
+    Needs, Part, Parts, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, View,
+};
+pub use gpu::GpuRoom;
+pub use registry::{find, registry};
+pub use tensors::TensorFile;

@@ -1,0 +1,67 @@
+//! Why a bake is refused or fails.
+
+use steradian_base::{Cancelled, ParamError};
+
+/// Why a bake is refused or fails; one line that says what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BakeError {
+    /// A parameter is unknown or out of range.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+    /// The room does not take this reflectance.
+    #[error("{slug}: {why}")]
+    Material {
+        /// The room.
+        slug: &'static str,
+        /// Why not, and what to use instead.
+        why: String,
+    },
+    /// The room cannot take this light.
+    #[error("{slug}: {why}")]
+    Light {
+        /// The room.
+        slug: &'static str,
+        /// Why not, and what to use instead.
+        why: String,
+    },
+    /// The room bakes per site and was given no geometry, or geometry that it cannot use.
+    #[error("{slug}: {why}")]
+    Geometry {
+        /// The room.
+        slug: &'static str,
+        /// Why not.
+        why: String,
+    },
+    /// The bake would need more memory than the task allows.
+    #[error("{slug}: needs {need} bytes, allowed are {allowed} (--max-memory)")]
+    Memory {
+        /// The room.
+        slug: &'static str,
+        /// Bytes needed.
+        need: u64,
+        /// Bytes allowed.
+        allowed: u64,
+    },
+    /// A saved bake that is not what this room saves.
+    #[error("not a bake of {slug}: {why}")]
+    Load {
+        /// The room.
+        slug: &'static str,
+        /// What is wrong.
+        why: String,
+    },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl BakeError {
+    /// Exit code of the command: 2 where the request cannot be met as written, 3 for a bad file, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Param(_) | Self::Material { .. } | Self::Light { .. } | Self::Geometry { .. } => 2,
+            Self::Load { .. } => 3,
+            Self::Memory { .. } | Self::Cancelled(_) => 1,
+        }
+    }
+}

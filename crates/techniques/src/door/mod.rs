@@ -1,0 +1,17 @@
+//! The door that every room has.
+
+mod card;
+mod erased;
+mod error;
+mod inputs;
+mod part;
+mod points;
+mod technique;
+
+pub use card::{Capabilities, Card, Check, Claim, Needs};
+pub use erased::{AnyBake, AnyTechnique, Erased};
+pub use error::BakeError;
+pub use inputs::{Geometry, Material, Sites, View};
+pub use part::Part;
+pub use points::{Points, PointsBuf, Radiance, SitesAt};
+pub use technique::{Bake, Parts, Technique};

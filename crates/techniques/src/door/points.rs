@@ -1,0 +1,149 @@
+//! Batches of surface points, structure of arrays.
+
+use glam::Vec3;
+
+/// A batch of surface points in world space; unit vectors away from the surface. All slices have one length,
+/// except those of `p`, `uv` and `site`, which may be empty.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Points<'a> {
+    /// Normals.
+    pub n: [&'a [f32]; 3],
+    /// Tangents; rooms without anisotropy ignore them.
+    pub t: [&'a [f32]; 3],
+    /// Directions to the viewer.
+    pub wo: [&'a [f32]; 3],
+    /// Positions, metres.
+    pub p: [&'a [f32]; 3],
+    /// Texture coordinates.
+    pub uv: [&'a [f32]; 2],
+    /// Where transfer data were baked.
+    pub site: SitesAt<'a>,
+}
+
+/// Where the points lie among the sites of a bake: three site indices and two barycentric weights a point
+/// (the third is 1 − u − v). A vertex is its own index three times.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SitesAt<'a> {
+    /// Site indices of the three corners.
+    pub index: [&'a [u32]; 3],
+    /// Weights of the second and third corner.
+    pub weight: [&'a [f32]; 2],
+}
+
+impl Points<'_> {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.n[0].len()
+    }
+
+    /// No points at all?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Have all slices that must have one length that length?
+    pub fn is_consistent(&self) -> bool {
+        let len = self.len();
+        let full = |s: &[f32]| s.len() == len;
+        let optional = |s: &[f32]| s.is_empty() || s.len() == len;
+        self.n.iter().chain(&self.wo).all(|s| full(s))
+            && self.t.iter().chain(&self.p).chain(&self.uv).chain(&self.site.weight).all(|s| optional(s))
+            && self.site.index.iter().all(|s| s.is_empty() || s.len() == len)
+    }
+}
+
+/// Points that own their arrays.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointsBuf {
+    /// Normals.
+    pub n: [Vec<f32>; 3],
+    /// Tangents.
+    pub t: [Vec<f32>; 3],
+    /// Directions to the viewer.
+    pub wo: [Vec<f32>; 3],
+    /// Positions.
+    pub p: [Vec<f32>; 3],
+}
+
+impl PointsBuf {
+    /// Room for `n` points.
+    pub fn with_capacity(n: usize) -> Self {
+        let v = || std::array::from_fn(|_| Vec::with_capacity(n));
+        Self { n: v(), t: v(), wo: v(), p: v() }
+    }
+
+    /// Appends a point.
+    pub fn push(&mut self, n: Vec3, t: Vec3, wo: Vec3, p: Vec3) {
+        for (to, v) in [(&mut self.n, n), (&mut self.t, t), (&mut self.wo, wo), (&mut self.p, p)] {
+            for (k, x) in v.to_array().into_iter().enumerate() {
+                to[k].push(x);
+            }
+        }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.n[0].len()
+    }
+
+    /// No points at all?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Forgets the points and keeps the memory.
+    pub fn clear(&mut self) {
+        for v in [&mut self.n, &mut self.t, &mut self.wo, &mut self.p] {
+            v.iter_mut().for_each(Vec::clear);
+        }
+    }
+
+    /// The batch of all points.
+    pub fn as_points(&self) -> Points<'_> {
+        self.slice(0..self.len())
+    }
+
+    /// The batch of the points in `range` (cut to what there is).
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Points<'_> {
+        let end = range.end.min(self.len());
+        let start = range.start.min(end);
+        let view = |v: &'_ [Vec<f32>; 3]| -> [std::ops::Range<usize>; 3] {
+            std::array::from_fn(|k| if v[k].is_empty() { 0..0 } else { start..end })
+        };
+        fn cut<'a>(v: &'a [Vec<f32>; 3], r: [std::ops::Range<usize>; 3]) -> [&'a [f32]; 3] {
+            let [a, b, c] = r;
+            [&v[0][a], &v[1][b], &v[2][c]]
+        }
+        Points {
+            n: cut(&self.n, view(&self.n)),
+            t: cut(&self.t, view(&self.t)),
+            wo: cut(&self.wo, view(&self.wo)),
+            p: cut(&self.p, view(&self.p)),
+            ..Points::default()
+        }
+    }
+}
+
+/// Outgoing radiance of a batch, W sr⁻¹ m⁻²: written, not added to.
+#[derive(Debug)]
+pub struct Radiance<'a> {
+    /// Red, green, blue; each as long as the batch.
+    pub rgb: [&'a mut [f32]; 3],
+}
+
+impl<'a> Radiance<'a> {
+    /// Radiance that goes to these planes.
+    pub fn of(rgb: &'a mut [Vec<f32>; 3]) -> Self {
+        Self { rgb: rgb.each_mut().map(Vec::as_mut_slice) }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.rgb[0].len()
+    }
+
+    /// No points at all?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

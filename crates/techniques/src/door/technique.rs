@@ -1,0 +1,82 @@
+//! The door of a room.
+
+use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, View};
+use steradian_base::{Certificate, Params, Task};
+use steradian_light::Lights;
+
+/// A published technique. Each factor of the integral bakes on its own, then [`Technique::link`] joins them:
+/// a changed factor rebakes alone.
+pub trait Technique: Send + Sync + 'static {
+    /// What the room says of itself.
+    const CARD: Card;
+    /// Does [`Technique::transfer`] read the material? Then a changed material rebakes the transfer too.
+    const TRANSFER_READS_MATERIAL: bool = false;
+    /// Parameters; commands and windows make their controls from them.
+    type Params: Params;
+    /// The light's factor.
+    type Light: Part;
+    /// The reflectance's factor.
+    type Material: Part;
+    /// The geometry's factor.
+    type Transfer: Part;
+    /// What the factors give together.
+    type Linked: Part;
+    /// State of one frame: rotated light, a summed reflection map.
+    type Frame: Default + Send + Sync;
+
+    /// Bakes the light.
+    fn light(l: &Lights, p: &Self::Params, task: &Task) -> Result<Self::Light, BakeError>;
+    /// Bakes the reflectance, which [`Card::materials`] takes.
+    fn material(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Material, BakeError>;
+    /// Bakes the geometry; called with `None` only where [`crate::Needs::sites`] is false.
+    fn transfer(
+        g: Option<&Geometry>,
+        m: &Self::Material,
+        p: &Self::Params,
+        task: &Task,
+    ) -> Result<Self::Transfer, BakeError>;
+    /// Joins the factors and says what error is left.
+    fn link(
+        parts: Parts<'_, Self>,
+        p: &Self::Params,
+        task: &Task,
+    ) -> Result<(Self::Linked, Certificate), BakeError>;
+    /// Prepares a frame. Rooms that look light up by direction keep the rotation.
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Self::Frame) {
+        let _ = (b, v, f);
+    }
+    /// Bytes that shading reads.
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.transfer.bytes() + b.linked.bytes()
+    }
+    /// Outgoing radiance of a batch; n·wo ≤ 0 gives 0.
+    fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
+    /// The same as plain data for a GPU.
+    fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuRoom;
+}
+
+/// The factors that [`Technique::link`] joins.
+pub struct Parts<'a, T: Technique + ?Sized> {
+    /// The light's factor.
+    pub light: &'a T::Light,
+    /// The reflectance's factor.
+    pub material: &'a T::Material,
+    /// The geometry's factor.
+    pub transfer: &'a T::Transfer,
+}
+
+/// A finished bake.
+pub struct Bake<T: Technique + ?Sized> {
+    /// The parameters it was made with.
+    pub params: T::Params,
+    /// The light's factor.
+    pub light: T::Light,
+    /// The reflectance's factor.
+    pub material: T::Material,
+    /// The geometry's factor.
+    pub transfer: T::Transfer,
+    /// What the factors give together.
+    pub linked: T::Linked,
+    /// The error reached.
+    pub certificate: Certificate,
+}

@@ -1,0 +1,152 @@
+//! A room as plain data for a GPU: WGSL text, tables, uniforms, buffers. No types of any graphics library.
+//!
+//! A room's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
+//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`. [`module`] makes the complete module.
+
+mod wgsl;
+
+pub use wgsl::{Binding, bindings, module};
+
+/// A room as plain data for a GPU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GpuRoom {
+    /// The room.
+    pub slug: &'static str,
+    /// The room's `shade.wgsl`.
+    pub wgsl: &'static str,
+    /// Tables in binding order.
+    pub tables: Vec<Table>,
+    /// Members of `struct Room`, in order.
+    pub uniforms: Vec<Uniform>,
+    /// Data per site, in binding order.
+    pub buffers: Vec<Buffer>,
+}
+
+/// A table that shading looks up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// The room's WGSL calls `fetch_NAME`.
+    pub name: &'static str,
+    /// Shape, and with it the arguments of `fetch_NAME`.
+    pub shape: Shape,
+    /// Texel format.
+    pub format: Format,
+    /// Levels from the finest.
+    pub levels: Vec<Level>,
+}
+
+/// How a table is looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Six layers in the Khronos orientation whose outer texels lie *on* the edges of the cube
+    /// (`tables::EdgeCube`): `fetch_NAME(d: vec3<f32>) -> vec3<f32>`, bilinear.
+    EdgeCube,
+    /// A chain of such cubes: `fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32>`, trilinear.
+    EdgeCubeChain,
+    /// A plane whose outer texels lie on the ends of [0, 1]²: `fetch_NAME(uv: vec2<f32>) -> vec4<f32>`,
+    /// bilinear.
+    Plane,
+}
+
+/// Texel formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Two f32.
+    Rg32Float,
+    /// Four f32.
+    Rgba32Float,
+}
+
+impl Format {
+    /// Bytes of a texel.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Rg32Float => 8,
+            Self::Rgba32Float => 16,
+        }
+    }
+}
+
+/// One level of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Texels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Little-endian texels, rows from the top, layers one after the other.
+    pub bytes: Vec<u8>,
+}
+
+/// A named uniform.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uniform {
+    /// `room.NAME` in WGSL.
+    pub name: &'static str,
+    /// Type and value.
+    pub value: Value,
+}
+
+/// Type and value of a uniform.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// `f32`
+    F32(f32),
+    /// `vec4<f32>`
+    Vec4([f32; 4]),
+    /// `mat3x3<f32>`, columns
+    Mat3([[f32; 3]; 3]),
+    /// `mat4x4<f32>`, columns
+    Mat4([[f32; 4]; 4]),
+}
+
+impl Value {
+    /// The WGSL type.
+    pub fn wgsl(&self) -> &'static str {
+        match self {
+            Self::F32(_) => "f32",
+            Self::Vec4(_) => "vec4<f32>",
+            Self::Mat3(_) => "mat3x3<f32>",
+            Self::Mat4(_) => "mat4x4<f32>",
+        }
+    }
+
+    fn align(&self) -> usize {
+        if matches!(self, Self::F32(_)) { 4 } else { 16 }
+    }
+
+    fn put(&self, to: &mut Vec<u8>) {
+        let mut floats = |v: &[f32]| v.iter().for_each(|x| to.extend(x.to_le_bytes()));
+        match self {
+            Self::F32(x) => floats(&[*x]),
+            Self::Vec4(v) => floats(v),
+            // A column of mat3x3 takes the room of a vec4 (WGSL, alignment and size).
+            Self::Mat3(m) => m.iter().for_each(|c| floats(&[c[0], c[1], c[2], 0.0])),
+            Self::Mat4(m) => m.iter().for_each(|c| floats(c)),
+        }
+    }
+}
+
+/// Data per site of a bake.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Buffer {
+    /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL.
+    pub name: &'static str,
+    /// Numbers per site.
+    pub stride: usize,
+    /// Site after site.
+    pub data: Vec<f32>,
+}
+
+impl GpuRoom {
+    /// The uniform buffer: `struct Room` in WGSL's layout for the uniform address space.
+    pub fn uniform_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for u in &self.uniforms {
+            bytes.resize(bytes.len().next_multiple_of(u.value.align()), 0);
+            u.value.put(&mut bytes);
+        }
+        bytes.resize(bytes.len().next_multiple_of(16), 0);
+        bytes
+    }
+}

@@ -1,0 +1,205 @@
+//! Generates what surrounds a room's WGSL.
+
+use super::{GpuRoom, Shape};
+use std::fmt::Write;
+
+/// What a binding holds; bindings are numbered 0, 1, … within their group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Binding {
+    /// `@group(0)`: the uniform buffer of [`GpuRoom::uniform_bytes`].
+    Uniforms,
+    /// `@group(0)`: table i of [`GpuRoom::tables`], a 2D-array texture (6 layers; 1 for a plane).
+    Table(usize),
+    /// `@group(0)`: buffer i of [`GpuRoom::buffers`], read-only storage of f32.
+    Buffer(usize),
+    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, read-only storage.
+    Points,
+    /// `@group(1)`: planes r g b of f32, storage.
+    Radiance,
+}
+
+/// Bindings of group 0 and of group 1, in order.
+pub fn bindings(room: &GpuRoom) -> [Vec<Binding>; 2] {
+    let mut zero = Vec::new();
+    if !room.uniforms.is_empty() {
+        zero.push(Binding::Uniforms);
+    }
+    zero.extend((0..room.tables.len()).map(Binding::Table));
+    zero.extend((0..room.buffers.len()).map(Binding::Buffer));
+    [zero, vec![Binding::Points, Binding::Radiance]]
+}
+
+/// The complete module: bindings, `fetch_NAME` functions, the room's text, and a compute entry point `main`
+/// (workgroups of 64) that shades a planar buffer of points.
+pub fn module(room: &GpuRoom) -> String {
+    let mut out = String::new();
+    let [zero, _] = bindings(room);
+    for (i, b) in zero.iter().enumerate() {
+        bind(&mut out, room, i, *b);
+    }
+    if room.tables.iter().any(|t| t.shape != Shape::Plane) {
+        out.push_str(EDGE_CUBE);
+    }
+    for t in &room.tables {
+        out.push_str(&fetch(t.shape).replace("NAME", t.name));
+    }
+    for b in &room.buffers {
+        let text =
+            "fn fetch_NAME(site: u32, k: u32) -> f32 {\n    return buffer_NAME[site * STRIDEu + k];\n}\n";
+        out.push_str(&text.replace("NAME", b.name).replace("STRIDE", &b.stride.to_string()));
+    }
+    out.push_str(room.wgsl);
+    out.push_str(MAIN);
+    out
+}
+
+/// Writes to a `String` cannot fail, hence the ignored results.
+fn bind(out: &mut String, room: &GpuRoom, i: usize, b: Binding) {
+    match b {
+        Binding::Uniforms => {
+            out.push_str("struct Room {\n");
+            for u in &room.uniforms {
+                let _ = writeln!(out, "    {}: {},", u.name, u.value.wgsl());
+            }
+            let _ = writeln!(out, "}}\n@group(0) @binding({i}) var<uniform> room: Room;");
+        }
+        Binding::Table(k) => {
+            let name = room.tables[k].name;
+            let _ = writeln!(out, "@group(0) @binding({i}) var table_{name}: texture_2d_array<f32>;");
+        }
+        Binding::Buffer(k) => {
+            let name = room.buffers[k].name;
+            let _ = writeln!(out, "@group(0) @binding({i}) var<storage, read> buffer_{name}: array<f32>;");
+        }
+        Binding::Points | Binding::Radiance => {}
+    }
+}
+
+fn fetch(shape: Shape) -> &'static str {
+    match shape {
+        Shape::EdgeCube => FETCH_CUBE,
+        Shape::EdgeCubeChain => FETCH_CHAIN,
+        Shape::Plane => FETCH_PLANE,
+    }
+}
+
+/// Face and position on it, Khronos orientation; the CPU's `tables::edge_cube::face_position`.
+const EDGE_CUBE: &str = "
+struct FacePosition {
+    face: u32,
+    s: f32,
+    t: f32,
+}
+
+fn face_position(d: vec3<f32>) -> FacePosition {
+    let a = abs(d);
+    var face: u32;
+    var s: f32;
+    var t: f32;
+    var m: f32;
+    if a.x >= a.y && a.x >= a.z {
+        m = a.x;
+        face = select(0u, 1u, d.x < 0.0);
+        s = select(-d.z, d.z, d.x < 0.0);
+        t = -d.y;
+    } else if a.y >= a.z {
+        m = a.y;
+        face = select(2u, 3u, d.y < 0.0);
+        s = d.x;
+        t = select(d.z, -d.z, d.y < 0.0);
+    } else {
+        m = a.z;
+        face = select(4u, 5u, d.z < 0.0);
+        s = select(d.x, -d.x, d.z < 0.0);
+        t = -d.y;
+    }
+    return FacePosition(face, 0.5 * (s / m) + 0.5, 0.5 * (t / m) + 0.5);
+}
+";
+
+const FETCH_CUBE: &str = "
+fn fetch_level_NAME(d: vec3<f32>, level: u32) -> vec3<f32> {
+    let at = face_position(d);
+    let last = f32(textureDimensions(table_NAME, level).x - 1u);
+    let x = clamp(at.s, 0.0, 1.0) * last;
+    let y = clamp(at.t, 0.0, 1.0) * last;
+    let i = min(floor(x), last - 1.0);
+    let j = min(floor(y), last - 1.0);
+    let c = vec2<u32>(u32(i), u32(j));
+    let t00 = textureLoad(table_NAME, c, at.face, level).rgb;
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), at.face, level).rgb;
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), at.face, level).rgb;
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), at.face, level).rgb;
+    return mix(mix(t00, t10, x - i), mix(t01, t11, x - i), y - j);
+}
+
+fn fetch_NAME(d: vec3<f32>) -> vec3<f32> {
+    return fetch_level_NAME(d, 0u);
+}
+";
+
+const FETCH_CHAIN: &str = "
+fn fetch_level_NAME(d: vec3<f32>, level: u32) -> vec3<f32> {
+    let at = face_position(d);
+    let last = f32(textureDimensions(table_NAME, level).x - 1u);
+    let x = clamp(at.s, 0.0, 1.0) * last;
+    let y = clamp(at.t, 0.0, 1.0) * last;
+    let i = min(floor(x), last - 1.0);
+    let j = min(floor(y), last - 1.0);
+    let c = vec2<u32>(u32(i), u32(j));
+    let t00 = textureLoad(table_NAME, c, at.face, level).rgb;
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), at.face, level).rgb;
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), at.face, level).rgb;
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), at.face, level).rgb;
+    return mix(mix(t00, t10, x - i), mix(t01, t11, x - i), y - j);
+}
+
+fn fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32> {
+    let last = f32(textureNumLevels(table_NAME) - 1u);
+    let l = clamp(level, 0.0, last);
+    let a = floor(l);
+    let b = min(a + 1.0, last);
+    return mix(fetch_level_NAME(d, u32(a)), fetch_level_NAME(d, u32(b)), l - a);
+}
+";
+
+const FETCH_PLANE: &str = "
+fn fetch_NAME(uv: vec2<f32>) -> vec4<f32> {
+    let last = vec2<f32>(textureDimensions(table_NAME, 0u) - vec2<u32>(1u, 1u));
+    let p = clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * last;
+    let q = min(floor(p), last - vec2<f32>(1.0));
+    let c = vec2<u32>(q);
+    let t00 = textureLoad(table_NAME, c, 0u, 0u);
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), 0u, 0u);
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), 0u, 0u);
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), 0u, 0u);
+    let w = p - q;
+    return mix(mix(t00, t10, w.x), mix(t01, t11, w.x), w.y);
+}
+";
+
+const MAIN: &str = "
+@group(1) @binding(0) var<storage, read> points: array<f32>;
+@group(1) @binding(1) var<storage, read_write> radiance: array<f32>;
+
+fn point_plane(k: u32, i: u32, count: u32) -> vec3<f32> {
+    return vec3<f32>(points[k * count + i], points[(k + 1u) * count + i], points[(k + 2u) * count + i]);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = arrayLength(&radiance) / 3u;
+    let i = id.x;
+    if i >= count {
+        return;
+    }
+    let n = point_plane(0u, i, count);
+    let t = point_plane(3u, i, count);
+    let wo = point_plane(6u, i, count);
+    let p = point_plane(9u, i, count);
+    let l = shade(n, t, wo, p);
+    radiance[i] = l.x;
+    radiance[count + i] = l.y;
+    radiance[2u * count + i] = l.z;
+}
+";

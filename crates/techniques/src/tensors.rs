@@ -1,0 +1,133 @@
+//! Bakes as tensors: a head (room, parameters, certificate) in the metadata, parts as named tensors.
+
+use std::collections::BTreeMap;
+use steradian_base::{Certificate, Known, ParamInfo, ParamValues};
+
+/// Named tensors and metadata.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TensorFile {
+    /// Tensors by name.
+    pub tensors: BTreeMap<String, Tensor>,
+    /// Metadata.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// A tensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tensor {
+    /// Shape, slowest index first.
+    pub shape: Vec<usize>,
+    /// Values.
+    pub data: TensorData,
+}
+
+/// Values of a tensor.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TensorData {
+    /// 32-bit floats.
+    F32(Vec<f32>),
+    /// 64-bit floats.
+    F64(Vec<f64>),
+}
+
+/// What is wrong with a saved bake.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PartError {
+    /// A tensor or a metadata entry is missing.
+    #[error("'{0}' is missing")]
+    Missing(String),
+    /// A tensor has another type or shape, or an entry another meaning.
+    #[error("'{0}' is not what it should be")]
+    Unexpected(String),
+}
+
+const SLUG: &str = "steradian.technique";
+const CERTIFICATE: &str = "steradian.certificate.";
+const PARAM: &str = "steradian.param.";
+
+/// Writes room, parameters and certificate.
+pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certificate) {
+    let mut put = |k: String, v: String| t.metadata.insert(k, v);
+    put(SLUG.into(), slug.into());
+    for (name, value) in &params.0 {
+        put(format!("{PARAM}{name}"), value.to_string());
+    }
+    put(format!("{CERTIFICATE}error"), c.error.to_string());
+    put(format!("{CERTIFICATE}known"), c.known.word().into());
+    put(format!("{CERTIFICATE}metric"), c.metric.clone());
+    for (i, (name, value)) in c.details.iter().enumerate() {
+        put(format!("{CERTIFICATE}detail.{i:03}.{name}"), value.to_string());
+    }
+}
+
+/// Refuses a file that another room saved.
+pub(crate) fn check_slug(t: &TensorFile, slug: &str) -> Result<(), PartError> {
+    match t.metadata.get(SLUG) {
+        Some(s) if s == slug => Ok(()),
+        Some(_) => Err(PartError::Unexpected(SLUG.into())),
+        None => Err(PartError::Missing(SLUG.into())),
+    }
+}
+
+fn number(t: &TensorFile, key: &str) -> Result<f64, PartError> {
+    let text = t.metadata.get(key).ok_or_else(|| PartError::Missing(key.into()))?;
+    text.parse().map_err(|_| PartError::Unexpected(key.into()))
+}
+
+/// The parameters that [`put_head`] wrote.
+pub(crate) fn params(t: &TensorFile, infos: &[ParamInfo]) -> Result<ParamValues, PartError> {
+    let value = |i: &ParamInfo| Ok((i.name.to_string(), number(t, &format!("{PARAM}{}", i.name))?));
+    Ok(ParamValues(infos.iter().map(value).collect::<Result<_, PartError>>()?))
+}
+
+/// The certificate that [`put_head`] wrote.
+pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
+    let key = format!("{CERTIFICATE}known");
+    let word = t.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?;
+    let known = [Known::Proved, Known::Estimated, Known::Measured].into_iter().find(|k| k.word() == word);
+    let mut c = Certificate::new(
+        number(t, &format!("{CERTIFICATE}error"))?,
+        known.ok_or(PartError::Unexpected(key))?,
+    );
+    if let Some(m) = t.metadata.get(&format!("{CERTIFICATE}metric")) {
+        c.metric.clone_from(m);
+    }
+    let prefix = format!("{CERTIFICATE}detail.");
+    for (key, _) in t.metadata.range(prefix.clone()..).take_while(|(k, _)| k.starts_with(&prefix)) {
+        let name = key[prefix.len()..].split_once('.').map_or("", |(_, n)| n);
+        c = c.detail(name, number(t, key)?);
+    }
+    Ok(c)
+}
+
+/// Adds a tensor of f32.
+pub fn put_f32(t: &mut TensorFile, name: String, shape: Vec<usize>, data: Vec<f32>) {
+    t.tensors.insert(name, Tensor { shape, data: TensorData::F32(data) });
+}
+
+/// Adds a tensor of f64.
+pub fn put_f64(t: &mut TensorFile, name: String, shape: Vec<usize>, data: Vec<f64>) {
+    t.tensors.insert(name, Tensor { shape, data: TensorData::F64(data) });
+}
+
+/// A tensor of f32 whose shape has `rank` dimensions and as many elements as it says.
+pub fn get_f32(t: &TensorFile, name: &str, rank: usize) -> Result<(Vec<usize>, Vec<f32>), PartError> {
+    let x = t.tensors.get(name).ok_or_else(|| PartError::Missing(name.into()))?;
+    match &x.data {
+        TensorData::F32(v) if sound(&x.shape, rank, v.len()) => Ok((x.shape.clone(), v.clone())),
+        _ => Err(PartError::Unexpected(name.into())),
+    }
+}
+
+/// As [`get_f32`], of f64.
+pub fn get_f64(t: &TensorFile, name: &str, rank: usize) -> Result<(Vec<usize>, Vec<f64>), PartError> {
+    let x = t.tensors.get(name).ok_or_else(|| PartError::Missing(name.into()))?;
+    match &x.data {
+        TensorData::F64(v) if sound(&x.shape, rank, v.len()) => Ok((x.shape.clone(), v.clone())),
+        _ => Err(PartError::Unexpected(name.into())),
+    }
+}
+
+fn sound(shape: &[usize], rank: usize, len: usize) -> bool {
+    shape.len() == rank && shape.iter().try_fold(1usize, |a, b| a.checked_mul(*b)) == Some(len)
+}
