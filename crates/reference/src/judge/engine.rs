@@ -1,0 +1,284 @@
+//! Adaptive integration over all distant light of one point: the worst rectangle is cut first.
+
+use super::cells::{Block, Cells, Corners, corner_moments};
+use super::geometry::{Axis, Chart, Rect};
+use super::hints::Hints;
+use super::horizon::{Horizon, Side};
+use super::pyramid::Pyramid;
+use super::rule::{Found, Integrand, clipped, product};
+use std::collections::BinaryHeap;
+
+/// Where a rectangle gets its light from.
+#[derive(Debug, Clone, Copy)]
+enum Place {
+    /// A stored block.
+    Tree(u32),
+    /// A block below the stored ones.
+    Cells(Block),
+    /// A part of one cell of the image.
+    Part { i: u32, j: u32, rect: Rect },
+    /// A part of a disk light; the index counts charts (0 is the image).
+    Disk { chart: usize, rect: Rect },
+}
+
+/// A chart with its horizon.
+pub(super) struct View {
+    pub chart: Chart,
+    pub horizon: Horizon,
+}
+
+impl View {
+    /// Of a chart.
+    pub fn new(chart: Chart) -> Self {
+        Self { horizon: Horizon::of(&chart), chart }
+    }
+}
+
+/// All distant light as one point sees it.
+pub(super) struct Scene<'a> {
+    /// The image's cells and tree.
+    pub image: Option<(Cells<'a>, &'a Pyramid)>,
+    /// The image's chart, then one for each disk.
+    pub views: Vec<View>,
+    /// Angular radius and radiance of each disk.
+    pub disks: Vec<(f64, [f64; 3])>,
+    /// Ridges of the reflectance.
+    pub hints: Hints,
+    /// Is f_cos zero below the horizon?
+    pub clip: bool,
+}
+
+/// A rectangle that counts.
+struct Leaf {
+    place: Place,
+    found: Found,
+    alive: bool,
+}
+
+/// Heap order: larger error first, then the older.
+#[derive(PartialEq)]
+struct Entry(f64, u32);
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
+    }
+}
+
+/// Rectangles smaller than this, radians, are not cut.
+const SMALLEST: f64 = 1e-10;
+
+/// Sums are taken afresh after so many cuts.
+const REFRESH: u32 = 1 << 12;
+
+/// A sum with its error.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Total {
+    pub value: [f64; 3],
+    pub error: f64,
+}
+
+/// One integration under way.
+pub(super) struct Engine<'a, 'b> {
+    scene: &'a Scene<'a>,
+    g: &'b mut Integrand<'a>,
+    leaves: Vec<Leaf>,
+    heap: BinaryHeap<Entry>,
+    budget: u64,
+}
+
+impl<'a, 'b> Engine<'a, 'b> {
+    /// Ready to run with so many evaluations at most, about.
+    pub fn new(scene: &'a Scene<'a>, g: &'b mut Integrand<'a>, budget: u64) -> Self {
+        Self { scene, g, leaves: Vec::new(), heap: BinaryHeap::new(), budget }
+    }
+
+    /// Cuts until the errors sum to `tolerance` times the largest channel of the integral plus `known`.
+    pub fn run(mut self, tolerance: f64, known: [f64; 3]) -> Total {
+        self.roots();
+        let target =
+            |t: &Total| tolerance * (0..3).fold(0.0, |m: f64, c| m.max((t.value[c] + known[c]).abs()));
+        let mut total = self.sum();
+        let mut cuts = 0u32;
+        loop {
+            if total.error <= target(&total) || cuts >= REFRESH {
+                total = self.sum();
+                cuts = 0;
+                if total.error <= target(&total) {
+                    break;
+                }
+            }
+            if self.g.evaluations >= self.budget {
+                break;
+            }
+            let Some(Entry(_, k)) = self.heap.pop() else { break };
+            self.cut(k as usize, &mut total);
+            cuts += 1;
+        }
+        self.sum()
+    }
+
+    fn sum(&self) -> Total {
+        let mut t = Total { value: [0.0; 3], error: 0.0 };
+        let mut size = 0.0;
+        for leaf in self.leaves.iter().filter(|l| l.alive) {
+            add(&mut t, &leaf.found, 1.0);
+            size += leaf.found.value.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        }
+        t.error += 1e-15 * size;
+        t
+    }
+
+    fn roots(&mut self) {
+        if self.scene.image.is_some() {
+            self.admit(Place::Tree(0));
+        }
+        for (k, (radius, _)) in self.scene.disks.iter().enumerate() {
+            use std::f64::consts::PI;
+            self.admit(Place::Disk { chart: k + 1, rect: Rect { phi: [-PI, PI], theta: [0.0, *radius] } });
+        }
+    }
+
+    /// Replaces leaf k by its halves.
+    fn cut(&mut self, k: usize, total: &mut Total) {
+        let leaf = &mut self.leaves[k];
+        leaf.alive = false;
+        add(total, &leaf.found, -1.0);
+        let (place, axis) = (leaf.place, leaf.found.axis);
+        let before = self.leaves.len();
+        for half in self.halves(&place, axis) {
+            self.admit(half);
+        }
+        for leaf in &self.leaves[before..] {
+            add(total, &leaf.found, 1.0);
+        }
+    }
+
+    /// Samples a place, or its pieces where it is too large; drops what is dark or below the horizon.
+    fn admit(&mut self, place: Place) {
+        let mut stack = vec![place];
+        while let Some(place) = stack.pop() {
+            let (view, rect) = self.rect(&place);
+            let side = if self.scene.clip { view.horizon.side(&rect) } else { Side::Above };
+            if side == Side::Below || self.is_dark(&place) {
+                continue;
+            }
+            if self.g.evaluations < self.budget && self.scene.hints.must_cut(&view.chart, &rect) {
+                let [a, b] = self.halves(&place, rect.long_axis());
+                stack.extend([b, a]);
+                continue;
+            }
+            let Some(found) = self.integrate(&place, view, &rect, side) else { continue };
+            let index = self.leaves.len() as u32;
+            let [a, b] = rect.angular();
+            if found.error > 0.0 && a.max(b) > SMALLEST {
+                self.heap.push(Entry(found.error, index));
+            }
+            self.leaves.push(Leaf { place, found, alive: true });
+        }
+    }
+
+    fn image(&self) -> &'a (Cells<'a>, &'a Pyramid) {
+        self.scene.image.as_ref().expect("blocks are only admitted where there is an image")
+    }
+
+    fn rect(&self, place: &Place) -> (&'a View, Rect) {
+        match *place {
+            Place::Tree(k) => {
+                let (cells, tree) = self.image();
+                (&self.scene.views[0], cells.rect(&tree.nodes[k as usize].block))
+            }
+            Place::Cells(block) => (&self.scene.views[0], self.image().0.rect(&block)),
+            Place::Part { rect, .. } => (&self.scene.views[0], rect),
+            Place::Disk { chart, rect } => (&self.scene.views[chart], rect),
+        }
+    }
+
+    /// Known to be dark without a look at texels.
+    fn is_dark(&self, place: &Place) -> bool {
+        match *place {
+            Place::Tree(k) => self.image().1.nodes[k as usize].moments.is_dark(),
+            Place::Disk { chart, .. } => self.scene.disks[chart - 1].1 == [0.0; 3],
+            Place::Cells(_) | Place::Part { .. } => false,
+        }
+    }
+
+    fn halves(&self, place: &Place, axis: Axis) -> [Place; 2] {
+        match *place {
+            Place::Tree(k) => {
+                let node = &self.image().1.nodes[k as usize];
+                match node.child {
+                    0 => self.block_halves(&node.block, axis),
+                    child => [Place::Tree(child), Place::Tree(child + 1)],
+                }
+            }
+            Place::Cells(block) => self.block_halves(&block, axis),
+            Place::Part { i, j, rect } => rect.halves(axis).map(|rect| Place::Part { i, j, rect }),
+            Place::Disk { chart, rect } => rect.halves(axis).map(|rect| Place::Disk { chart, rect }),
+        }
+    }
+
+    fn block_halves(&self, block: &Block, axis: Axis) -> [Place; 2] {
+        let cells = &self.image().0;
+        if block.len() == 1 {
+            let (i, j) = (block.i[0], block.j[0]);
+            return cells.rect(block).halves(axis).map(|rect| Place::Part { i, j, rect });
+        }
+        block.halves(axis).map(|b| match b.len() {
+            1 => Place::Part { i: b.i[0], j: b.j[0], rect: cells.rect(&b) },
+            _ => Place::Cells(b),
+        })
+    }
+
+    /// `None` where there is no light.
+    fn integrate(&mut self, place: &Place, view: &View, rect: &Rect, side: Side) -> Option<Found> {
+        let kinked = side == Side::Crossing;
+        let found = match *place {
+            Place::Tree(k) => {
+                let tree = self.image().1;
+                product(self.g, &view.chart, rect, &tree.nodes[k as usize].moments, kinked)
+            }
+            Place::Cells(block) => {
+                let moments = self.image().0.moments(&block);
+                if moments.is_dark() {
+                    return None;
+                }
+                product(self.g, &view.chart, rect, &moments, kinked)
+            }
+            Place::Part { i, j, .. } => {
+                self.uniform(&self.image().0.corners(i, j, rect), view, rect, kinked)?
+            }
+            Place::Disk { chart, .. } => {
+                let corners = self.scene.disks[chart - 1].1.map(|v| [v; 4]);
+                self.uniform(&corners, view, rect, kinked)?
+            }
+        };
+        Some(found)
+    }
+
+    fn uniform(&mut self, corners: &Corners, view: &View, rect: &Rect, kinked: bool) -> Option<Found> {
+        if corners.iter().flatten().all(|v| *v == 0.0) {
+            return None;
+        }
+        Some(if kinked {
+            clipped(self.g, &view.chart, &view.horizon, rect, corners)
+        } else {
+            product(self.g, &view.chart, rect, &corner_moments(corners, rect), false)
+        })
+    }
+}
+
+fn add(t: &mut Total, found: &Found, sign: f64) {
+    for c in 0..3 {
+        t.value[c] += sign * found.value[c];
+    }
+    t.error += sign * found.error;
+}

@@ -1,0 +1,68 @@
+//! How finely rectangles must be cut whatever their samples say: near the lobes a reflectance names.
+
+use super::geometry::{Chart, Rect};
+use glam::DVec3;
+use steradian_brdf::Lobe;
+
+/// Nothing is larger than this, radians: samples are then under 3° apart.
+const LARGEST: f64 = 0.2;
+
+/// Nor larger than this many times its distance from a lobe's ridge, or the ridge's width.
+const FACTOR: f64 = 2.0;
+
+/// No hint cuts finer, radians.
+const FINEST: f64 = 1e-5;
+
+/// A ridge: directions at `angle` from `axis`; angle 0 is a peak, π/2 an arc.
+#[derive(Debug, Clone, Copy)]
+struct Ridge {
+    axis: DVec3,
+    angle: f64,
+    width: f64,
+}
+
+/// All ridges of f_cos(·, wo).
+#[derive(Debug, Clone)]
+pub(super) struct Hints(Vec<Ridge>);
+
+impl Hints {
+    /// From a reflectance's lobes; those that are not finite are dropped.
+    pub fn new(lobes: &[Lobe]) -> Self {
+        let ridge = |lobe: &Lobe| match *lobe {
+            Lobe::Axis { axis, width } => Ridge { axis, angle: 0.0, width },
+            Lobe::Cone { axis, cosine, width } => {
+                Ridge { axis, angle: cosine.clamp(-1.0, 1.0).acos(), width }
+            }
+            Lobe::Arc { normal, width } => Ridge { axis: normal, angle: std::f64::consts::FRAC_PI_2, width },
+        };
+        let sound = |r: &Ridge| {
+            r.axis.is_finite() && r.axis != DVec3::ZERO && r.angle.is_finite() && r.width.is_finite()
+        };
+        let made = lobes.iter().map(ridge).filter(sound);
+        Self(made.map(|r| Ridge { axis: r.axis.normalize(), width: r.width.max(FINEST), ..r }).collect())
+    }
+
+    /// Is this rectangle too large to be sampled?
+    pub fn must_cut(&self, chart: &Chart, rect: &Rect) -> bool {
+        let [a, b] = rect.angular();
+        let size = a.max(b);
+        if size > LARGEST || (rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
+            return true;
+        }
+        if size <= FACTOR * FINEST || self.0.is_empty() {
+            return false;
+        }
+        let [phi, theta] = rect.centre();
+        let centre = chart.direction(phi, theta);
+        let radius = 0.5 * a.hypot(b);
+        self.0.iter().any(|r| {
+            let distance = (angle_between(centre, r.axis) - r.angle).abs() - radius;
+            size > FACTOR * r.width.max(distance)
+        })
+    }
+}
+
+/// The angle between unit vectors, accurate at both ends.
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}

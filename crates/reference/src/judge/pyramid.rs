@@ -1,0 +1,153 @@
+//! The tree of blocks over an image, each with its moments.
+//!
+//! Blocks are halved along their longer side on the sphere, so that blocks near the poles span many columns.
+
+use super::cells::{Block, Cells, Moments};
+use super::geometry::{Axis, Rect};
+use super::legendre::{N, affine};
+use rayon::prelude::*;
+use steradian_base::{Cancelled, Task};
+
+/// Fewest cells of a stored leaf.
+const LEAF: usize = 32;
+
+/// Most stored leaves, about: larger images get larger leaves.
+const LEAVES: usize = 1 << 16;
+
+/// One block.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    /// Its cells.
+    pub block: Block,
+    /// Index of the first child; the second follows it. 0 for a leaf.
+    pub child: u32,
+    /// Its moments.
+    pub moments: Moments,
+}
+
+/// All blocks, level by level from the root.
+#[derive(Debug, Clone)]
+pub(super) struct Pyramid {
+    /// The nodes.
+    pub nodes: Vec<Node>,
+}
+
+impl Pyramid {
+    /// Builds the tree over every cell.
+    pub fn build(cells: &Cells<'_>, task: &Task) -> Result<Self, Cancelled> {
+        let root = cells.all();
+        let leaf = LEAF.max(root.len() / LEAVES);
+        let mut nodes = vec![Node { block: root, child: 0, moments: Moments::ZERO }];
+        let mut levels = vec![0];
+        let mut from = 0;
+        while from < nodes.len() {
+            let to = nodes.len();
+            for k in from..to {
+                let block = nodes[k].block;
+                if block.len() > leaf {
+                    nodes[k].child = nodes.len() as u32;
+                    let halves = block.halves(cells.rect(&block).long_axis());
+                    nodes.extend(halves.map(|block| Node { block, child: 0, moments: Moments::ZERO }));
+                }
+            }
+            levels.push(to);
+            from = to;
+        }
+        for w in levels.windows(2).rev() {
+            task.check()?;
+            let (upper, lower) = nodes.split_at_mut(w[1]);
+            let offset = w[1];
+            upper[w[0]..].par_iter_mut().with_min_len(16).for_each(|node| {
+                node.moments = match node.child as usize {
+                    0 => cells.moments(&node.block),
+                    k => merged(cells, &node.block, [&lower[k - offset], &lower[k + 1 - offset]]),
+                };
+            });
+        }
+        Ok(Self { nodes })
+    }
+}
+
+/// Moments of a block from those of its halves.
+fn merged(cells: &Cells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
+    let parent = cells.rect(block);
+    let mut out = Moments::ZERO;
+    for half in halves {
+        let rect = cells.rect(&half.block);
+        let axis = if half.block.i == block.i { Axis::Theta } else { Axis::Phi };
+        add_half(&mut out, &parent, &half.moments, &rect, axis);
+    }
+    let [dx, dy] = parent.size();
+    for c in 0..3 {
+        let mean = out.m[c][0][0] / (dx * dy);
+        for half in halves {
+            let [hx, hy] = cells.rect(&half.block).size();
+            let h = &half.moments;
+            out.spread[c] += h.spread[c] + (h.m[c][0][0] - mean * hx * hy).abs();
+        }
+        out.spread[c] = out.spread[c].min(2.0 * out.abs[c]);
+    }
+    out
+}
+
+fn add_half(out: &mut Moments, parent: &Rect, half: &Moments, rect: &Rect, axis: Axis) {
+    let (p, r) = match axis {
+        Axis::Phi => (parent.phi, rect.phi),
+        Axis::Theta => (parent.theta, rect.theta),
+    };
+    let scale = 1.0 / (p[1] - p[0]);
+    let a = affine((r[0] + r[1] - p[0] - p[1]) * scale, (r[1] - r[0]) * scale);
+    for c in 0..3 {
+        out.abs[c] += half.abs[c];
+        let (to, from) = (&mut out.m[c], &half.m[c]);
+        for i in 0..N {
+            for j in 0..N {
+                to[i][j] += match axis {
+                    Axis::Phi => (0..=i).map(|k| a[i][k] * from[k][j]).sum::<f64>(),
+                    Axis::Theta => (0..=j).map(|k| a[j][k] * from[i][k]).sum::<f64>(),
+                };
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cells::Lookup;
+    use super::*;
+    use steradian_sphere::{Layout, SphereImage};
+
+    fn noise(w: usize, h: usize) -> SphereImage {
+        let mut image = SphereImage::new(Layout::LatLong, w, h);
+        let mut s = 1u32;
+        for plane in &mut image.planes {
+            for v in plane {
+                s = s.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                *v = (s >> 8) as f32 / 1.6e7;
+            }
+        }
+        image
+    }
+
+    #[test]
+    fn root_moments_are_those_summed_from_the_image() {
+        for (w, h) in [(64, 32), (37, 19), (5, 100), (1, 1), (200, 1)] {
+            for lookup in [Lookup::Constant, Lookup::Bilinear] {
+                let image = noise(w, h);
+                let cells = Cells::new(&image, lookup);
+                let tree = Pyramid::build(&cells, &Task::quiet()).expect("nobody cancels");
+                let direct = cells.moments(&cells.all());
+                let root = &tree.nodes[0].moments;
+                for c in 0..3 {
+                    for i in 0..N {
+                        for j in 0..N {
+                            assert!((root.m[c][i][j] - direct.m[c][i][j]).abs() < 1e-11, "{w}x{h} {i}{j}");
+                        }
+                    }
+                    assert!(root.spread[c] >= direct.spread[c] - 1e-12);
+                    assert!((root.abs[c] - direct.abs[c]).abs() < 1e-11);
+                }
+            }
+        }
+    }
+}

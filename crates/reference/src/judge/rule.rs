@@ -1,0 +1,172 @@
+//! One rectangle's integral with its error: product integration, or Gauss–Legendre clipped at the horizon.
+
+use super::cells::{Corners, Moments, bilinear};
+use super::fit::{Fit, Samples, fit};
+use super::geometry::{Axis, Chart, Rect};
+use super::horizon::Horizon;
+use super::legendre::{CHECKS, N, RULE};
+use glam::DVec3;
+use steradian_brdf::Brdf;
+
+/// f_cos(·, wo), counted and watched.
+pub(super) struct Integrand<'a> {
+    brdf: &'a dyn Brdf,
+    wo: DVec3,
+    /// Calls so far.
+    pub evaluations: u64,
+    /// Was a value infinite or not a number?
+    pub broken: bool,
+}
+
+impl<'a> Integrand<'a> {
+    /// For a local view direction.
+    pub fn new(brdf: &'a dyn Brdf, wo: DVec3) -> Self {
+        Self { brdf, wo, evaluations: 0, broken: false }
+    }
+
+    /// `scale` · f_cos(wi, wo); values that are not finite count as zero and are remembered.
+    pub fn at(&mut self, wi: DVec3, scale: f64) -> [f64; 3] {
+        self.evaluations += 1;
+        let f = self.brdf.f_cos(wi, self.wo);
+        if f.iter().all(|x| x.is_finite()) {
+            f.map(|x| x * scale)
+        } else {
+            self.broken = true;
+            [0.0; 3]
+        }
+    }
+}
+
+/// What a rule finds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// The integral.
+    pub value: [f64; 3],
+    /// Estimate of the largest absolute error of a channel.
+    pub error: f64,
+    /// Where a cut would help most.
+    pub axis: Axis,
+}
+
+/// ∫ L g dφ dθ with g = f_cos sin θ, by product integration: g's interpolant against the moments of L.
+///
+/// With L = L̄ + (L − L̄), the error is at most L̄ times that of Gauss–Legendre for g, plus ∫|L − L̄| times
+/// the largest error of the interpolant. `kinked`: g is not smooth here, and only ∫|L| is to be trusted.
+pub(super) fn product(g: &mut Integrand<'_>, chart: &Chart, rect: &Rect, l: &Moments, kinked: bool) -> Found {
+    let fits = fit(&sample(g, chart, rect));
+    let mut value = [0.0; 3];
+    let mut error: f64 = 0.0;
+    for c in 0..3 {
+        let f = &fits[c];
+        for i in 0..N {
+            for j in 0..N {
+                value[c] += f.c[i][j] * l.m[c][i][j];
+            }
+        }
+        let e = if kinked { l.abs[c] * f.loose } else { smooth_error(l, c, f) };
+        error = error.max(e);
+    }
+    Found { value, error, axis: axis(&fits, rect) }
+}
+
+fn smooth_error(l: &Moments, c: usize, f: &Fit) -> f64 {
+    // Without spread the rectangle is one cell, where Gauss–Legendre is all there is.
+    let flat = if l.spread[c] == 0.0 { l.abs[c] } else { l.m[c][0][0].abs() };
+    l.spread[c] * f.loose + flat * f.tight
+}
+
+/// The axis with the larger share in the error; the longer one where neither stands out.
+fn axis(fits: &[Fit; 3], rect: &Rect) -> Axis {
+    let [a, b] = fits.iter().fold([0.0_f64; 2], |m, f| [m[0].max(f.share[0]), m[1].max(f.share[1])]);
+    if a > 3.0 * b {
+        Axis::Phi
+    } else if b > 3.0 * a {
+        Axis::Theta
+    } else {
+        rect.long_axis()
+    }
+}
+
+fn sample(g: &mut Integrand<'_>, chart: &Chart, rect: &Rect) -> Samples {
+    let [cp, ct] = rect.centre();
+    let [hp, ht] = rect.size().map(|s| 0.5 * s);
+    let azimuths = RULE.x.map(|x| {
+        let (s, c) = (cp + hp * x).sin_cos();
+        chart.x * c + chart.z * s
+    });
+    let polars = RULE.x.map(|x| (ct + ht * x).sin_cos());
+    let mut out = Samples::ZERO;
+    for a in 0..N {
+        for b in 0..N {
+            let (st, ct) = polars[b];
+            let v = g.at(azimuths[a] * st + chart.y * ct, st);
+            for c in 0..3 {
+                out.grid[c][a][b] = v[c];
+            }
+        }
+    }
+    for (k, [x, y]) in CHECKS.into_iter().enumerate() {
+        let theta = ct + ht * y;
+        out.checks[k] = g.at(chart.direction(cp + hp * x, theta), theta.sin());
+    }
+    out
+}
+
+/// The same integral over the part of a rectangle above the horizon, for bilinear L.
+///
+/// Azimuth is cut where the horizon enters or leaves through the rectangle's upper or lower edge; on each
+/// piece the polar angle runs up to the horizon, and the integrand mapped to the square is smooth.
+pub(super) fn clipped(
+    g: &mut Integrand<'_>,
+    chart: &Chart,
+    horizon: &Horizon,
+    rect: &Rect,
+    l: &Corners,
+) -> Found {
+    let mut out = Found { value: [0.0; 3], error: 0.0, axis: rect.long_axis() };
+    for w in horizon.breaks(rect).windows(2) {
+        let fits = fit(&sample_piece(g, chart, horizon, rect, [w[0], w[1]], l));
+        let mut error: f64 = 0.0;
+        for c in 0..3 {
+            out.value[c] += 4.0 * fits[c].c[0][0];
+            error = error.max(4.0 * fits[c].tight);
+        }
+        out.error += error;
+    }
+    out
+}
+
+fn sample_piece(
+    g: &mut Integrand<'_>,
+    chart: &Chart,
+    horizon: &Horizon,
+    rect: &Rect,
+    [p0, p1]: [f64; 2],
+    l: &Corners,
+) -> Samples {
+    let mut out = Samples::ZERO;
+    let middle = horizon.clip(0.5 * (p0 + p1), rect.theta);
+    if middle[0] >= middle[1] {
+        return out;
+    }
+    let mut at = |x: f64, y: f64| {
+        let phi = 0.5 * (p0 + p1) + 0.5 * (p1 - p0) * x;
+        let [t0, t1] = horizon.clip(phi, rect.theta);
+        let theta = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * y;
+        let v = g.at(chart.direction(phi, theta), theta.sin() * 0.25 * (t1 - t0) * (p1 - p0));
+        let (u, w) = ((phi - rect.phi[0]) / rect.size()[0], (theta - rect.theta[0]) / rect.size()[1]);
+        std::array::from_fn::<f64, 3, _>(|c| v[c] * bilinear(&l[c], u, w))
+    };
+    for a in 0..N {
+        for b in 0..N {
+            let v = at(RULE.x[a], RULE.x[b]);
+            for c in 0..3 {
+                out.grid[c][a][b] = v[c];
+            }
+        }
+    }
+    for (k, [x, y]) in CHECKS.into_iter().enumerate() {
+        out.checks[k] = at(x, y);
+    }
+    out
+}
