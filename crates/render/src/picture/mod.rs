@@ -1,0 +1,90 @@
+//! The CPU renderer: primary visibility by ray casting, radiance by a technique or by the judge, in batches.
+//!
+//! Tiles run on all cores. In each tile, rays find the surfaces under a regular set of sub-pixel positions;
+//! pixels whose samples disagree get more. Points are gathered per surface and shaded as structure of arrays.
+//! Samples are weighted by a B-spline over neighbouring pixels. The result does not depend on the number of
+//! threads.
+
+mod filter;
+mod hits;
+mod shader;
+mod tile;
+
+pub use shader::{BakeShader, JudgeShader, Shader};
+
+use crate::{Background, Film, Texture};
+use rayon::prelude::*;
+use std::sync::Arc;
+use steradian_base::{Cancelled, Task};
+use steradian_scene::{Bvh, Camera, Mesh};
+use tile::Tile;
+
+/// What one material slot of the mesh looks like.
+#[derive(Clone)]
+pub struct Surface {
+    /// Outgoing radiance.
+    pub shader: Arc<dyn Shader>,
+    /// Multiplies the radiance.
+    pub base_colour: Option<Arc<Texture>>,
+}
+
+/// What a picture shows.
+pub struct Stage<'a> {
+    /// The geometry; [`Mesh::materials`] are indices into `surfaces`.
+    pub mesh: &'a Mesh,
+    /// Its hierarchy.
+    pub bvh: &'a Bvh,
+    /// One per material slot; triangles of slots beyond the end take the last.
+    pub surfaces: &'a [Surface],
+    /// What the camera sees beside the mesh.
+    pub background: &'a Background,
+    /// The camera.
+    pub camera: Camera,
+}
+
+/// Size and sampling of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Samples per pixel and axis inside surfaces.
+    pub inner: usize,
+    /// Samples per pixel and axis where the samples of a pixel, or of two neighbours, disagree.
+    pub edge: usize,
+}
+
+impl Settings {
+    /// A picture with 1 sample inside surfaces and 4 × 4 on edges.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, inner: 2, edge: 4 }
+    }
+}
+
+/// Side of a tile in pixels.
+const TILE: usize = 64;
+
+/// Renders `stage`.
+pub fn render(stage: &Stage<'_>, settings: &Settings, task: &Task) -> Result<Film, Cancelled> {
+    let (w, h) = (settings.width, settings.height);
+    let columns = w.div_ceil(TILE);
+    let count = columns * h.div_ceil(TILE);
+    task.begin("render", count as u64);
+    let tiles: Result<Vec<Tile>, Cancelled> = (0..count)
+        .into_par_iter()
+        .map(|i| {
+            task.check()?;
+            let (x, y) = (i % columns * TILE, i / columns * TILE);
+            let tile = Tile::render(stage, settings, (x, y), (TILE.min(w - x), TILE.min(h - y)), task)?;
+            task.advance(1);
+            Ok(tile)
+        })
+        .collect();
+    task.end();
+    let mut film = Film::new(w, h);
+    for tile in tiles? {
+        tile.copy_to(&mut film);
+    }
+    Ok(film)
+}

@@ -1,0 +1,54 @@
+//! Where radiance comes from.
+
+use glam::DVec3;
+use std::sync::Arc;
+use steradian_base::{Cancelled, Task};
+use steradian_brdf::SharedBrdf;
+use steradian_reference::{Judge, JudgePoint};
+use steradian_sphere::Frame;
+use steradian_techniques::{AnyBake, Points, Radiance};
+
+/// Outgoing radiance of batches of surface points.
+pub trait Shader: Send + Sync {
+    /// Writes the radiance of every point of `q`.
+    fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled>;
+}
+
+/// A technique's bake.
+pub struct BakeShader(pub Box<dyn AnyBake>);
+
+impl Shader for BakeShader {
+    fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
+        task.check()?;
+        self.0.shade(q, out);
+        Ok(())
+    }
+}
+
+/// The judge: the integral itself, unshadowed, to a tolerance.
+pub struct JudgeShader {
+    /// The judge of the lights.
+    pub judge: Arc<Judge>,
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+    /// Relative error asked for at each point.
+    pub tolerance: f64,
+}
+
+impl Shader for JudgeShader {
+    fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
+        let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
+        let points: Vec<JudgePoint> = (0..q.len())
+            .map(|i| JudgePoint {
+                frame: Frame::from_normal_tangent(at(&q.n, i).normalize(), at(&q.t, i)),
+                wo: at(&q.wo, i).normalize(),
+                position: (!q.p[0].is_empty()).then(|| at(&q.p, i)),
+            })
+            .collect();
+        let estimates = self.judge.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
+        for (i, e) in estimates.iter().enumerate() {
+            (0..3).for_each(|c| out.rgb[c][i] = e.rgb[c] as f32);
+        }
+        Ok(())
+    }
+}

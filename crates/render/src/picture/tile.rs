@@ -1,0 +1,257 @@
+//! One tile: find, refine, shade, filter.
+
+use super::filter::{position, weights};
+use super::hits::{Found, find};
+use super::{Settings, Stage};
+use crate::Film;
+use glam::Vec3;
+use steradian_base::{Cancelled, Task};
+use steradian_scene::{Camera, Ray};
+use steradian_techniques::{PointsBuf, Radiance};
+
+/// Points per call of a shader.
+const BATCH: usize = 2048;
+
+/// A finished tile.
+pub struct Tile {
+    at: (usize, usize),
+    size: (usize, usize),
+    /// Red, green, blue and coverage of every pixel.
+    pixels: Vec<[f32; 4]>,
+}
+
+/// One sample: where in which pixel of the padded tile, and how much of the pixel it stands for.
+#[derive(Clone, Copy)]
+struct Sample {
+    pixel: u32,
+    x: f32,
+    y: f32,
+    area: f32,
+    value: [f32; 4],
+}
+
+/// The points of one surface, and the samples they belong to.
+#[derive(Default)]
+struct Group {
+    points: PointsBuf,
+    sample: Vec<u32>,
+    tint: Vec<[f32; 3]>,
+}
+
+/// A tile with a border of one pixel, which the filter reaches.
+struct Job<'a> {
+    stage: &'a Stage<'a>,
+    settings: &'a Settings,
+    /// Film position of the padded tile's corner; may be −1.
+    origin: (isize, isize),
+    width: usize,
+    height: usize,
+    samples: Vec<Sample>,
+    groups: Vec<Group>,
+}
+
+impl Tile {
+    /// Renders the tile at `at` of `size` pixels.
+    pub fn render(
+        stage: &Stage<'_>,
+        settings: &Settings,
+        at: (usize, usize),
+        size: (usize, usize),
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
+        let mut job = Job {
+            stage,
+            settings,
+            origin: (at.0 as isize - 1, at.1 as isize - 1),
+            width: size.0 + 2,
+            height: size.1 + 2,
+            samples: Vec::new(),
+            groups: (0..stage.surfaces.len()).map(|_| Group::default()).collect(),
+        };
+        job.place_samples();
+        job.shade(task)?;
+        Ok(Self { at, size, pixels: job.filter(size) })
+    }
+
+    /// Writes the tile into the film.
+    pub fn copy_to(&self, film: &mut Film) {
+        for (i, p) in self.pixels.iter().enumerate() {
+            let k = (self.at.1 + i / self.size.0) * film.width + self.at.0 + i % self.size.0;
+            (0..3).for_each(|c| film.rgb[c][k] = p[c]);
+            film.alpha[k] = p[3];
+        }
+    }
+}
+
+impl Job<'_> {
+    fn ray(&self, pixel: usize, (x, y): (f32, f32)) -> Ray {
+        let fx = (self.origin.0 + (pixel % self.width) as isize) as f32 + x;
+        let fy = (self.origin.1 + (pixel / self.width) as isize) as f32 + y;
+        self.stage.camera.ray(fx, fy, self.settings.width as u32, self.settings.height as u32)
+    }
+
+    fn place_samples(&mut self) {
+        let n = self.settings.inner.max(1);
+        let per = n * n;
+        let pixels = self.width * self.height;
+        let cast = |pixel: usize, k: usize| find(self.stage, &self.ray(pixel, position(k, n)));
+        let first: Vec<Option<Found>> = (0..pixels * per).map(|i| cast(i / per, i % per)).collect();
+        let sharp = self.sharp_pixels(&first, per);
+        let edge = self.settings.edge.max(n);
+        for pixel in 0..pixels {
+            let found = &first[pixel * per..(pixel + 1) * per];
+            if sharp[pixel] && edge > n {
+                for k in 0..edge * edge {
+                    let at = position(k, edge);
+                    let hit = find(self.stage, &self.ray(pixel, at));
+                    self.add(pixel, at, 1.0 / (edge * edge) as f32, hit);
+                }
+            } else if found.iter().all(Option::is_none) {
+                self.add(pixel, (0.5, 0.5), 1.0, None);
+            } else {
+                for (k, f) in found.iter().enumerate() {
+                    self.add(pixel, position(k, n), 1.0 / per as f32, *f);
+                }
+            }
+        }
+    }
+
+    /// Pixels in which an edge may pass: their samples disagree, or with one sample a pixel, those of
+    /// neighbours do.
+    fn sharp_pixels(&self, first: &[Option<Found>], per: usize) -> Vec<bool> {
+        let pixels = self.width * self.height;
+        let footprint = self.footprint();
+        let mut sharp: Vec<bool> = (0..pixels)
+            .map(|i| {
+                let own = &first[i * per..(i + 1) * per];
+                let sky = || own.iter().all(Option::is_none);
+                own.iter().any(|f| differ(&own[0], f, footprint))
+                    || (sky() && {
+                        let d = self.ray(i, (0.5, 0.5)).direction;
+                        self.stage.background.sharp_near(d, footprint)
+                    })
+            })
+            .collect();
+        if per == 1 {
+            for i in 0..pixels {
+                let right = (i % self.width + 1 < self.width).then_some(i + 1);
+                let below = (i + self.width < pixels).then_some(i + self.width);
+                for j in [right, below].into_iter().flatten() {
+                    if differ(&first[i], &first[j], footprint) {
+                        (sharp[i], sharp[j]) = (true, true);
+                    }
+                }
+            }
+        }
+        sharp
+    }
+
+    /// Angle of a pixel at the film's centre, radians; 0 for parallel rays.
+    fn footprint(&self) -> f32 {
+        match self.stage.camera {
+            Camera::Pinhole { fov_y, .. } => 2.0 * (0.5 * fov_y).tan() / self.settings.height.max(1) as f32,
+            Camera::Orthographic { .. } => 0.0,
+        }
+    }
+
+    /// Length on a surface that a pixel sees at distance t, metres.
+    fn spacing(&self, t: f32) -> f32 {
+        match self.stage.camera {
+            Camera::Pinhole { .. } => self.footprint() * t,
+            Camera::Orthographic { height, .. } => height / self.settings.height.max(1) as f32,
+        }
+    }
+
+    fn add(&mut self, pixel: usize, at: (f32, f32), area: f32, found: Option<Found>) {
+        let index = self.samples.len() as u32;
+        let value = match found {
+            Some(_) => [0.0, 0.0, 0.0, 1.0],
+            None => {
+                let [r, g, b] = self.stage.background.radiance(self.ray(pixel, at).direction);
+                [r, g, b, 0.0]
+            }
+        };
+        self.samples.push(Sample { pixel: pixel as u32, x: at.0, y: at.1, area, value });
+        if let Some(f) = found {
+            self.gather(f, index, area);
+        }
+    }
+
+    fn gather(&mut self, f: Found, sample: u32, area: f32) {
+        let spacing = self.spacing(f.t) * area.sqrt();
+        let surface = &self.stage.surfaces[f.surface];
+        let group = &mut self.groups[f.surface];
+        group.points.push(f.n, f.tangent, f.wo, f.p);
+        group.sample.push(sample);
+        if let Some(texture) = &surface.base_colour {
+            // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
+            let side = spacing * f.uv_density / f.ng.dot(f.wo).max(0.05).sqrt();
+            group.tint.push(texture.sample(f.uv.x, f.uv.y, side));
+        }
+    }
+
+    fn shade(&mut self, task: &Task) -> Result<(), Cancelled> {
+        let mut out: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; BATCH]);
+        for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
+            for start in (0..group.points.len()).step_by(BATCH) {
+                let q = group.points.slice(start..start + BATCH);
+                let mut rgb = out.each_mut().map(|o| &mut o[..q.len()]);
+                let mut radiance = Radiance { rgb: rgb.each_mut().map(|p| &mut **p) };
+                surface.shader.shade(&q, &mut radiance, task)?;
+                for i in 0..q.len() {
+                    let tint = group.tint.get(start + i).copied().unwrap_or([1.0; 3]);
+                    let to = &mut self.samples[group.sample[start + i] as usize].value;
+                    (0..3).for_each(|c| to[c] = out[c][i] * tint[c]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Every pixel of the tile as the weighted mean of the samples that the filter reaches.
+    fn filter(&self, size: (usize, usize)) -> Vec<[f32; 4]> {
+        let mut sums = vec![[0.0f32; 5]; self.width * self.height];
+        for s in &self.samples {
+            let (wx, wy) = (weights(s.x), weights(s.y));
+            let (px, py) = (s.pixel as usize % self.width, s.pixel as usize / self.width);
+            for (dy, wy) in wy.into_iter().enumerate() {
+                for (dx, wx) in wx.into_iter().enumerate() {
+                    let (x, y) = (px + dx, py + dy);
+                    if !(1..=self.width).contains(&x) || !(1..=self.height).contains(&y) {
+                        continue;
+                    }
+                    let w = wx * wy * s.area;
+                    let to = &mut sums[(y - 1) * self.width + x - 1];
+                    (0..4).for_each(|c| to[c] += w * s.value[c]);
+                    to[4] += w;
+                }
+            }
+        }
+        (0..size.0 * size.1)
+            .map(|i| {
+                let s = sums[(i / size.0 + 1) * self.width + i % size.0 + 1];
+                std::array::from_fn(|c| s[c] / s[4])
+            })
+            .collect()
+    }
+}
+
+/// Do two samples lie on different sides of an edge?
+fn differ(a: &Option<Found>, b: &Option<Found>, footprint: f32) -> bool {
+    match (a, b) {
+        (None, None) => false,
+        (Some(a), Some(b)) => a.surface != b.surface || creased(a.n, b.n) || apart(a, b, footprint),
+        _ => true,
+    }
+}
+
+/// Normals that are more than 15° apart.
+fn creased(a: Vec3, b: Vec3) -> bool {
+    a.dot(b) < 0.966
+}
+
+/// Depths further apart than the surface's slope explains.
+fn apart(a: &Found, b: &Found, footprint: f32) -> bool {
+    let slope = 1.0 / a.ng.dot(a.wo).min(b.ng.dot(b.wo)).max(0.02);
+    footprint > 0.0 && (a.t - b.t).abs() > 4.0 * footprint * a.t.min(b.t) * slope
+}

@@ -1,0 +1,148 @@
+//! Contact sheets: a grid of pictures with labels.
+
+mod font;
+mod text;
+
+pub use text::Pen;
+
+use crate::Display;
+
+/// One picture and the lines below it.
+#[derive(Debug, Clone, Default)]
+pub struct Cell {
+    /// The picture.
+    pub picture: Display,
+    /// The line below; empty for none.
+    pub caption: String,
+}
+
+/// One row: a label and its cells, `None` where nothing belongs.
+#[derive(Debug, Clone, Default)]
+pub struct Row {
+    /// Lines beside the row; the first is bright.
+    pub label: Vec<String>,
+    /// As many as there are columns.
+    pub cells: Vec<Option<Cell>>,
+}
+
+/// A grid of pictures.
+#[derive(Debug, Clone, Default)]
+pub struct Sheet {
+    /// The heading; empty for none.
+    pub title: String,
+    /// The line below the heading; empty for none.
+    pub subtitle: String,
+    /// Labels above the columns.
+    pub columns: Vec<String>,
+    /// The rows.
+    pub rows: Vec<Row>,
+    /// Pixels per grid unit of the text; capitals are 7 units high. 0 takes 1.5.
+    pub text_scale: f32,
+}
+
+const PAPER: [u8; 3] = [22, 24, 28];
+const BRIGHT: [u8; 3] = [238, 238, 234];
+const DIM: [u8; 3] = [158, 162, 168];
+
+/// Measures of the page in pixels.
+struct Metrics {
+    margin: usize,
+    gap: usize,
+    label: usize,
+    head: usize,
+    column_head: usize,
+    caption: usize,
+    cell: (usize, usize),
+}
+
+impl Sheet {
+    /// The page.
+    pub fn draw(&self) -> Display {
+        let scale = if self.text_scale > 0.0 { self.text_scale } else { 1.5 };
+        let (bright, dim) = (Pen::new(scale, BRIGHT), Pen::new(scale, DIM));
+        let title = Pen::new(1.7 * scale, BRIGHT).bold();
+        let m = self.measure(&title, &bright);
+        let columns = self.columns.len();
+        let width = 2 * m.margin + m.label + columns * m.cell.0 + columns.saturating_sub(1) * m.gap;
+        let rows = self.rows.len();
+        let height = 2 * m.margin
+            + m.head
+            + m.column_head
+            + rows * (m.cell.1 + m.caption)
+            + rows.saturating_sub(1) * m.gap;
+        let mut page = Display::filled(width, height, PAPER);
+        title.draw(&mut page, m.margin as f32, m.margin as f32, &self.title);
+        let below = m.margin as f32 + if self.title.is_empty() { 0.0 } else { title.line() };
+        dim.draw(&mut page, m.margin as f32, below, &self.subtitle);
+        let left = m.margin + m.label;
+        for (c, name) in self.columns.iter().enumerate() {
+            let x = left + c * (m.cell.0 + m.gap) + m.cell.0 / 2;
+            bright.centred(&mut page, x as f32, (m.margin + m.head) as f32, name);
+        }
+        for (r, row) in self.rows.iter().enumerate() {
+            let y = m.margin + m.head + m.column_head + r * (m.cell.1 + m.caption + m.gap);
+            draw_row(&mut page, row, &m, (left, y), (&bright, &dim));
+        }
+        page
+    }
+
+    fn measure(&self, title: &Pen, pen: &Pen) -> Metrics {
+        let scale = pen.scale;
+        let cells = || self.rows.iter().flat_map(|r| r.cells.iter().flatten());
+        let widest = |lines: &mut dyn Iterator<Item = &String>| {
+            lines.map(|l| pen.width(l)).fold(0.0f32, f32::max)
+        };
+        let side = widest(&mut self.rows.iter().flat_map(|r| r.label.iter()));
+        let lines = |text: &str, height: f32| if text.is_empty() { 0.0 } else { height };
+        let head = lines(&self.title, title.line()) + lines(&self.subtitle, pen.line());
+        let words = widest(&mut self.columns.iter()).max(widest(&mut cells().map(|c| &c.caption)));
+        let width = cells().map(|c| c.picture.width).max().unwrap_or(0).max(words as usize + 1);
+        let captions = cells().any(|c| !c.caption.is_empty());
+        Metrics {
+            margin: (12.0 * scale) as usize,
+            gap: (8.0 * scale) as usize,
+            label: if side > 0.0 { (side + 10.0 * scale) as usize } else { 0 },
+            head: if head > 0.0 { (head + 6.0 * scale) as usize } else { 0 },
+            column_head: if self.columns.iter().all(String::is_empty) { 0 } else { (13.0 * scale) as usize },
+            caption: if captions { (15.0 * scale) as usize } else { 0 },
+            cell: (width, cells().map(|c| c.picture.height).max().unwrap_or(0)),
+        }
+    }
+}
+
+fn draw_row(page: &mut Display, row: &Row, m: &Metrics, at: (usize, usize), pens: (&Pen, &Pen)) {
+    let (bright, dim) = pens;
+    let line = bright.line();
+    let top = at.1 as f32 + 0.5 * (m.cell.1 as f32 - line * row.label.len() as f32);
+    for (k, text) in row.label.iter().enumerate() {
+        let pen = if k == 0 { bright } else { dim };
+        pen.draw(page, m.margin as f32, top + line * k as f32, text);
+    }
+    for (c, cell) in row.cells.iter().enumerate() {
+        let Some(cell) = cell else { continue };
+        let x = at.0 + c * (m.cell.0 + m.gap);
+        page.paste(&cell.picture, x + (m.cell.0 - cell.picture.width.min(m.cell.0)) / 2, at.1);
+        let y = (at.1 + m.cell.1) as f32 + 4.0 * dim.scale;
+        dim.centred(page, (x + m.cell.0 / 2) as f32, y, &cell.caption);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_holds_every_cell_and_an_empty_sheet_is_fine() {
+        assert!(Sheet::default().draw().width > 0);
+        let cell = Cell { picture: Display::filled(40, 30, [200, 10, 10]), caption: "0.1 %".into() };
+        let sheet = Sheet {
+            title: "Title".into(),
+            columns: vec!["one".into(), "two".into()],
+            rows: vec![Row { label: vec!["row".into()], cells: vec![Some(cell.clone()), None] }],
+            ..Sheet::default()
+        };
+        let page = sheet.draw();
+        let red = page.rgb.chunks_exact(3).filter(|p| *p == [200, 10, 10]).count();
+        assert_eq!(red, 40 * 30);
+    }
+}

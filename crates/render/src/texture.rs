@@ -1,0 +1,130 @@
+//! Textures on surfaces.
+
+/// One level of a texture, rows from the top.
+#[derive(Debug, Clone)]
+struct Level {
+    width: usize,
+    height: usize,
+    texels: Vec<[f32; 3]>,
+}
+
+/// A linear RGB texture with its chain of box-filtered levels; coordinates repeat outside 0 … 1.
+#[derive(Debug, Clone)]
+pub struct Texture {
+    levels: Vec<Level>,
+}
+
+impl Texture {
+    /// A texture of linear planes of `width`·`height` values, rows from the top. `None` where it is empty or a
+    /// plane is too short.
+    pub fn new(width: usize, height: usize, planes: &[Vec<f32>; 3]) -> Option<Self> {
+        let n = width.checked_mul(height)?;
+        if n == 0 || planes.iter().any(|p| p.len() < n) {
+            return None;
+        }
+        let texels = (0..n).map(|i| [planes[0][i], planes[1][i], planes[2][i]]).collect();
+        let mut levels = vec![Level { width, height, texels }];
+        while let Some(next) = levels.last().and_then(Level::half) {
+            levels.push(next);
+        }
+        Some(Self { levels })
+    }
+
+    /// Width and height of the finest level.
+    pub fn size(&self) -> (usize, usize) {
+        (self.levels[0].width, self.levels[0].height)
+    }
+
+    /// The value at (u, v), v downwards, averaged over a square of side `footprint` in texture coordinates:
+    /// bilinear in the two nearest levels.
+    pub fn sample(&self, u: f32, v: f32, footprint: f32) -> [f32; 3] {
+        let finest = self.levels[0].width.max(self.levels[0].height) as f32;
+        let last = (self.levels.len() - 1) as f32;
+        let lod = (footprint * finest).max(1.0).log2().clamp(0.0, last);
+        let (low, t) = (lod as usize, lod.fract());
+        let a = self.levels[low].bilinear(u, v);
+        if t == 0.0 {
+            return a;
+        }
+        let b = self.levels[low + 1].bilinear(u, v);
+        std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
+    }
+}
+
+impl Level {
+    /// The next coarser level, each texel the area average of what it covers; `None` at 1 × 1.
+    fn half(&self) -> Option<Self> {
+        if self.width == 1 && self.height == 1 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let (sx, sy) = (self.width as f32 / width as f32, self.height as f32 / height as f32);
+        let texels = (0..width * height)
+            .map(|i| self.average((i % width) as f32 * sx, (i / width) as f32 * sy, sx, sy))
+            .collect();
+        Some(Self { width, height, texels })
+    }
+
+    /// Mean over the box of corner (x, y) and size (w, h), in texels.
+    fn average(&self, x: f32, y: f32, w: f32, h: f32) -> [f32; 3] {
+        let overlap = |i: usize, from: f32, size: f32| {
+            ((i + 1) as f32).min(from + size) - (i as f32).max(from)
+        };
+        let mut sum = [0.0; 3];
+        for j in y as usize..((y + h).ceil() as usize).min(self.height) {
+            for i in x as usize..((x + w).ceil() as usize).min(self.width) {
+                let weight = overlap(i, x, w) * overlap(j, y, h) / (w * h);
+                let c = self.texels[j * self.width + i];
+                (0..3).for_each(|k| sum[k] += weight * c[k]);
+            }
+        }
+        sum
+    }
+
+    fn bilinear(&self, u: f32, v: f32) -> [f32; 3] {
+        let coordinate = |u: f32, n: usize| {
+            let x = (if u.is_finite() { u - u.floor() } else { 0.0 }) * n as f32 - 0.5;
+            let low = x.floor();
+            let wrap = |i: isize| i.rem_euclid(n as isize) as usize;
+            (wrap(low as isize), wrap(low as isize + 1), x - low)
+        };
+        let (x0, x1, fx) = coordinate(u, self.width);
+        let (y0, y1, fy) = coordinate(v, self.height);
+        let at = |x: usize, y: usize| self.texels[y * self.width + x];
+        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
+        std::array::from_fn(|k| {
+            let top = a[k] + (b[k] - a[k]) * fx;
+            let bottom = c[k] + (d[k] - c[k]) * fx;
+            top + (bottom - top) * fy
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(w: usize, h: usize) -> Texture {
+        let p: Vec<f32> = (0..w * h).map(|i| (i % w) as f32).collect();
+        Texture::new(w, h, &[p.clone(), p.clone(), p]).unwrap()
+    }
+
+    #[test]
+    fn every_level_keeps_the_mean_of_odd_sizes_too() {
+        let t = ramp(7, 5);
+        for l in &t.levels {
+            let mean = l.texels.iter().map(|c| c[0]).sum::<f32>() / l.texels.len() as f32;
+            assert!((mean - 3.0).abs() < 1e-5, "{} × {}: {mean}", l.width, l.height);
+        }
+    }
+
+    #[test]
+    fn centres_return_texels_and_coordinates_repeat() {
+        let t = ramp(8, 4);
+        assert_eq!(t.sample(3.5 / 8.0, 0.125, 0.0)[0], 3.0);
+        assert_eq!(t.sample(-4.5 / 8.0, 7.125, 0.0)[0], 3.0);
+        assert!((t.sample(0.3, 0.4, 1.0)[0] - 3.5).abs() < 1e-5);
+        assert!(t.sample(f32::NAN, f32::INFINITY, 0.0)[0].is_finite());
+        assert!(Texture::new(2, 2, &[vec![], vec![], vec![]]).is_none());
+    }
+}
