@@ -67,7 +67,10 @@ impl ParamValues {
     pub fn check(&self, infos: &[ParamInfo]) -> Result<(), ParamError> {
         for (name, &value) in &self.0 {
             let Some(info) = infos.iter().find(|i| i.name == name) else {
-                return Err(ParamError::Unknown { name: name.clone(), available: infos.iter().map(|i| i.name).collect() });
+                return Err(ParamError::Unknown {
+                    name: name.clone(),
+                    available: infos.iter().map(|i| i.name).collect(),
+                });
             };
             // A NaN lies in no range.
             if !(info.min..=info.max).contains(&value) {

@@ -106,7 +106,14 @@ mod tests {
     fn directories_do_not_leave_the_machine() {
         assert_eq!(strip_directories("/home/me/a.hdr"), "a.hdr");
         assert_eq!(strip_directories("merl:/data/gold.binary"), "merl:gold.binary");
-        assert_eq!(strip_directories("lafortune:lobes=../x/l.csv"), "lafortune:lobes=../x/l.csv".rsplit('/').next().map(|f| format!("lafortune:{f}")).expect("has a name"));
+        assert_eq!(
+            strip_directories("lafortune:lobes=../x/l.csv"),
+            "lafortune:lobes=../x/l.csv"
+                .rsplit('/')
+                .next()
+                .map(|f| format!("lafortune:{f}"))
+                .expect("has a name")
+        );
         assert_eq!(strip_directories("ggx:alpha=0.2,f0=1/0.8/0.3"), "ggx:alpha=0.2,f0=1/0.8/0.3");
     }
 

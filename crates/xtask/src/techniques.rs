@@ -1,0 +1,68 @@
+//! The table of techniques, from their Cards.
+
+use std::fmt::Write;
+use steradian_techniques::{Capabilities, registry};
+
+/// Columns of STAR04's figure 11.
+const COLUMNS: [(&str, fn(&Capabilities) -> bool); 11] = [
+    ("diffuse", |c| c.diffuse),
+    ("certain isotropic", |c| c.certain_isotropic),
+    ("certain anisotropic", |c| c.certain_anisotropic),
+    ("all isotropic", |c| c.all_isotropic),
+    ("all anisotropic", |c| c.all_anisotropic),
+    ("shift-variant", |c| c.shift_variant),
+    ("bump mapping", |c| c.bump_mapping),
+    ("self-shadowing", |c| c.self_shadowing),
+    ("inter-reflections", |c| c.interreflections),
+    ("dynamic lighting", |c| c.dynamic_lighting),
+    ("dynamic objects", |c| c.dynamic_objects),
+];
+
+/// `docs/techniques.md`. Writes to a `String` cannot fail, hence the ignored results.
+pub fn page() -> String {
+    let mut out = String::from(
+        "# Techniques\n\nEach technique is a room; its chapter is the README in its folder.\n\n",
+    );
+    out.push_str(
+        "| technique | light | reflectance | parameters (default) | chapter |\n|---|---|---|---|---|\n",
+    );
+    for t in registry() {
+        let c = t.card();
+        let params: Vec<_> = t.params().iter().map(|p| format!("`{}` ({})", p.name, p.default)).collect();
+        let _ = writeln!(
+            out,
+            "| `{}` {} | {} | {} | {} | [{}](../crates/techniques/src/rooms/{}/README.md) |",
+            c.slug,
+            c.title,
+            c.light,
+            c.reflectance,
+            if params.is_empty() { "–".into() } else { params.join(", ") },
+            c.slug,
+            c.slug
+        );
+    }
+    out.push_str("\n## Capabilities\n\nThe columns of figure 11 of Kautz, *Hardware Lighting and Shading: a Survey* (2004).\n\n| technique | local or global |");
+    COLUMNS.iter().for_each(|(name, _)| out.push_str(&format!(" {name} |")));
+    out.push_str("\n|---|---|");
+    COLUMNS.iter().for_each(|_| out.push_str("---|"));
+    for t in registry() {
+        let c = t.card();
+        let _ =
+            write!(out, "\n| `{}` | {} |", c.slug, if c.capabilities.global { "global" } else { "local" });
+        for (_, has) in COLUMNS {
+            out.push_str(if has(&c.capabilities) { " x |" } else { "  |" });
+        }
+    }
+    out.push_str("\n\n## Sources\n\n");
+    for t in registry() {
+        let c = t.card();
+        let _ = writeln!(out, "- `{}`: {}", c.slug, c.citation);
+    }
+    out.push_str("\n## Exact when\n\n");
+    for t in registry() {
+        for claim in t.card().exact_when {
+            let _ = writeln!(out, "- `{}`: {} (within {:e})", t.card().slug, claim.statement, claim.within);
+        }
+    }
+    out
+}
