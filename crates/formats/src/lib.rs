@@ -4,8 +4,24 @@
 //! Limits are checked before allocation; errors are typed and name file and fault in one line; files are
 //! written beside their destination and renamed, so that a failed write leaves the old file whole.
 
+mod atomic;
+mod color;
 pub mod error;
+mod hdr;
+mod image;
+mod ldr;
+mod limits;
+mod openexr;
+mod pfm;
 pub mod raster;
+mod srgb;
+mod tga;
 
+pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use error::{FormatError, Limits};
+pub use image::{
+    ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
+    read_image, read_image_with, write_image,
+};
 pub use raster::{Channel, Raster};
+pub use srgb::{linear_to_srgb, srgb_to_linear};

@@ -40,6 +40,14 @@ impl Raster {
         self.channels.iter().find(|c| c.name == name).map(|c| c.data.as_slice())
     }
 
+    /// The first pixel (in rows from the top) that is NaN or infinite, with its channel's name.
+    pub fn first_non_finite(&self) -> Option<(usize, usize, &str)> {
+        let first = |c: &Channel| c.data.iter().position(|v| !v.is_finite());
+        let (i, channel) =
+            self.channels.iter().filter_map(|c| Some((first(c)?, c))).min_by_key(|&(i, _)| i)?;
+        Some((i % self.width.max(1), i / self.width.max(1), &channel.name))
+    }
+
     /// Red, green and blue, moved out; a single luminance plane serves as all three. `None` where there is neither.
     pub fn into_rgb(mut self) -> Option<[Vec<f32>; 3]> {
         let mut take = |name: &str| {

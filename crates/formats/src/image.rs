@@ -1,0 +1,254 @@
+//! The door for images: reading by content, writing by extension.
+
+use crate::atomic::{plain, write_atomic, write_atomic_seek};
+use crate::{FormatError, Limits, Raster, hdr, ldr, openexr, pfm, tga};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// How to read an image.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// What may be allocated.
+    pub limits: Limits,
+    /// The layer of an EXR to read; the first one with colour where `None`. A layer is a part's name, or what
+    /// stands before the last dot of a channel's name.
+    pub layer: Option<String>,
+    /// Read every channel of an EXR, not only the chosen layer's colour.
+    pub all_channels: bool,
+    /// Low-range files hold data (normals, roughness), not colour: values are m/255 without the sRGB curve.
+    pub data: bool,
+}
+
+/// Reads the image `path`, whose format its first bytes tell: Radiance `.hdr`, OpenEXR, PFM, PNG, JPEG, TGA.
+///
+/// Values are linear; 8- and 16-bit files are decoded from sRGB and flagged `low_range`. Pixels that are not
+/// finite pass: [`Raster::first_non_finite`] finds them.
+pub fn read_image(path: &Path, limits: &Limits) -> Result<Raster, FormatError> {
+    read_image_with(path, &ReadOptions { limits: *limits, ..ReadOptions::default() })
+}
+
+/// [`read_image`] with options.
+pub fn read_image_with(path: &Path, options: &ReadOptions) -> Result<Raster, FormatError> {
+    let unreadable = |e: io::Error| FormatError::Unreadable { path: path.into(), why: plain(&e) };
+    let (mut file, length) = open(path)?;
+    let mut head = [0u8; 4];
+    let n = read_up_to(&mut file, &mut head).map_err(unreadable)?;
+    if openexr::is_exr(&head[..n]) && file.seek(SeekFrom::Start(0)).is_ok() {
+        // Straight from the disk: the compressed bytes never lie in memory as a whole.
+        return openexr::decode(path, BufReader::with_capacity(1 << 18, file), length, options);
+    }
+    options.limits.memory(path, u128::from(length), length)?;
+    let mut bytes = Vec::new();
+    bytes.extend_from_slice(&head[..n]);
+    file.take(options.limits.max_memory).read_to_end(&mut bytes).map_err(unreadable)?;
+    decode_image_with(path, &bytes, options)
+}
+
+/// Decodes an image that lies in memory (embedded in a mesh, or made by a test); `name` is for messages and tells
+/// formats without a magic number apart.
+pub fn decode_image(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Raster, FormatError> {
+    decode_image_with(name, bytes, &ReadOptions { limits: *limits, ..ReadOptions::default() })
+}
+
+/// [`decode_image`] with options.
+pub fn decode_image_with(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Raster, FormatError> {
+    if bytes.is_empty() {
+        Err(FormatError::invalid(name, "the file is empty"))
+    } else if openexr::is_exr(bytes) {
+        openexr::decode(name, io::Cursor::new(bytes), bytes.len() as u64, options)
+    } else if hdr::is_hdr(bytes) {
+        hdr::decode(name, bytes, &options.limits)
+    } else if pfm::is_pfm(bytes) {
+        pfm::decode(name, bytes, &options.limits)
+    } else if let Some(format) = ldr::format(bytes) {
+        ldr::decode(name, bytes, format, options)
+    } else if tga::is_tga(name, bytes) {
+        tga::decode(name, bytes, options)
+    } else {
+        let why = "not an image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
+        Err(FormatError::invalid(name, why))
+    }
+}
+
+/// Opens a file for reading; folders and missing files are [`FormatError::Unreadable`].
+pub(crate) fn open(path: &Path) -> Result<(File, u64), FormatError> {
+    let unreadable = |why: String| FormatError::Unreadable { path: path.into(), why };
+    let file = File::open(path).map_err(|e| unreadable(plain(&e)))?;
+    let meta = file.metadata().map_err(|e| unreadable(plain(&e)))?;
+    if meta.is_dir() {
+        return Err(unreadable("is a folder, not a file".into()));
+    }
+    Ok((file, meta.len()))
+}
+
+/// All bytes of `path`, refused where they would go beyond the memory limit.
+pub(crate) fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
+    let (file, length) = open(path)?;
+    limits.memory(path, u128::from(length), length)?;
+    let mut bytes = Vec::new();
+    file.take(limits.max_memory)
+        .read_to_end(&mut bytes)
+        .map_err(|e| FormatError::Unreadable { path: path.into(), why: plain(&e) })?;
+    Ok(bytes)
+}
+
+fn read_up_to(file: &mut File, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut n = 0;
+    while n < buffer.len() {
+        match file.read(&mut buffer[n..])? {
+            0 => break,
+            k => n += k,
+        }
+    }
+    Ok(n)
+}
+
+/// Sample type of an EXR's channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ExrSamples {
+    /// 16-bit floats: values beyond 65504 clip and are counted.
+    Half,
+    /// 32-bit floats.
+    #[default]
+    Float,
+}
+
+/// Compression of an EXR.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ExrCompression {
+    /// None.
+    None,
+    /// Run lengths.
+    Rle,
+    /// Deflate, blocks of 16 rows.
+    #[default]
+    Zip,
+    /// Wavelet; the smallest for noisy images.
+    Piz,
+}
+
+/// How to write an image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WriteOptions {
+    /// Provenance and other pairs for the file's metadata. In an EXR the pair `envmap` = `latlong` or `cube`
+    /// becomes the standard attribute. A PFM holds no metadata.
+    pub metadata: Vec<(String, String)>,
+    /// Sample type of an EXR.
+    pub exr_samples: ExrSamples,
+    /// Compression of an EXR.
+    pub exr_compression: ExrCompression,
+    /// Bits per sample of a PNG: 8 or 16.
+    pub png_bits: u8,
+    /// The values are display-referred already: a PNG takes them as they are, 0 … 1. Otherwise they are linear
+    /// and the PNG writer applies the sRGB curve (IEC 61966-2-1).
+    pub already_encoded: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self {
+            metadata: Vec::new(),
+            exr_samples: ExrSamples::default(),
+            exr_compression: ExrCompression::default(),
+            png_bits: 8,
+            already_encoded: false,
+        }
+    }
+}
+
+/// What a written file could not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WriteReport {
+    /// Samples that lie outside the format's range and were clipped.
+    pub clipped: u64,
+    /// Sum of |given − written| over the clipped samples.
+    pub lost: f64,
+}
+
+impl WriteReport {
+    pub(crate) fn clip(&mut self, given: f64, written: f64) {
+        self.clipped += 1;
+        self.lost += (given - written).abs();
+    }
+
+    /// Both reports together.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.clipped += other.clipped;
+        self.lost += other.lost;
+    }
+}
+
+/// Writes `raster` in the format that the extension names: `.exr`, `.hdr`, `.pfm`, `.png`. The file appears whole
+/// or not at all. Pixels that are not finite are refused.
+pub fn write_image(path: &Path, raster: &Raster, options: &WriteOptions) -> Result<WriteReport, FormatError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let refuse = |why: String| FormatError::Unwritable { path: path.into(), why };
+    let planes = Planes::of(raster).map_err(refuse)?;
+    let mut report = WriteReport::default();
+    match extension.as_str() {
+        "exr" => write_atomic_seek(path, |w| {
+            report = openexr::encode(w, raster, options)?;
+            Ok(())
+        }),
+        "hdr" | "pic" => write_atomic(path, |w| {
+            report = hdr::encode(w, planes.colored()?, &options.metadata)?;
+            Ok(())
+        }),
+        "pfm" => write_atomic(path, |w| pfm::encode(w, planes.colored()?)),
+        "png" => write_atomic(path, |w| {
+            report = ldr::encode_png(w, planes.colored()?, options)?;
+            Ok(())
+        }),
+        _ => Err(refuse(format!(
+            "no image format is called '.{extension}'; there are .exr, .hdr, .pfm and .png"
+        ))),
+    }?;
+    Ok(report)
+}
+
+/// A raster's planes, checked: none is short, all values are finite.
+pub(crate) struct Planes<'a> {
+    pub width: usize,
+    pub height: usize,
+    color: Option<[&'a [f32]; 3]>,
+    /// A single plane served as all three.
+    pub grey: bool,
+    pub alpha: Option<&'a [f32]>,
+}
+
+impl<'a> Planes<'a> {
+    fn of(raster: &'a Raster) -> Result<Self, String> {
+        let (width, height) = (raster.width, raster.height);
+        let n = width.checked_mul(height).filter(|&n| n > 0).ok_or("the image is empty")?;
+        if let Some(c) = raster.channels.iter().find(|c| c.data.len() != n) {
+            return Err(format!(
+                "channel {} has {} values for {width} x {height} pixels",
+                c.name,
+                c.data.len()
+            ));
+        }
+        if let Some((x, y, channel)) = raster.first_non_finite() {
+            return Err(format!("pixel ({x}, {y}) of channel {channel} is not finite"));
+        }
+        let (r, g, b) = (raster.channel("R"), raster.channel("G"), raster.channel("B"));
+        let y = raster.channel("Y");
+        let (color, grey) = match (r, g, b, y) {
+            (Some(r), Some(g), Some(b), _) => (Some([r, g, b]), false),
+            (_, _, _, Some(y)) => (Some([y, y, y]), true),
+            _ => (None, false),
+        };
+        Ok(Self { width, height, color, grey, alpha: raster.channel("A") })
+    }
+
+    /// Itself, where there is colour.
+    fn colored(&self) -> io::Result<&Self> {
+        let why = "the format needs the channels R, G and B, or Y; .exr takes any";
+        self.color.map(|_| self).ok_or_else(|| io::Error::other(why))
+    }
+
+    /// The colour planes; [`Self::colored`] was asked before.
+    pub fn rgb(&self) -> [&'a [f32]; 3] {
+        self.color.unwrap_or([&[]; 3])
+    }
+}

@@ -1,0 +1,183 @@
+//! Low-range images: PNG and JPEG, through the crate `image`.
+
+use crate::image::{Planes, ReadOptions, WriteOptions, WriteReport};
+use crate::srgb::{linear_to_srgb, srgb_to_linear};
+use crate::{Channel, FormatError, Raster};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
+use std::io::{self, Cursor, Write};
+use std::path::Path;
+
+/// PNG or JPEG by their first bytes.
+pub(crate) fn format(bytes: &[u8]) -> Option<ImageFormat> {
+    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        Some(ImageFormat::Png)
+    } else if bytes.starts_with(b"\xff\xd8\xff") {
+        Some(ImageFormat::Jpeg)
+    } else {
+        None
+    }
+}
+
+/// Decodes the image in `bytes`; `name` is for messages.
+pub(crate) fn decode(
+    name: &Path,
+    bytes: &[u8],
+    format: ImageFormat,
+    options: &ReadOptions,
+) -> Result<Raster, FormatError> {
+    let invalid = |e: image::ImageError| FormatError::invalid(name, describe(&e));
+    let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(invalid)?;
+    let (width, height) = decoder.dimensions();
+    let planes = u64::from(decoder.color_type().channel_count());
+    options.limits.image(name, width.into(), height.into(), planes, bytes.len() as u64)?;
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(options.limits.max_memory);
+    decoder.set_limits(limits).map_err(invalid)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(invalid)?;
+    let (width, height) = (width as usize, height as usize);
+    let channels = planes_of(&image, options.data);
+    Ok(Raster { width, height, channels, low_range: true, metadata: Vec::new() })
+}
+
+/// The library's message on one line.
+fn describe(e: &image::ImageError) -> String {
+    let text = match e {
+        image::ImageError::IoError(io) if io.kind() == io::ErrorKind::UnexpectedEof => "truncated".into(),
+        other => other.to_string(),
+    };
+    text.replace(['\n', '\r'], " ")
+}
+
+fn planes_of(image: &DynamicImage, data: bool) -> Vec<Channel> {
+    match image {
+        DynamicImage::ImageLuma8(i) => split(i.as_raw(), 1, 8, data),
+        DynamicImage::ImageLumaA8(i) => split(i.as_raw(), 2, 8, data),
+        DynamicImage::ImageRgb8(i) => split(i.as_raw(), 3, 8, data),
+        DynamicImage::ImageRgba8(i) => split(i.as_raw(), 4, 8, data),
+        DynamicImage::ImageLuma16(i) => split(i.as_raw(), 1, 16, data),
+        DynamicImage::ImageLumaA16(i) => split(i.as_raw(), 2, 16, data),
+        DynamicImage::ImageRgb16(i) => split(i.as_raw(), 3, 16, data),
+        DynamicImage::ImageRgba16(i) => split(i.as_raw(), 4, 16, data),
+        other => split(other.to_rgba16().as_raw(), 4, 16, data),
+    }
+}
+
+fn split<T: Copy + Into<u16>>(raw: &[T], k: usize, bits: u8, data: bool) -> Vec<Channel> {
+    let names: &[&str] = match k {
+        1 => &["Y"],
+        2 => &["Y", "A"],
+        3 => &["R", "G", "B"],
+        _ => &["R", "G", "B", "A"],
+    };
+    let (color, straight) = (Curve::of(bits, data), Curve::of(bits, true));
+    let plane = |(c, name): (usize, &&str)| {
+        let curve = if *name == "A" { &straight } else { &color };
+        let data = raw[c..].iter().step_by(k).map(|&v| curve.get(v.into())).collect();
+        Channel { name: (*name).into(), data }
+    };
+    names.iter().enumerate().map(plane).collect()
+}
+
+/// Code values to linear values.
+pub(crate) struct Curve(Vec<f32>);
+
+impl Curve {
+    /// For samples of `bits` bits; `data` leaves the sRGB curve out.
+    pub fn of(bits: u8, data: bool) -> Self {
+        let max = (1u32 << bits) - 1;
+        let value = |i: u32| (f64::from(i) / f64::from(max)) as f32;
+        Self((0..=max).map(|i| if data { value(i) } else { srgb_to_linear(value(i)) }).collect())
+    }
+
+    /// The value of code `i`.
+    pub fn get(&self, i: u16) -> f32 {
+        self.0.get(usize::from(i)).copied().unwrap_or(1.0)
+    }
+}
+
+/// Writes a PNG of 8 or 16 bits, grey or RGB, with alpha where there is one.
+pub(crate) fn encode_png(
+    w: &mut dyn Write,
+    planes: &Planes<'_>,
+    options: &WriteOptions,
+) -> io::Result<WriteReport> {
+    let rgb = planes.rgb();
+    let mut channels: Vec<(&[f32], bool)> =
+        rgb[..if planes.grey { 1 } else { 3 }].iter().map(|&p| (p, options.already_encoded)).collect();
+    channels.extend(planes.alpha.map(|a| (a, true)));
+    let wide = options.png_bits > 8;
+    let kind = match (channels.len(), wide) {
+        (1, false) => ExtendedColorType::L8,
+        (2, false) => ExtendedColorType::La8,
+        (3, false) => ExtendedColorType::Rgb8,
+        (_, false) => ExtendedColorType::Rgba8,
+        (1, true) => ExtendedColorType::L16,
+        (2, true) => ExtendedColorType::La16,
+        (3, true) => ExtendedColorType::Rgb16,
+        (_, true) => ExtendedColorType::Rgba16,
+    };
+    let mut report = WriteReport::default();
+    let n = planes.width * planes.height;
+    let mut raw = Vec::with_capacity(n * channels.len() * if wide { 2 } else { 1 });
+    for i in 0..n {
+        for &(plane, straight) in &channels {
+            let v = clip(plane[i], &mut report);
+            let v = f64::from(if straight { v } else { linear_to_srgb(v) });
+            if wide {
+                // The encoder takes 16-bit samples in the machine's order.
+                raw.extend(((v * 65535.0).round() as u16).to_ne_bytes());
+            } else {
+                raw.push((v * 255.0).round() as u8);
+            }
+        }
+    }
+    write_with_text(w, &raw, planes, kind, &options.metadata)?;
+    Ok(report)
+}
+
+fn clip(v: f32, report: &mut WriteReport) -> f32 {
+    let c = v.clamp(0.0, 1.0);
+    if c != v {
+        report.clip(v.into(), c.into());
+    }
+    c
+}
+
+/// The encoder takes no text; it goes between header and pixels afterwards.
+fn write_with_text(
+    w: &mut dyn Write,
+    raw: &[u8],
+    planes: &Planes<'_>,
+    kind: ExtendedColorType,
+    metadata: &[(String, String)],
+) -> io::Result<()> {
+    let (width, height) = (planes.width as u32, planes.height as u32);
+    let mut png = Vec::new();
+    PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
+        .write_image(raw, width, height, kind)
+        .map_err(io::Error::other)?;
+    // Signature (8 bytes) and IHDR (25 bytes) come first in every PNG.
+    let (head, tail) = png.split_at(33);
+    w.write_all(head)?;
+    for (name, value) in metadata {
+        w.write_all(&text_chunk(name, value))?;
+    }
+    w.write_all(tail)
+}
+
+/// An iTXt chunk (PNG specification, third edition, 11.3.3.4): uncompressed UTF-8.
+fn text_chunk(name: &str, value: &str) -> Vec<u8> {
+    let keyword: String = name.chars().filter(|c| (' '..='~').contains(c)).take(79).collect();
+    let mut body = b"iTXt".to_vec();
+    body.extend(if keyword.trim().is_empty() { "Comment" } else { keyword.trim() }.bytes());
+    // End of keyword, no compression, its method, no language, no translation.
+    body.extend([0; 5]);
+    body.extend(value.bytes().filter(|&b| b != 0));
+    let mut crc = flate2::Crc::new();
+    crc.update(&body);
+    let mut chunk = ((body.len() - 4) as u32).to_be_bytes().to_vec();
+    chunk.extend(&body);
+    chunk.extend(crc.sum().to_be_bytes());
+    chunk
+}

@@ -1,0 +1,67 @@
+//! Checks that come before every allocation.
+
+use crate::{FormatError, Limits};
+use std::path::Path;
+
+impl Limits {
+    /// May an image of `width`·`height` pixels, `planes` planes of f32, be decoded from `file_bytes` bytes? Gives
+    /// the pixel count. Refuses empty images, sides and memory beyond the limits, and files that are so much
+    /// smaller than what they claim to hold that they must be truncated or hostile.
+    pub fn image(
+        &self,
+        path: &Path,
+        width: u64,
+        height: u64,
+        planes: u64,
+        file_bytes: u64,
+    ) -> Result<usize, FormatError> {
+        if width == 0 || height == 0 {
+            return Err(FormatError::invalid(path, format!("the image is empty: {width} x {height} pixels")));
+        }
+        if width.max(height) > u64::from(self.max_side) {
+            let why =
+                format!("{width} x {height} pixels is beyond the limit of {} pixels a side", self.max_side);
+            return Err(FormatError::invalid(path, why));
+        }
+        let pixels = width * height;
+        self.memory(path, u128::from(pixels) * u128::from(planes.max(1)) * 4, file_bytes)?;
+        usize::try_from(pixels).map_err(|_| FormatError::invalid(path, "too large for this machine"))
+    }
+
+    /// May `bytes` be allocated to decode `file_bytes` bytes?
+    pub fn memory(&self, path: &Path, bytes: u128, file_bytes: u64) -> Result<(), FormatError> {
+        if bytes > u128::from(self.max_memory) {
+            let why = format!(
+                "decoding needs {} MiB, beyond the limit of {} MiB (--max-memory raises it)",
+                bytes >> 20,
+                self.max_memory >> 20
+            );
+            return Err(FormatError::invalid(path, why));
+        }
+        if bytes > u128::from(self.max_ratio) * u128::from(file_bytes.max(1)) {
+            let why = format!(
+                "{file_bytes} bytes claim to hold {bytes} decoded bytes, more than {} times as many; \
+                 the file is truncated or damaged",
+                self.max_ratio
+            );
+            return Err(FormatError::invalid(path, why));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_refused_before_they_are_allocated() {
+        let (l, p) = (Limits::default(), Path::new("f"));
+        assert_eq!(l.image(p, 4, 2, 3, 100).unwrap(), 8);
+        let why = |w, h, n| l.image(p, w, h, 3, n).unwrap_err().to_string();
+        assert!(why(0, 4, 9).contains("empty"));
+        assert!(why(1 << 31, 1 << 31, 9).contains("65536 pixels a side"));
+        assert!(why(1 << 16, 1 << 16, 1 << 40).contains("--max-memory"));
+        assert!(why(10_000, 10_000, 9).contains("truncated or damaged"));
+    }
+}
