@@ -87,6 +87,68 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     f()
 }
 
+/// What a kernel may know of the instruction set that it is compiled for.
+pub trait Arch: Copy {
+    /// `a·b + c`: fused where the instruction set has it, two roundings elsewhere (a call to the fused
+    /// routine of the C library would be slower by an order of magnitude).
+    fn fma(a: f64, b: f64, c: f64) -> f64;
+}
+
+/// Fused multiply-add in hardware.
+#[derive(Clone, Copy)]
+struct Fused;
+
+impl Arch for Fused {
+    #[inline(always)]
+    fn fma(a: f64, b: f64, c: f64) -> f64 {
+        a.mul_add(b, c)
+    }
+}
+
+/// Separate multiplication and addition.
+#[derive(Clone, Copy)]
+struct Separate;
+
+impl Arch for Separate {
+    #[inline(always)]
+    fn fma(a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+/// A computation that [`run`] compiles once per instruction set. Mark `run` and all that it calls
+/// `#[inline(always)]`.
+pub trait Kernel {
+    /// What it returns.
+    type Output;
+    /// The computation.
+    fn run<A: Arch>(self) -> Self::Output;
+}
+
+/// Runs a kernel compiled for [`isa`].
+#[inline]
+pub fn run<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+        fn avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Fused>()
+        }
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
+        fn avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Fused>()
+        }
+        match isa() {
+            // SAFETY: `isa` returns this only where the features were detected.
+            Isa::Avx512 => return unsafe { avx512(kernel) },
+            // SAFETY: as above.
+            Isa::Avx2 => return unsafe { avx2(kernel) },
+            Isa::Portable => {}
+        }
+    }
+    if cfg!(target_arch = "aarch64") { kernel.run::<Fused>() } else { kernel.run::<Separate>() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,5 +158,22 @@ mod tests {
         let x: Vec<f32> = (0..1000).map(|i| i as f32).collect();
         assert_eq!(dispatch(|| x.iter().sum::<f32>()), 499_500.0);
         assert!(isa() <= detect());
+    }
+
+    struct Dot<'a>(&'a [f64], &'a [f64]);
+
+    impl Kernel for Dot<'_> {
+        type Output = f64;
+        #[inline(always)]
+        fn run<A: Arch>(self) -> f64 {
+            self.0.iter().zip(self.1).fold(0.0, |s, (a, b)| A::fma(*a, *b, s))
+        }
+    }
+
+    #[test]
+    fn a_kernel_computes_the_same_on_every_instruction_set() {
+        let x: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!(run(Dot(&x, &x)), 328_350.0);
+        assert_eq!(Dot(&x, &x).run::<Separate>(), 328_350.0);
     }
 }

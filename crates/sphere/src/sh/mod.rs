@@ -4,12 +4,17 @@
 //! no Condon–Shortley phase. `order` is the highest band l; `bands = order + 1`.
 
 mod basis;
+mod exchange;
 mod project;
+mod rotation;
+mod wigner;
 
 pub use basis::{Basis, eval, legendre};
 pub use project::project_direct;
+pub use rotation::{Rotation, euler_zyz, z_to};
+pub use wigner::wigner_d;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Index of (l, m), −l ≤ m ≤ l: l² + l + m.
 #[inline]
@@ -67,23 +72,4 @@ pub fn project(image: &crate::SphereImage, order: usize) -> ShRgb {
 pub fn synthesize(sh: &ShRgb, layout: crate::Layout, width: usize, height: usize) -> crate::SphereImage {
     let _ = (sh, layout, width, height);
     todo!()
-}
-
-/// Rotates coefficients: the result is the function turned by `rotation` (f'(d) = f(rotation⁻¹ d)).
-pub struct Rotation {
-    order: usize,
-}
-
-impl Rotation {
-    /// A plan for rotations up to `order` (stable to band 1023 and beyond).
-    pub fn new(order: usize, rotation: DMat3) -> Self {
-        let _ = rotation;
-        Self { order }
-    }
-
-    /// Applies the rotation to `count(order)` coefficients.
-    pub fn apply(&self, c: &[f64], out: &mut [f64]) {
-        let _ = (c, out, self.order);
-        todo!()
-    }
 }
