@@ -53,7 +53,8 @@ impl Backdrop {
 }
 
 fn filtered(image: &SphereImage, footprint: f64) -> SphereImage {
-    let width = if footprint > 0.0 { (TAU / footprint).round().clamp(16.0, 1e6) as usize } else { usize::MAX };
+    let width =
+        if footprint > 0.0 { (TAU / footprint).round().clamp(16.0, 1e6) as usize } else { usize::MAX };
     if width >= image.width {
         return image.clone();
     }

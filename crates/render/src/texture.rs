@@ -67,9 +67,8 @@ impl Level {
 
     /// Mean over the box of corner (x, y) and size (w, h), in texels.
     fn average(&self, x: f32, y: f32, w: f32, h: f32) -> [f32; 3] {
-        let overlap = |i: usize, from: f32, size: f32| {
-            ((i + 1) as f32).min(from + size) - (i as f32).max(from)
-        };
+        let overlap =
+            |i: usize, from: f32, size: f32| ((i + 1) as f32).min(from + size) - (i as f32).max(from);
         let mut sum = [0.0; 3];
         for j in y as usize..((y + h).ceil() as usize).min(self.height) {
             for i in x as usize..((x + w).ceil() as usize).min(self.width) {

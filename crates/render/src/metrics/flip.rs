@@ -200,7 +200,11 @@ fn separable(p: &[f32], kx: &[f32], ky: &[f32], w: usize, h: usize) -> Vec<f32> 
     let mut rows = vec![0.0f32; w * h];
     rows.par_chunks_mut(w).enumerate().for_each(|(y, out)| {
         for (x, o) in out.iter_mut().enumerate() {
-            *o = kx.iter().enumerate().map(|(k, c)| c * p[y * w + clamp(x as isize + k as isize - rx, w)]).sum();
+            *o = kx
+                .iter()
+                .enumerate()
+                .map(|(k, c)| c * p[y * w + clamp(x as isize + k as isize - rx, w)])
+                .sum();
         }
     });
     let mut out = vec![0.0f32; w * h];

@@ -89,9 +89,8 @@ impl Sheet {
     fn measure(&self, title: &Pen, pen: &Pen) -> Metrics {
         let scale = pen.scale;
         let cells = || self.rows.iter().flat_map(|r| r.cells.iter().flatten());
-        let widest = |lines: &mut dyn Iterator<Item = &String>| {
-            lines.map(|l| pen.width(l)).fold(0.0f32, f32::max)
-        };
+        let widest =
+            |lines: &mut dyn Iterator<Item = &String>| lines.map(|l| pen.width(l)).fold(0.0f32, f32::max);
         let side = widest(&mut self.rows.iter().flat_map(|r| r.label.iter()));
         let lines = |text: &str, height: f32| if text.is_empty() { 0.0 } else { height };
         let head = lines(&self.title, title.line()) + lines(&self.subtitle, pen.line());

@@ -30,8 +30,15 @@ pub enum ToneMapper {
 
 impl ToneMapper {
     /// Every tone mapper.
-    pub const ALL: [Self; 7] =
-        [Self::Linear, Self::Reinhard, Self::Hable, Self::Aces, Self::AcesNarkowicz, Self::Agx, Self::Neutral];
+    pub const ALL: [Self; 7] = [
+        Self::Linear,
+        Self::Reinhard,
+        Self::Hable,
+        Self::Aces,
+        Self::AcesNarkowicz,
+        Self::Agx,
+        Self::Neutral,
+    ];
 
     /// The name that a user writes.
     pub fn name(self) -> &'static str {

@@ -1,0 +1,253 @@
+//! From the text to checked values.
+
+use super::error::{SceneError, Source, unknown};
+use super::schema::{
+    BackgroundText, CameraText, LightText, MaterialText, MeshText, OutputText, ScaleText, SceneText,
+};
+use super::{At, MeshSource, SceneBackground, SceneFile, SceneLight, SceneMaterial, SceneMesh, SceneOutput};
+use crate::ToneMapper;
+use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
+use std::collections::BTreeMap;
+use std::path::{Component, Path};
+use steradian_base::ParamValues;
+use steradian_light::{DirectionalLight, DiskLight, PointLight};
+use steradian_scene::Camera;
+use toml::Spanned;
+
+/// Largest picture side.
+const MAX_SIDE: usize = 1 << 15;
+/// Largest number of samples per pixel and axis.
+const MAX_SAMPLES: usize = 32;
+/// Field of view of a camera that says nothing, degrees.
+const DEFAULT_FOV: f32 = 35.0;
+
+pub fn check(source: Source<'_>, t: SceneText) -> Result<SceneFile, SceneError> {
+    if t.mesh.is_empty() {
+        return Err(source.error(source.text.len(), "no [[mesh]]: a picture needs at least one"));
+    }
+    let names: Vec<&str> = t.material.keys().map(String::as_str).collect();
+    let meshes = t.mesh.iter().map(|m| mesh(&source, m, &names)).collect::<Result<_, _>>()?;
+    Ok(SceneFile {
+        file: source.file.into(),
+        text: source.text.into(),
+        camera: t.camera.map(|c| camera(&source, &c)).transpose()?,
+        meshes,
+        materials: materials(&source, &t.material)?,
+        light: light(&source, t.light)?,
+        output: output(&source, t.output)?,
+    })
+}
+
+fn start<T>(s: &Spanned<T>) -> usize {
+    s.span().start
+}
+
+fn at<T: Clone>(s: &Spanned<T>) -> At<T> {
+    At { value: s.get_ref().clone(), at: start(s) }
+}
+
+fn finite(source: &Source<'_>, at: usize, key: &str, v: &[f32]) -> Result<(), SceneError> {
+    let bad = v.iter().any(|x| !x.is_finite());
+    if bad { Err(source.error(at, format!("key '{key}': must be finite"))) } else { Ok(()) }
+}
+
+fn camera(source: &Source<'_>, c: &Spanned<CameraText>) -> Result<Camera, SceneError> {
+    let here = start(c);
+    let c = c.get_ref();
+    for (key, v) in [("from", &c.from), ("at", &c.at), ("up", &c.up)] {
+        finite(source, here, key, v)?;
+    }
+    let (from, at, up) = (Vec3::from(c.from), Vec3::from(c.at), Vec3::from(c.up));
+    if from == at {
+        return Err(source.error(here, "camera: 'from' and 'at' are the same point"));
+    }
+    if (at - from).cross(up).length_squared() == 0.0 {
+        return Err(source.error(here, "camera: 'up' is zero or along the view"));
+    }
+    match (&c.fov, &c.height) {
+        (Some(_), Some(h)) => {
+            Err(source.error(start(h), "key 'height': parallel rays have no 'fov'; give one of them"))
+        }
+        (None, Some(h)) if *h.get_ref() > 0.0 && h.get_ref().is_finite() => {
+            Ok(Camera::Orthographic { from, at, up, height: *h.get_ref() })
+        }
+        (None, Some(h)) => Err(source.error(start(h), "key 'height': must be positive metres")),
+        (fov, None) => {
+            let degrees = fov.as_ref().map_or(DEFAULT_FOV, |f| *f.get_ref());
+            if degrees > 0.0 && degrees < 180.0 {
+                return Ok(Camera::Pinhole { from, at, up, fov_y: degrees.to_radians() });
+            }
+            let here = fov.as_ref().map_or(here, start);
+            Err(source.error(here, format!("key 'fov': {degrees} is not between 0 and 180 degrees")))
+        }
+    }
+}
+
+fn mesh(source: &Source<'_>, m: &Spanned<MeshText>, names: &[&str]) -> Result<SceneMesh, SceneError> {
+    let here = start(m);
+    let m = m.get_ref();
+    let from = match (&m.file, &m.shape) {
+        (Some(f), None) => At { value: MeshSource::File(below(source, f, "file")?), at: start(f) },
+        (None, Some(s)) => At { value: MeshSource::Shape(s.get_ref().clone()), at: start(s) },
+        (Some(f), Some(_)) => {
+            return Err(source.error(start(f), "[[mesh]]: give 'file' or 'shape', not both"));
+        }
+        (None, None) => return Err(source.error(here, "[[mesh]]: needs 'file' or 'shape'")),
+    };
+    let name = m.material.get_ref();
+    let Some(material) = names.iter().position(|n| n == name) else {
+        return Err(source.error(start(&m.material), unknown("material", name, names)));
+    };
+    finite(source, here, "translate", &m.translate)?;
+    finite(source, here, "rotate", &m.rotate)?;
+    let scale = scale(source, m)?;
+    let [x, y, z] = m.rotate.map(f32::to_radians);
+    let turn = Quat::from_euler(EulerRot::ZYX, z, y, x);
+    let transform = Mat4::from_scale_rotation_translation(scale, turn, Vec3::from(m.translate));
+    Ok(SceneMesh { source: from, material, transform, brushing: m.brushing.map(Vec3::from) })
+}
+
+fn scale(source: &Source<'_>, m: &MeshText) -> Result<Vec3, SceneError> {
+    let Some(s) = &m.scale else { return Ok(Vec3::ONE) };
+    let v = match *s.get_ref() {
+        ScaleText::One(v) => Vec3::splat(v),
+        ScaleText::Three(v) => Vec3::from(v),
+    };
+    if v.is_finite() && v.cmpne(Vec3::ZERO).all() {
+        return Ok(v);
+    }
+    Err(source.error(start(s), "key 'scale': must be finite and not zero"))
+}
+
+/// A file name that stays below the scene file's folder.
+fn below(source: &Source<'_>, name: &Spanned<String>, key: &str) -> Result<String, SceneError> {
+    let text = name.get_ref();
+    let inside = !text.is_empty()
+        && !text.contains("://")
+        && Path::new(text).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    if inside {
+        return Ok(text.clone());
+    }
+    let why = format!("key '{key}': '{text}' must be a file below the scene file's own folder");
+    Err(source.error(start(name), why))
+}
+
+fn materials(
+    source: &Source<'_>,
+    all: &BTreeMap<String, Spanned<MaterialText>>,
+) -> Result<Vec<SceneMaterial>, SceneError> {
+    all.iter().map(|(name, m)| material(source, name, m.get_ref())).collect()
+}
+
+fn material(source: &Source<'_>, name: &str, m: &MaterialText) -> Result<SceneMaterial, SceneError> {
+    let brdf = steradian_brdf::parse(m.brdf.get_ref())
+        .map_err(|e| source.error(start(&m.brdf), format!("material '{name}', key 'brdf': {e}")))?;
+    let base_colour = m
+        .base_color_texture
+        .as_ref()
+        .map(|t| Ok(At { value: below(source, t, "base_color_texture")?, at: start(t) }))
+        .transpose()?;
+    Ok(SceneMaterial {
+        name: name.into(),
+        brdf,
+        base_colour,
+        technique: m.technique.as_ref().map(at),
+        params: ParamValues(m.params.clone()),
+    })
+}
+
+fn unit(source: &Source<'_>, here: usize, v: [f64; 3]) -> Result<DVec3, SceneError> {
+    DVec3::from(v)
+        .try_normalize()
+        .ok_or_else(|| source.error(here, "key 'direction': must be finite and not zero"))
+}
+
+fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
+    let mut out = SceneLight {
+        environment: l.environment.as_ref().map(at),
+        rotation: l.rotation.to_radians(),
+        exposure: l.exposure,
+        ..SceneLight::default()
+    };
+    if !(l.rotation.is_finite() && l.exposure.is_finite()) {
+        return Err(source.error(0, "[light]: 'rotation' and 'exposure' must be finite"));
+    }
+    for d in &l.disk {
+        let (here, d) = (start(d), d.get_ref());
+        if !(d.angular_radius > 0.0 && d.angular_radius <= 90.0) {
+            return Err(source.error(here, "key 'angular_radius': must be above 0 and at most 90 degrees"));
+        }
+        out.disks.push(DiskLight {
+            direction: unit(source, here, d.direction)?,
+            angular_radius: d.angular_radius.to_radians(),
+            radiance: d.radiance,
+        });
+    }
+    for d in &l.directional {
+        let direction = unit(source, start(d), d.get_ref().direction)?;
+        out.directionals.push(DirectionalLight { direction, irradiance: d.get_ref().irradiance });
+    }
+    for p in &l.point {
+        finite(source, start(p), "position", &p.get_ref().position)?;
+        let position = Vec3::from(p.get_ref().position);
+        out.points.push(PointLight { position, intensity: p.get_ref().intensity });
+    }
+    let nothing = out.environment.is_none()
+        && out.disks.is_empty()
+        && out.directionals.is_empty()
+        && out.points.is_empty();
+    if nothing {
+        let why = "[light]: no light; write environment = \"sky:clear\", or a disk, directional or point";
+        return Err(source.error(source.text.len(), why));
+    }
+    Ok(out)
+}
+
+fn within(
+    source: &Source<'_>,
+    v: &Option<Spanned<usize>>,
+    key: &str,
+    max: usize,
+    default: usize,
+) -> Result<usize, SceneError> {
+    match v {
+        None => Ok(default),
+        Some(v) if (1..=max).contains(v.get_ref()) => Ok(*v.get_ref()),
+        Some(v) => Err(source.error(start(v), format!("key '{key}': must be 1 … {max}"))),
+    }
+}
+
+fn output(source: &Source<'_>, o: OutputText) -> Result<SceneOutput, SceneError> {
+    let tone_mapper = match &o.tone_mapper {
+        None => ToneMapper::default(),
+        Some(name) => ToneMapper::from_name(name.get_ref()).ok_or_else(|| {
+            let known = ToneMapper::ALL.map(ToneMapper::name);
+            source.error(start(name), unknown("tone_mapper", name.get_ref(), &known))
+        })?,
+    };
+    if !(0.0..=90.0).contains(&o.blur) {
+        return Err(source.error(0, "[output]: 'blur' must be 0 … 90 degrees"));
+    }
+    let background = match &o.background {
+        None => SceneBackground::Environment(o.blur.to_radians()),
+        Some(b) => match b.get_ref() {
+            BackgroundText::Colour(c) => SceneBackground::Colour(*c),
+            BackgroundText::Word(w) if w == "environment" => {
+                SceneBackground::Environment(o.blur.to_radians())
+            }
+            BackgroundText::Word(w) if w == "none" => SceneBackground::Colour([0.0; 3]),
+            BackgroundText::Word(w) => {
+                return Err(source.error(start(b), unknown("background", w, &["environment", "none"])));
+            }
+        },
+    };
+    Ok(SceneOutput {
+        width: within(source, &o.width, "width", MAX_SIDE, 512)?,
+        height: within(source, &o.height, "height", MAX_SIDE, 512)?,
+        exposure: o.exposure,
+        tone_mapper,
+        technique: o.technique.as_ref().map(at),
+        background,
+        samples: within(source, &o.samples, "samples", MAX_SAMPLES, 4)?,
+    })
+}

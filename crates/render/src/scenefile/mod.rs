@@ -1,0 +1,168 @@
+//! The scene file: camera, meshes, materials, lights and output in TOML.
+//!
+//! [`SceneFile::parse`] checks everything that the text alone decides, and every fault names file, line, column
+//! and key. Files that it refers to are loaded by whoever asks for a picture; their names stay below the scene
+//! file's own folder.
+//!
+//! ```toml
+//! [camera]
+//! from = [0.0, 1.2, 4.0]    # metres; at = [0, 0, 0], up = +Y
+//! fov = 35                  # degrees, vertical; or height = 2.0 for parallel rays
+//!
+//! [[mesh]]
+//! shape = "teapot"          # or file = "bunny.obj"
+//! material = "clay"
+//! rotate = [0, 30, 0]       # degrees about x, then y, then z
+//!
+//! [material.clay]
+//! brdf = "lambert:albedo=0.6/0.5/0.4"
+//!
+//! [light]
+//! environment = "sky:clear" # or a file
+//! rotation = 90             # degrees about +Y
+//!
+//! [output]
+//! width = 640
+//! height = 480
+//! tone_mapper = "neutral"
+//! technique = "sh_irradiance"
+//! ```
+
+mod check;
+mod error;
+mod schema;
+
+pub use error::{SceneError, unknown};
+
+use crate::ToneMapper;
+use glam::{Mat4, Vec3};
+use steradian_base::ParamValues;
+use steradian_brdf::SharedBrdf;
+use steradian_light::{DirectionalLight, DiskLight, PointLight};
+use steradian_scene::Camera;
+
+/// A value and where it was written, for errors that come up when it is used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct At<T> {
+    /// The value.
+    pub value: T,
+    /// Byte position in the text.
+    pub at: usize,
+}
+
+/// What a mesh is made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MeshSource {
+    /// A file, relative to the scene file's folder.
+    File(String),
+    /// A built-in shape.
+    Shape(String),
+}
+
+/// One mesh.
+#[derive(Debug, Clone)]
+pub struct SceneMesh {
+    /// File or shape.
+    pub source: At<MeshSource>,
+    /// Index of its material in [`SceneFile::materials`].
+    pub material: usize,
+    /// Object → world.
+    pub transform: Mat4,
+    /// Direction of brushing in the object, projected to the tangent plane.
+    pub brushing: Option<Vec3>,
+}
+
+/// One material.
+#[derive(Debug, Clone)]
+pub struct SceneMaterial {
+    /// Its name.
+    pub name: String,
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+    /// File of a texture that multiplies the net reflectance, relative to the scene file's folder.
+    pub base_colour: Option<At<String>>,
+    /// Slug of its technique; `None` takes the picture's.
+    pub technique: Option<At<String>>,
+    /// Parameters of the technique.
+    pub params: ParamValues,
+}
+
+/// Distant and near light.
+#[derive(Debug, Clone, Default)]
+pub struct SceneLight {
+    /// File (relative to the scene file's folder) or sky spec.
+    pub environment: Option<At<String>>,
+    /// Rotation about +Y, radians.
+    pub rotation: f64,
+    /// Exposure value of the environment.
+    pub exposure: f64,
+    /// Disks.
+    pub disks: Vec<DiskLight>,
+    /// Directional lights.
+    pub directionals: Vec<DirectionalLight>,
+    /// Point lights.
+    pub points: Vec<PointLight>,
+}
+
+/// What shows where no surface is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneBackground {
+    /// The environment, blurred by this angle in radians.
+    Environment(f64),
+    /// A colour.
+    Colour([f32; 3]),
+}
+
+/// The picture.
+#[derive(Debug, Clone)]
+pub struct SceneOutput {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Exposure value; `None` is automatic.
+    pub exposure: Option<f32>,
+    /// The tone mapper.
+    pub tone_mapper: ToneMapper,
+    /// Slug of the technique of materials that name none.
+    pub technique: Option<At<String>>,
+    /// Background.
+    pub background: SceneBackground,
+    /// Samples per pixel and axis on edges.
+    pub samples: usize,
+}
+
+/// A checked scene file.
+#[derive(Debug, Clone)]
+pub struct SceneFile {
+    /// The file's name, for errors.
+    pub file: String,
+    text: String,
+    /// The camera; `None` frames the meshes.
+    pub camera: Option<Camera>,
+    /// The meshes, at least one.
+    pub meshes: Vec<SceneMesh>,
+    /// The materials by name.
+    pub materials: Vec<SceneMaterial>,
+    /// The lights.
+    pub light: SceneLight,
+    /// The picture.
+    pub output: SceneOutput,
+}
+
+impl SceneFile {
+    /// Parses and checks `text`; `file` is the name that errors show.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let source = error::Source { file, text };
+        let parsed: schema::SceneText = toml::from_str(text).map_err(|e| source.parse_error(&e))?;
+        check::check(source, parsed)
+    }
+
+    /// An error at a value of this file.
+    pub fn error<T>(&self, at: &At<T>, why: impl std::fmt::Display) -> SceneError {
+        error::Source { file: &self.file, text: &self.text }.error(at.at, why.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+//! Faults point at line, column and key.
+
+use super::*;
+
+const GOOD: &str = r#"
+[camera]
+from = [0.0, 1.0, 3.0]
+fov = 30
+
+[[mesh]]
+shape = "sphere"
+material = "clay"
+rotate = [0, 90, 0]
+translate = [1, 2, 3]
+scale = 2
+
+[material.clay]
+brdf = "lambert:albedo=0.5"
+
+[light]
+environment = "sky:clear"
+rotation = 90
+[[light.disk]]
+direction = [0, 2, 0]
+angular_radius = 0.5
+radiance = [1, 1, 1]
+
+[output]
+width = 64
+tone_mapper = "aces"
+background = [0.1, 0.1, 0.1]
+"#;
+
+fn fault(from: &str, to: &str) -> String {
+    assert!(GOOD.contains(from), "{from}");
+    SceneFile::parse("s.toml", &GOOD.replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+#[test]
+fn a_good_file_says_what_it_says() {
+    let s = SceneFile::parse("s.toml", GOOD).unwrap();
+    // Rotating +Z by 90° about +Y gives +X; then scale and translation.
+    let p = s.meshes[0].transform.transform_point3(Vec3::Z);
+    assert!((p - Vec3::new(3.0, 2.0, 3.0)).length() < 1e-5, "{p}");
+    assert_eq!((s.output.width, s.output.height, s.output.samples), (64, 512, 4));
+    assert_eq!(s.light.disks[0].direction, glam::DVec3::Y);
+    assert_eq!(s.materials[0].name, "clay");
+}
+
+#[test]
+fn unknown_keys_get_a_suggestion() {
+    let e = fault("fov = 30", "fow = 30");
+    assert!(e.starts_with("s.toml:4:1: unknown key 'fow' (did you mean 'fov'?); there are: from"), "{e}");
+    assert!(fault("width = 64", "wide = 64").contains("s.toml:25:1: unknown key 'wide'"));
+}
+
+#[test]
+fn values_are_checked_where_they_stand() {
+    for (from, to, want) in [
+        ("fov = 30", "fov = 200", "s.toml:4:7: key 'fov': 200"),
+        ("fov = 30", "fov = \"wide\"", "s.toml:4:7: key 'fov': invalid type"),
+        (
+            "material = \"clay\"",
+            "material = \"cley\"",
+            "s.toml:8:12: unknown material 'cley' (did you mean 'clay'?)",
+        ),
+        (
+            "shape = \"sphere\"",
+            "file = \"../x.obj\"",
+            "s.toml:7:8: key 'file': '../x.obj' must be a file below",
+        ),
+        ("shape = \"sphere\"", "file = \"/etc/x.obj\"", "s.toml:7:8: key 'file'"),
+        ("shape = \"sphere\"", "file = \"https://a/x.obj\"", "s.toml:7:8: key 'file'"),
+        ("shape = \"sphere\"", "", "[[mesh]]: needs 'file' or 'shape'"),
+        ("lambert:albedo=0.5", "lamberd", "s.toml:14:8: material 'clay', key 'brdf': no BRDF model"),
+        ("scale = 2", "scale = 0", "s.toml:11:9: key 'scale'"),
+        ("angular_radius = 0.5", "angular_radius = 0", "key 'angular_radius'"),
+        ("direction = [0, 2, 0]", "direction = [0, 0, 0]", "key 'direction'"),
+        ("\"aces\"", "\"acse\"", "s.toml:26:15: unknown tone_mapper 'acse' (did you mean 'aces'?)"),
+        ("width = 64", "width = 0", "s.toml:25:9: key 'width': must be 1"),
+        ("from = [0.0, 1.0, 3.0]", "from = [0.0, 0.0, 0.0]", "same point"),
+        ("[camera]", "[camera", "s.toml:2:"),
+    ] {
+        let e = fault(from, to);
+        assert!(e.contains(want), "{from} → {to}: {e}");
+        assert_eq!(e.lines().count(), 1, "{e}");
+    }
+}
+
+#[test]
+fn no_mesh_and_no_light_are_faults() {
+    assert!(SceneFile::parse("s.toml", "").unwrap_err().why.contains("no [[mesh]]"));
+    let dark = "[[mesh]]\nshape='sphere'\nmaterial='a'\n[material.a]\nbrdf='lambert'\n";
+    assert!(SceneFile::parse("s.toml", dark).unwrap_err().why.contains("no light"));
+}
