@@ -50,9 +50,24 @@ impl Filter {
     fn reach(self) -> f64 {
         match self {
             Self::Nearest => 1.0,
-            Self::Bilinear => 2.0,
-            Self::CatmullRom => 3.0,
+            Self::Bilinear => 1.415,
+            Self::CatmullRom => 2.83,
         }
+    }
+}
+
+impl Taps {
+    /// The same for a row of `n` texels that has no neighbours.
+    fn within(self, n: usize, x: f64) -> Self {
+        let fits = self.first >= 0 && self.first as usize + self.n <= n;
+        if fits || self.n != 4 || n < 3 {
+            return self;
+        }
+        // Lagrange's parabola through three texels.
+        let first = (self.first + 1).clamp(0, n as isize - 3);
+        let t = x - 0.5 - first as f64;
+        let w = [0.5 * (t - 1.0) * (t - 2.0), t * (2.0 - t), 0.5 * t * (t - 1.0), 0.0];
+        Self { first, n: 3, w }
     }
 }
 
@@ -82,7 +97,7 @@ impl SphereImage {
         self.lookup_f64(filter, d).map(|v| v as f32)
     }
 
-    fn lookup_f64(&self, filter: Filter, d: DVec3) -> [f64; 3] {
+    pub(crate) fn lookup_f64(&self, filter: Filter, d: DVec3) -> [f64; 3] {
         match self.layout {
             Layout::Cube => self.cube_lookup(filter, d),
             Layout::DualParaboloid => self.paraboloid_lookup(filter, d),
@@ -168,18 +183,14 @@ impl SphereImage {
         std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
     }
 
-    /// A face without its surroundings: cubic where its texels suffice, else bilinear with the border repeated.
+    /// A face without its surroundings: near its border parabolas through the last three texels instead of
+    /// cubics, and for bilinear lookup, which must not overshoot, the border texels repeated.
     fn clamped(&self, filter: Filter, face: usize, x: f64, y: f64) -> [f64; 3] {
-        let margin = 1.5;
-        let fits = |v: f64, n: usize| v >= margin && v <= n as f64 - margin;
-        if fits(x, self.width) && fits(y, self.height) {
-            return self.interpolate(filter, face, x, y);
-        }
-        let (tx, ty) = (Filter::Bilinear.taps(x), Filter::Bilinear.taps(y));
+        let (tx, ty) = (filter.taps(x).within(self.width, x), filter.taps(y).within(self.height, y));
         let index = |v: isize, n: usize| v.clamp(0, n as isize - 1) as usize;
         let mut out = [0.0; 3];
-        for b in 0..2 {
-            for a in 0..2 {
+        for b in 0..ty.n {
+            for a in 0..tx.n {
                 let i = index(tx.first + a as isize, self.width);
                 let j = index(ty.first + b as isize, self.height);
                 add(&mut out, tx.w[a] * ty.w[b], self.texel_f64(face, i, j));
@@ -241,7 +252,7 @@ impl SphereImage {
 
     /// Outside the cap around the rim's direction plainly; inside, with q the distance from the rim's direction
     /// in units of the cap's radius, f and f' the values on the ring at this azimuth and opposite, and m the
-    /// ring's mean: m + q (f − f')/2 + q² ((f + f')/2 − m).
+    /// ring's mean (for the cubic extrapolated inwards): m + q (f − f')/2 + q² ((f + f')/2 − m).
     fn disc_lookup(&self, filter: Filter, d: DVec3) -> [f64; 3] {
         let (w, h) = (self.width as f64, self.height as f64);
         let r0 = (1.0 - 2.0 * filter.reach() / w.min(h)).max(0.25);
@@ -266,14 +277,25 @@ impl SphereImage {
         let q = rho.atan2(if self.layout == Layout::AngularMap { d.z } else { -d.z }) / angle(r0);
         let (cos, sin) = (s / r, t / r);
         let (here, there) = (at(r0, cos, sin), at(r0, -cos, -sin));
-        let mut mean = [0.0; 3];
-        for k in 0..16 {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 16.0).sin_cos();
-            add(&mut mean, 1.0 / 16.0, at(r0, cos, sin));
+        let mean = |r: f64| {
+            let mut mean = [0.0; 3];
+            for k in 0..16 {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 16.0).sin_cos();
+                add(&mut mean, 1.0 / 16.0, at(r, cos, sin));
+            }
+            mean
+        };
+        let mut middle = mean(r0);
+        if filter == Filter::CatmullRom && r0 > 0.5 {
+            // A ring's mean is f + O(α²): two of them extrapolate to the middle.
+            let r1 = r0 - 4.0 / w.min(h);
+            let (a0, a1) = (angle(r0).powi(2), angle(r1).powi(2));
+            let outer = mean(r1);
+            middle = std::array::from_fn(|c| middle[c] - (outer[c] - middle[c]) * a0 / (a1 - a0));
         }
         std::array::from_fn(|c| {
             let (odd, even) = (0.5 * (here[c] - there[c]), 0.5 * (here[c] + there[c]));
-            mean[c] + q * odd + q * q * (even - mean[c])
+            middle[c] + q * odd + q * q * (even - middle[c])
         })
     }
 }

@@ -1,6 +1,8 @@
 //! RGB images on the sphere.
 
 mod lookup;
+#[cfg(test)]
+mod tests;
 
 pub use lookup::Filter;
 

@@ -194,3 +194,6 @@ impl Layout {
         matches!(self, Self::DualParaboloid | Self::SphereMap | Self::AngularMap)
     }
 }
+
+#[cfg(test)]
+mod tests;
