@@ -11,6 +11,7 @@ mod hdr;
 mod image;
 mod ldr;
 mod limits;
+pub mod mesh;
 mod openexr;
 mod pfm;
 pub mod raster;
@@ -23,5 +24,6 @@ pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
     read_image, read_image_with, write_image,
 };
+pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};

@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn the_sphere_is_closed_outward_and_converges_to_its_volume() {
-        for (n, tolerance) in [(8, 0.2), (128, 1e-3)] {
+        for (n, tolerance) in [(8, 0.25), (128, 2e-3)] {
             let m = sphere(n);
             let p = |i: u32| m.positions[i as usize].as_dvec3();
             let volume: f64 = m.triangles.iter().map(|&[a, b, c]| p(a).dot(p(b).cross(p(c))) / 6.0).sum();

@@ -1,0 +1,79 @@
+//! glTF 2.0 and GLB (Khronos, glTF 2.0 specification, 2021), read by ourselves: every index, offset and count is
+//! checked where it is used, and nothing outside the file's folder is opened.
+//!
+//! Node transforms are applied; a mesh that several nodes show comes several times. Extensions understood:
+//! KHR_mesh_quantization, KHR_texture_transform, KHR_materials_emissive_strength; other material and light
+//! extensions are not needed for the geometry and are ignored, compressed geometry is refused.
+
+mod accessor;
+mod buffers;
+mod json;
+mod materials;
+mod scene;
+mod transform;
+
+use super::{MeshData, source::Source};
+use crate::FormatError;
+use buffers::Buffers;
+use json::Root;
+
+/// Extensions that a file may require; beside these all KHR_materials_ and KHR_lights_.
+const KNOWN: [&str; 2] = ["KHR_mesh_quantization", "KHR_texture_transform"];
+
+/// Reads a GLB: a header, the JSON chunk and a binary chunk.
+pub fn read_glb(bytes: &[u8], source: &mut Source) -> Result<MeshData, FormatError> {
+    let (json, chunk) = split_glb(bytes).map_err(|why| source.fault(why))?;
+    read_json(json, chunk, source)
+}
+
+fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    let word = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    let (version, length) = word(4).zip(word(8)).ok_or("truncated GLB header")?;
+    if version != 2 {
+        return Err(format!("GLB version {version}: only 2 is read"));
+    }
+    if (length as usize) > bytes.len() {
+        return Err(format!("GLB of {length} bytes ends after {} (truncated)", bytes.len()));
+    }
+    let (mut at, mut json, mut bin) = (12usize, None, None);
+    while at + 8 <= length as usize {
+        let (size, kind) = word(at).zip(word(at + 4)).ok_or("truncated GLB chunk")?;
+        let end = (at + 8).checked_add(size as usize).filter(|&e| e <= length as usize);
+        let end =
+            end.ok_or_else(|| format!("GLB chunk of {size} bytes at byte {at} reaches beyond the file"))?;
+        let chunk = &bytes[at + 8..end];
+        match kind {
+            0x4E4F_534A if json.is_none() => json = Some(chunk),
+            0x004E_4942 if bin.is_none() => bin = Some(chunk),
+            _ => {}
+        }
+        at = end;
+    }
+    Ok((json.ok_or("GLB without a JSON chunk")?, bin))
+}
+
+/// Reads glTF's JSON with the binary chunk of a GLB, if any.
+pub fn read_json(json: &[u8], chunk: Option<&[u8]>, source: &mut Source) -> Result<MeshData, FormatError> {
+    let root: Root =
+        serde_json::from_slice(json).map_err(|e| source.fault(format_args!("glTF JSON: {e}")))?;
+    if !root.asset.version.starts_with("2.") {
+        return Err(source.fault(format_args!("glTF version {:?}: only 2 is read", root.asset.version)));
+    }
+    let known =
+        |e: &str| KNOWN.contains(&e) || e.starts_with("KHR_materials_") || e.starts_with("KHR_lights_");
+    if let Some(extension) = root.extensionsRequired.iter().find(|e| !known(e)) {
+        return Err(source.fault(format_args!("requires the extension {extension}, which is not supported")));
+    }
+    let buffers = Buffers::read(&root, chunk, source)?;
+    let textures = materials::images(&root, &buffers, source)?;
+    let mut data = MeshData { textures, ..MeshData::default() };
+    let mut sets = Vec::with_capacity(root.materials.len());
+    for (i, m) in root.materials.iter().enumerate() {
+        let (material, set) = materials::material(&root, m, &mut source.notes)
+            .map_err(|why| source.fault(format_args!("material {i}: {why}")))?;
+        data.materials.push(material);
+        sets.push(set);
+    }
+    scene::parts(&root, &buffers, &sets, &mut data, source)?;
+    Ok(data)
+}

@@ -1,0 +1,210 @@
+//! Nodes and primitives.
+
+use super::accessor::{indices, vectors};
+use super::buffers::Buffers;
+use super::json::{Accessor, Primitive, Root};
+use super::transform::Affine;
+use crate::FormatError;
+use crate::mesh::{MaterialData, MeshData, Part, source::Source};
+
+/// Adds every primitive that the default scene shows.
+pub fn parts(
+    root: &Root,
+    buffers: &Buffers,
+    sets: &[u32],
+    data: &mut MeshData,
+    source: &mut Source,
+) -> Result<(), FormatError> {
+    for (mesh, transform) in placed_meshes(root).map_err(|why| source.fault(why))? {
+        let Some(m) = root.meshes.get(mesh) else {
+            return Err(source.fault(format_args!("there is no mesh {mesh}")));
+        };
+        for (i, primitive) in m.primitives.iter().enumerate() {
+            let mut loader = Loader { root, buffers, sets, source: &mut *source };
+            let part = loader.primitive(primitive, &transform).map_err(|stop| match stop {
+                Stop::Here(why) => source.fault(format_args!("mesh {mesh}, primitive {i}: {why}")),
+                Stop::Error(e) => e,
+            })?;
+            let Some(mut part) = part else { continue };
+            part.name.clone_from(&m.name);
+            place(&mut part, primitive.material, data);
+            data.parts.push(part);
+        }
+    }
+    Ok(())
+}
+
+/// Gives the part its material; a default one is added where it has none and others have.
+fn place(part: &mut Part, material: Option<usize>, data: &mut MeshData) {
+    let slot = material.unwrap_or_else(|| {
+        let unnamed = data.materials.iter().position(|m| *m == MaterialData::default());
+        unnamed.unwrap_or_else(|| {
+            data.materials.push(MaterialData::default());
+            data.materials.len() - 1
+        })
+    });
+    part.materials = vec![slot as u32; part.triangles.len()];
+}
+
+/// The meshes of the default scene with their transforms, in the nodes' order.
+fn placed_meshes(root: &Root) -> Result<Vec<(usize, Affine)>, String> {
+    let roots: Vec<usize> = match (root.scene, root.scenes.first()) {
+        (Some(s), _) => root.scenes.get(s).ok_or_else(|| format!("there is no scene {s}"))?.nodes.clone(),
+        (None, Some(first)) => first.nodes.clone(),
+        (None, None) if root.nodes.is_empty() => {
+            return Ok((0..root.meshes.len()).map(|m| (m, Affine::IDENTITY)).collect());
+        }
+        (None, None) => {
+            let children: std::collections::BTreeSet<usize> =
+                root.nodes.iter().flat_map(|n| n.children.iter().copied()).collect();
+            (0..root.nodes.len()).filter(|i| !children.contains(i)).collect()
+        }
+    };
+    let mut seen = vec![false; root.nodes.len()];
+    let mut stack: Vec<(usize, Affine)> = roots.into_iter().rev().map(|n| (n, Affine::IDENTITY)).collect();
+    let mut out = Vec::new();
+    while let Some((index, parent)) = stack.pop() {
+        let node = root.nodes.get(index).ok_or_else(|| format!("there is no node {index}"))?;
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(format!("node {index} has two parents or is its own ancestor"));
+        }
+        let transform = parent.after(&Affine::of(node));
+        if !transform.is_finite() {
+            return Err(format!("the transform of node {index} is not finite"));
+        }
+        out.extend(node.mesh.map(|mesh| (mesh, transform)));
+        stack.extend(node.children.iter().rev().map(|&c| (c, transform)));
+    }
+    Ok(out)
+}
+
+/// Why a primitive cannot be read: a fault in it, or an error that names its file already.
+enum Stop {
+    Here(String),
+    Error(FormatError),
+}
+
+impl From<String> for Stop {
+    fn from(why: String) -> Self {
+        Self::Here(why)
+    }
+}
+
+struct Loader<'a, 'b> {
+    root: &'a Root,
+    buffers: &'a Buffers<'a>,
+    sets: &'a [u32],
+    source: &'a mut Source<'b>,
+}
+
+impl<'a> Loader<'a, '_> {
+    fn primitive(&mut self, p: &Primitive, transform: &Affine) -> Result<Option<Part>, Stop> {
+        let mode = p.mode.unwrap_or(4);
+        if mode > 6 {
+            return Err(format!("unknown mode {mode}").into());
+        }
+        if mode < 4 {
+            self.source.notes.push("points or lines were left out".into());
+            return Ok(None);
+        }
+        if !p.targets.is_empty() {
+            self.source.notes.push("morph targets were left out".into());
+        }
+        let set = match p.material {
+            Some(m) => *self.sets.get(m).ok_or_else(|| format!("there is no material {m}"))?,
+            None => 0,
+        };
+        let positions: Vec<[f32; 3]> =
+            self.attribute(p, "POSITION")?.ok_or_else(|| "there are no positions".to_string())?;
+        let n = positions.len();
+        let mut part = Part { positions, ..Part::default() };
+        part.normals = self.optional(p, "NORMAL", n)?;
+        part.tangents = self.optional(p, "TANGENT", n)?;
+        part.uvs = self.optional(p, &format!("TEXCOORD_{set}"), n)?;
+        part.colors = self.optional(p, "COLOR_0", n)?;
+        part.flat = part.normals.is_empty();
+        let list = match p.indices {
+            Some(i) => {
+                let a = self.announced(i, 4)?;
+                indices(a, self.buffers)?
+            }
+            None => (0..n as u32).collect(),
+        };
+        if let Some(bad) = list.iter().find(|&&i| i as usize >= n) {
+            return Err(format!("vertex index {bad} in a primitive of {n} vertices").into());
+        }
+        self.source.spend(list.len() as u64, 16).map_err(Stop::Error)?;
+        part.triangles = triangles(&list, mode);
+        apply(&mut part, transform);
+        if part.positions.iter().flatten().any(|v| !v.is_finite()) {
+            return Err("a position is not finite".to_string().into());
+        }
+        Ok(Some(part))
+    }
+
+    /// An accessor, whose memory (`size` bytes an element) is announced.
+    fn announced(&mut self, index: usize, size: usize) -> Result<&'a Accessor, Stop> {
+        let root = self.root;
+        let a = root.accessors.get(index).ok_or_else(|| format!("there is no accessor {index}"))?;
+        if a.count > u64::from(u32::MAX) {
+            return Err(format!("accessor {index} has {} elements", a.count).into());
+        }
+        self.source.spend(a.count, size).map_err(Stop::Error)?;
+        Ok(a)
+    }
+
+    fn attribute<const N: usize>(
+        &mut self,
+        p: &Primitive,
+        name: &str,
+    ) -> Result<Option<Vec<[f32; N]>>, Stop> {
+        let Some(&index) = p.attributes.get(name) else { return Ok(None) };
+        let buffers = self.buffers;
+        let a = self.announced(index, 4 * N)?;
+        Ok(Some(vectors(a, buffers).map_err(|why| format!("{name}: {why}"))?))
+    }
+
+    /// An attribute of `n` vertices, empty where there is none; what is not finite becomes zero, that is missing.
+    fn optional<const N: usize>(
+        &mut self,
+        p: &Primitive,
+        name: &str,
+        n: usize,
+    ) -> Result<Vec<[f32; N]>, Stop> {
+        let mut values: Vec<[f32; N]> = self.attribute(p, name)?.unwrap_or_default();
+        if !values.is_empty() && values.len() != n {
+            return Err(format!("{name} has {} elements for {n} vertices", values.len()).into());
+        }
+        values.iter_mut().filter(|v| v.iter().any(|x| !x.is_finite())).for_each(|v| *v = [0.0; N]);
+        Ok(values)
+    }
+}
+
+/// Triangles of a list (4), a strip (5) or a fan (6) (glTF 2.0, section 3.7.2.1).
+fn triangles(list: &[u32], mode: u32) -> Vec<[u32; 3]> {
+    match mode {
+        4 => list.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+        5 => (0..list.len().saturating_sub(2))
+            .map(|i| [list[i], list[i + 1 + i % 2], list[i + 2 - i % 2]])
+            .collect(),
+        _ => (1..list.len().saturating_sub(1)).map(|i| [list[i], list[i + 1], list[0]]).collect(),
+    }
+}
+
+/// Applies a node's transform; one that mirrors turns the winding over.
+fn apply(part: &mut Part, m: &Affine) {
+    if *m == Affine::IDENTITY {
+        return;
+    }
+    part.positions.iter_mut().for_each(|p| *p = m.point(*p));
+    part.normals.iter_mut().for_each(|n| *n = m.normal(*n));
+    let sign = if m.mirrors() { -1.0 } else { 1.0 };
+    for t in &mut part.tangents {
+        let [x, y, z, w] = *t;
+        let [x, y, z] = m.direction([x, y, z]);
+        *t = [x, y, z, w * sign];
+    }
+    if m.mirrors() {
+        part.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+}

@@ -1,0 +1,123 @@
+//! Where bytes come from, and how many may be spent.
+
+use crate::image::read_bytes;
+use crate::{FormatError, Limits};
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+/// A mesh file being read: its name for errors, the folder that it may refer to, and what is left to allocate.
+pub struct Source<'a> {
+    path: &'a Path,
+    folder: Option<&'a Path>,
+    /// The limits of the whole read.
+    pub limits: Limits,
+    budget: u64,
+    /// Becomes [`crate::mesh::MeshData::notes`].
+    pub notes: Vec<String>,
+}
+
+impl<'a> Source<'a> {
+    /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold `max_ratio` times its bytes, so
+    /// that a short file with large counts allocates little.
+    pub fn new(path: &'a Path, folder: Option<&'a Path>, len: usize, limits: &Limits) -> Self {
+        let budget = limits.max_memory.min((len as u64).saturating_mul(limits.max_ratio));
+        Self { path, folder, limits: *limits, budget, notes: Vec::new() }
+    }
+
+    /// The file is invalid.
+    pub fn fault(&self, why: impl std::fmt::Display) -> FormatError {
+        FormatError::invalid(self.path, why)
+    }
+
+    /// Can other files be read?
+    pub fn has_folder(&self) -> bool {
+        self.folder.is_some()
+    }
+
+    /// Announces an allocation of `count` items of `size` bytes.
+    pub fn spend(&mut self, count: u64, size: usize) -> Result<(), FormatError> {
+        match count.checked_mul(size as u64).and_then(|n| self.budget.checked_sub(n)) {
+            Some(left) => {
+                self.budget = left;
+                Ok(())
+            }
+            None => Err(self.fault(format_args!("{count} items of {size} bytes exceed the memory limit"))),
+        }
+    }
+
+    /// The content of a file that this one refers to, relative to its folder.
+    pub fn read_reference(&mut self, reference: &str) -> Result<Vec<u8>, FormatError> {
+        let relative =
+            below(reference).map_err(|why| self.fault(format_args!("reference {reference:?}: {why}")))?;
+        let Some(folder) = self.folder else {
+            return Err(self.fault(format_args!("refers to another file, {reference:?}")));
+        };
+        let path = folder.join(relative);
+        let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        if let (Ok(root), Ok(real)) = (root.canonicalize(), path.canonicalize())
+            && !real.starts_with(&root)
+        {
+            return Err(
+                self.fault(format_args!("reference {reference:?} leaves the file's folder by a link"))
+            );
+        }
+        let bytes = read_bytes(&path, &self.limits)?;
+        self.budget = self.budget.saturating_add((bytes.len() as u64).saturating_mul(self.limits.max_ratio));
+        self.budget = self.budget.min(self.limits.max_memory);
+        Ok(bytes)
+    }
+}
+
+/// `reference` as a path that stays below its folder.
+fn below(reference: &str) -> Result<PathBuf, &'static str> {
+    if reference.is_empty() {
+        return Err("is empty");
+    }
+    if reference.contains("://") || (reference.find(':').is_some_and(|i| i > 0) && !reference.contains('/')) {
+        return Err("URLs and drives are not read");
+    }
+    let mut out = PathBuf::new();
+    for component in Path::new(&reference.replace('\\', "/")).components() {
+        match component {
+            Component::Normal(c) => out.push(c),
+            Component::CurDir => {}
+            Component::ParentDir if out.pop() => {}
+            _ => return Err("must stay below the file's own folder"),
+        }
+    }
+    Ok(out)
+}
+
+/// Decompresses gzip within the limits of memory and ratio.
+pub fn inflate(bytes: &[u8], path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
+    let max = limits.max_memory.min((bytes.len() as u64).saturating_mul(limits.max_ratio));
+    let mut out = Vec::new();
+    flate2::read::MultiGzDecoder::new(bytes)
+        .take(max.saturating_add(1))
+        .read_to_end(&mut out)
+        .map_err(|e| FormatError::invalid(path, format_args!("gzip: {e}")))?;
+    if out.len() as u64 > max {
+        return Err(FormatError::invalid(
+            path,
+            format_args!("decompresses to more than the allowed {max} bytes"),
+        ));
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn references_stay_below_their_folder() {
+        for good in ["a.bin", "./a.bin", "t/a b.png", "t/../a.bin", "t\\a.png"] {
+            assert!(below(good).is_ok(), "{good}");
+        }
+        for bad in
+            ["", "/etc/passwd", "../a", "t/../../a", "http://x/y", "file:///x", "C:\\a.bin", "c:a", "..\\a"]
+        {
+            assert!(below(bad).is_err(), "{bad}");
+        }
+    }
+}
