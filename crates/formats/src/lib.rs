@@ -6,9 +6,11 @@
 
 mod atomic;
 mod color;
+mod csv;
 pub mod error;
 mod hdr;
 mod image;
+mod ktx2;
 mod ldr;
 mod limits;
 pub mod mesh;
@@ -16,14 +18,18 @@ mod openexr;
 mod pfm;
 pub mod raster;
 mod srgb;
+mod tensors;
 mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
+pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
 pub use error::{FormatError, Limits};
 pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
     read_image, read_image_with, write_image,
 };
+pub use ktx2::{TextureLevels, decode_ktx2, read_ktx2, write_ktx2};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
+pub use tensors::{Tensor, TensorData, TensorFile, decode_tensors, read_tensors, write_tensors};

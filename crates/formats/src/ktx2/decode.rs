@@ -1,0 +1,168 @@
+//! KTX2 to textures.
+
+use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
+use crate::image::read_bytes;
+use crate::{FormatError, Limits};
+use half::f16;
+use std::path::Path;
+
+/// Reads the texture `path`.
+pub fn read_ktx2(path: &Path, limits: &Limits) -> Result<TextureLevels, FormatError> {
+    decode_ktx2(path, &read_bytes(path, limits)?, limits)
+}
+
+/// Decodes a texture that lies in memory; `name` is for messages. Components that the format lacks become 0,
+/// alpha 1.
+pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<TextureLevels, FormatError> {
+    let invalid = |why: String| FormatError::invalid(name, why);
+    let header = Header::parse(bytes).map_err(invalid)?;
+    let faces = header.faces as u64;
+    limits.image(name, header.width, header.height, 4, bytes.len() as u64)?;
+    // All levels together are less than twice the first.
+    let floats = u128::from(header.width) * u128::from(header.height) * u128::from(faces) * 4 * 2;
+    limits.memory(name, floats * 4, bytes.len() as u64)?;
+    let mut texture = TextureLevels {
+        width: header.width as usize,
+        height: header.height as usize,
+        faces: header.faces,
+        levels: Vec::new(),
+        metadata: key_values(bytes, header.key_values).map_err(invalid)?,
+    };
+    if header.levels > TextureLevels::full_chain(texture.width, texture.height) {
+        return Err(invalid(format!("{} mip levels are too many for its size", header.levels)));
+    }
+    for level in 0..header.levels {
+        let texels = texture.level_len(level) / 4;
+        let data = header.level(bytes, level, texels).map_err(invalid)?;
+        texture.levels.push(header.format.expand(data, texels));
+    }
+    Ok(texture)
+}
+
+struct Header {
+    format: Format,
+    width: u64,
+    height: u64,
+    faces: usize,
+    levels: usize,
+    key_values: (usize, usize),
+}
+
+#[derive(Clone, Copy)]
+struct Format {
+    components: usize,
+    half: bool,
+}
+
+impl Format {
+    /// Of the numbers in `vulkan_core.h`.
+    fn of(vk: u32) -> Result<Self, String> {
+        let (components, half) = match vk {
+            76 => (1, true),
+            83 => (2, true),
+            90 => (3, true),
+            97 => (4, true),
+            100 => (1, false),
+            103 => (2, false),
+            106 => (3, false),
+            109 => (4, false),
+            _ => return Err(format!("VkFormat {vk} is not read; 16- and 32-bit floats are")),
+        };
+        Ok(Self { components, half })
+    }
+
+    fn texel(self) -> usize {
+        self.components * if self.half { 2 } else { 4 }
+    }
+
+    fn expand(self, data: &[u8], texels: usize) -> Vec<f32> {
+        let mut out = Vec::with_capacity(4 * texels);
+        for texel in data.chunks_exact(self.texel()) {
+            let mut rgba = [0.0, 0.0, 0.0, 1.0];
+            for (i, v) in rgba.iter_mut().take(self.components).enumerate() {
+                *v = if self.half {
+                    f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32()
+                } else {
+                    f32::from_le_bytes([texel[4 * i], texel[4 * i + 1], texel[4 * i + 2], texel[4 * i + 3]])
+                };
+            }
+            out.extend(rgba);
+        }
+        out
+    }
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        if !bytes.starts_with(&IDENTIFIER) {
+            return Err("not a KTX2 file: its first bytes are others".into());
+        }
+        let field = |i: usize| {
+            bytes.get(12 + 4 * i..16 + 4 * i).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        };
+        if bytes.len() < HEADER_BYTES {
+            return Err("truncated in the header".into());
+        }
+        let f: Vec<u32> = (0..17).filter_map(field).collect();
+        if f[4] > 1 || f[5] > 1 {
+            return Err("volumes and arrays are not read".into());
+        }
+        if f[8] != 0 {
+            let name =
+                ["none", "BasisLZ", "Zstandard", "ZLIB"].get(f[8] as usize).copied().unwrap_or("unknown");
+            return Err(format!("{name} supercompression is not read; write the file without it"));
+        }
+        if !matches!(f[6], 1 | 6) || (f[6] == 6 && f[2] != f[3]) {
+            return Err(format!(
+                "{} faces of {} x {} texels make neither an image nor a cube",
+                f[6], f[2], f[3]
+            ));
+        }
+        Ok(Self {
+            format: Format::of(f[0])?,
+            width: f[2].into(),
+            height: f[3].into(),
+            faces: f[6] as usize,
+            // 0 asks the reader to make the levels itself; the first one is there.
+            levels: f[7].max(1) as usize,
+            key_values: (f[11] as usize, f[12] as usize),
+        })
+    }
+
+    /// The bytes of a level.
+    fn level<'a>(&self, bytes: &'a [u8], level: usize, texels: usize) -> Result<&'a [u8], String> {
+        let truncated = || format!("truncated: mip level {level} is incomplete");
+        let entry = HEADER_BYTES + LEVEL_BYTES * level;
+        let number = |i: usize| {
+            let b = bytes.get(entry + i..entry + i + 8).and_then(|b| b.try_into().ok())?;
+            usize::try_from(u64::from_le_bytes(b)).ok()
+        };
+        let (start, length) = number(0).zip(number(8)).ok_or_else(truncated)?;
+        if length != texels * self.format.texel() {
+            return Err(format!(
+                "mip level {level} has {length} bytes instead of {}",
+                texels * self.format.texel()
+            ));
+        }
+        let end = start.checked_add(length).ok_or_else(truncated)?;
+        bytes.get(start..end).ok_or_else(truncated)
+    }
+}
+
+/// Keys and values; those whose value is not text are left out.
+fn key_values(bytes: &[u8], (start, length): (usize, usize)) -> Result<Vec<(String, String)>, String> {
+    let fault = || "the key and value data is damaged".to_string();
+    let mut rest = start.checked_add(length).and_then(|end| bytes.get(start..end)).ok_or_else(fault)?;
+    let mut pairs = Vec::new();
+    while rest.len() >= 4 {
+        let n = u32::from_le_bytes([rest[0], rest[1], rest[2], rest[3]]) as usize;
+        let entry = n.checked_add(4).and_then(|end| rest.get(4..end)).ok_or_else(fault)?;
+        let key = entry.iter().position(|&b| b == 0).ok_or_else(fault)?;
+        let value = entry[key + 1..].strip_suffix(&[0]).unwrap_or(&entry[key + 1..]);
+        if let (Ok(k), Ok(v)) = (std::str::from_utf8(&entry[..key]), std::str::from_utf8(value)) {
+            pairs.push((k.to_string(), v.to_string()));
+        }
+        rest = rest.get((4 + n).next_multiple_of(4)..).unwrap_or(&[]);
+    }
+    Ok(pairs)
+}
