@@ -3,10 +3,14 @@
 //! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`; [`models`] lists
 //! what there is. All directions are in the local frame (t = x, b = y, n = z) and point away from the surface.
 
+mod adaptive;
+pub mod albedo;
 mod brdf;
+pub mod dfg;
 mod draw;
 mod error;
 mod hint;
+mod kernel;
 mod math;
 pub mod model;
 mod registry;
@@ -15,5 +19,6 @@ mod spec;
 
 pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 pub use error::SpecError;
+pub use kernel::NormalKernel;
 pub use registry::{models, parse};
 pub use scaled::Scaled;

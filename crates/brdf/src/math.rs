@@ -86,3 +86,31 @@ pub(crate) fn around(n: DVec3) -> (DVec3, DVec3) {
 pub(crate) fn turn(u: f64) -> f64 {
     2.0 * PI * u
 }
+
+/// The error function. Abramowitz & Stegun 1964, 7.1.6 (all terms positive, so no cancellation):
+/// erf x = 2/√π e^(−x²) Σ 2^k x^(2k+1)/(1·3·…·(2k+1)); 1 − erf 6 < 3e-17.
+pub(crate) fn erf(x: f64) -> f64 {
+    let a = x.abs();
+    if a >= 6.0 {
+        return x.signum();
+    }
+    let (mut term, mut sum, mut odd) = (a, a, 1.0);
+    while term > 1e-17 * sum {
+        odd += 2.0;
+        term *= 2.0 * a * a / odd;
+        sum += term;
+    }
+    x.signum() * 2.0 / PI.sqrt() * (-a * a).exp() * sum
+}
+
+/// Fresnel 1823: unpolarised reflectance of a dielectric of relative index `ior`, seen from outside; u = cos θ.
+pub(crate) fn dielectric(u: f64, ior: f64) -> f64 {
+    let g2 = ior * ior - 1.0 + u * u;
+    if g2 <= 0.0 {
+        return 1.0;
+    }
+    let g = g2.sqrt();
+    let a = (g - u) / (g + u);
+    let b = (u * (g + u) - 1.0) / (u * (g - u) + 1.0);
+    0.5 * a * a * (1.0 + b * b)
+}

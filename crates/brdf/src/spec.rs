@@ -9,8 +9,6 @@ use std::fmt;
 pub(crate) struct Interval {
     pub min: f64,
     pub max: f64,
-    /// Is `min` itself refused?
-    pub open: bool,
 }
 
 impl Interval {
@@ -23,26 +21,19 @@ impl Interval {
 
     /// min ≤ x ≤ max.
     pub const fn closed(min: f64, max: f64) -> Self {
-        Self { min, max, open: false }
-    }
-
-    /// min < x ≤ max.
-    pub const fn above(min: f64, max: f64) -> Self {
-        Self { min, max, open: true }
+        Self { min, max }
     }
 
     fn contains(&self, x: f64) -> bool {
-        x.is_finite() && x <= self.max && if self.open { x > self.min } else { x >= self.min }
+        x.is_finite() && (self.min..=self.max).contains(&x)
     }
 }
 
 impl fmt::Display for Interval {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let comparison = if self.open { "above" } else { "at least" };
         match (self.min.is_finite(), self.max.is_finite()) {
             (false, _) => write!(f, "a finite number"),
-            (true, false) => write!(f, "a finite number {comparison} {}", self.min),
-            (true, true) if self.open => write!(f, "a number above {} and at most {}", self.min, self.max),
+            (true, false) => write!(f, "a finite number of at least {}", self.min),
             (true, true) => write!(f, "a number in {} … {}", self.min, self.max),
         }
     }

@@ -1,0 +1,117 @@
+//! Anisotropic Phong with Fresnel-coupled diffuse reflection.
+//!
+//! Ashikhmin & Shirley 2000, An Anisotropic Phong BRDF Model, eqs 4, 5 (h normalised, u = t, v = b):
+//!
+//! ρ_s = √((nu + 1)(nv + 1))/(8π) · (n·h)^((nu (h·u)² + nv (h·v)²)/(1 − (h·n)²)) / (h·wi max(n·wi, n·wo)) · F,
+//! F = rs + (1 − rs)(1 − wi·h)⁵;
+//! ρ_d = 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵). **f = ρ_s + ρ_d**
+
+use crate::draw::{self, Draw};
+use crate::math::{above, half, largest, pow5, schlick};
+use crate::registry::Entry;
+use crate::spec::{Args, Interval, triple};
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "ashikhmin-shirley",
+    source: "Ashikhmin & Shirley 2000, eqs 4, 5",
+    formula: "f = √((nu + 1)(nv + 1))/(8π) (n·h)^(nu cos²φ_h + nv sin²φ_h)/(h·wi max(n·wi, n·wo)) F(h·wi) \
+              + 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵), F = rs + (1 − rs)(1 − h·wi)⁵",
+    units: "sr⁻¹",
+    parameters: &[
+        ("nu", "exponent along the tangent, 0 … 1e8"),
+        ("nv", "exponent along the bitangent, 0 … 1e8"),
+        ("rs", "specular reflectance at normal incidence, scalar or r/g/b in 0 … 1, default 1"),
+        ("rd", "diffuse reflectance below the specular layer, scalar or r/g/b in 0 … 1, default 0"),
+    ],
+    reciprocity: "reciprocal",
+    energy: "albedo ≤ 1",
+};
+
+const EXPONENT: Interval = Interval::closed(0.0, 1e8);
+
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+
+fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
+    Ok(Arc::new(AshikhminShirley {
+        nu: a.required("nu", EXPONENT)?,
+        nv: a.required("nv", EXPONENT)?,
+        rs: a.rgb("rs", Interval::UNIT, 1.0)?,
+        rd: a.rgb("rd", Interval::UNIT, 0.0)?,
+    }))
+}
+
+/// Ashikhmin and Shirley's anisotropic Phong.
+#[derive(Debug, Clone, Copy)]
+pub struct AshikhminShirley {
+    nu: f64,
+    nv: f64,
+    rs: [f64; 3],
+    rd: [f64; 3],
+}
+
+/// ln(1 − x)/x, with its limit at 0.
+fn ln_ratio(x: f64) -> f64 {
+    if x < 1e-8 { -1.0 - 0.5 * x } else { (-x).ln_1p() / x }
+}
+
+impl AshikhminShirley {
+    /// ρ_s without F. (n·h)^e = exp(½ ln(1 − s²)(nu h_x² + nv h_y²)/s²), s² = h_x² + h_y².
+    fn lobe(&self, wi: DVec3, wo: DVec3, h: DVec3) -> f64 {
+        let (x2, y2) = (h.x * h.x, h.y * h.y);
+        let s2 = (x2 + y2).min(1.0 - f64::EPSILON);
+        let power = (0.5 * ln_ratio(s2) * (self.nu * x2 + self.nv * y2)).exp();
+        let norm = ((self.nu + 1.0) * (self.nv + 1.0)).sqrt() / (8.0 * PI);
+        norm * power / (wi.dot(h).max(f64::MIN_POSITIVE) * wi.z.max(wo.z))
+    }
+
+    fn draw(&self) -> [(f64, Draw); 2] {
+        let q = if largest(self.rd) > 0.0 { 0.5 } else { 1.0 };
+        let alpha = |n: f64| (2.0 / (n + 2.0)).sqrt();
+        [(1.0 - q, Draw::Cosine), (q, Draw::Visible { ax: alpha(self.nu), ay: alpha(self.nv) })]
+    }
+}
+
+impl Brdf for AshikhminShirley {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        let (rs, rd) = (triple(self.rs), triple(self.rd));
+        format!("ashikhmin-shirley:nu={},nv={},rs={rs},rd={rd}", self.nu, self.nv)
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !above(wi, wo) {
+            return [0.0; 3];
+        }
+        let h = half(wi, wo);
+        let lobe = self.lobe(wi, wo, h);
+        let fresnel = schlick(self.rs, wi.dot(h));
+        let side = |z: f64| 1.0 - pow5(1.0 - 0.5 * z);
+        let diffuse = 28.0 / (23.0 * PI) * side(wi.z) * side(wo.z);
+        std::array::from_fn(|c| lobe * fresnel[c] + diffuse * self.rd[c] * (1.0 - self.rs[c]))
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.nu == self.nv
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        let slope = |n: f64| (1.0 / (n + 2.0)).sqrt();
+        hint::half_vector(self, wo, slope(self.nu), slope(self.nv))
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.draw(), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.draw(), wi, wo)
+    }
+}

@@ -1,0 +1,187 @@
+//! Generalised cosine lobes.
+//!
+//! Lafortune, Foo, Torrance, Greenberg 1997, Non-Linear Approximation of Reflectance Functions, eq. 8;
+//! Kautz 2004 (STAR), eqs 36–38. In the local frame (t, b, n), with wo = (x, y, z) and wi = (x', y', z'):
+//!
+//! **f = kd/π + Σ ks (c_x x x' + c_y y y' + c_z z z')₊^n**, per channel.
+//!
+//! c_x = c_y = −1, c_z = 1 is Phong's lobe about the mirror direction; c_x, c_y > 0 reflects back to where the
+//! light comes from; |c_z| < |c_x| moves the peak towards the horizon.
+
+use super::published;
+use crate::draw::{self, Draw};
+use crate::math::{INV_PI, above, largest, power_cosine};
+use crate::registry::Entry;
+use crate::spec::{Args, Interval, triple};
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "lafortune",
+    source: "Lafortune et al. 1997, eq. 8; Kautz 2004 (STAR), eqs 36–38; sets: Cornell Program of Computer \
+             Graphics (Lafortune et al. 1997, Marschner et al. 1999)",
+    formula: "f = kd/π + Σ ks (c_x x x' + c_y y y' + c_z z z')₊^n, wo = (x, y, z) and wi = (x', y', z') along t, b, n",
+    units: "sr⁻¹",
+    parameters: &[
+        (
+            "@SET",
+            "a published set instead of keys: skin, skin-steve, skin-mahesh, blue-paint, clay, felt, primer, bluish, brushed-metal",
+        ),
+        ("cx", "coefficient along the tangent, −1 … forward, +1 … back to the light"),
+        ("cy", "coefficient along the bitangent"),
+        ("cz", "coefficient along the normal"),
+        ("n", "exponent, 0 … 1e8"),
+        ("ks", "factor of the lobe, scalar or r/g/b, at least 0, default 1"),
+        ("kd", "diffuse albedo, scalar or r/g/b in 0 … 1, default 0"),
+        (
+            "lobes",
+            "file of lobes instead of the other keys: CSV, header lobe,channel,cx,cy,cz,n,ks; channel 0, 1, 2 or *; a row 'diffuse,channel,kd'",
+        ),
+    ],
+    reciprocity: "reciprocal",
+    energy: "not conserved in general: the lobes are not normalised",
+};
+
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: true, make };
+
+const OWN: [&str; 6] = ["cx", "cy", "cz", "n", "ks", "kd"];
+
+fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
+    if let Some(name) = &a.name {
+        refuse_others(a, "a set", &["lobes"])?;
+        return Ok(Arc::new(published::find(name)?));
+    }
+    if let Some(file) = a.get("lobes") {
+        refuse_others(a, "lobes=", &[])?;
+        return Ok(Arc::new(super::lafortune_file::read(file)?));
+    }
+    let n = a.required("n", Interval::closed(0.0, 1e8))?;
+    let c = DVec3::new(
+        a.required("cx", Interval::ANY)?,
+        a.required("cy", Interval::ANY)?,
+        a.required("cz", Interval::ANY)?,
+    );
+    let ks = a.rgb("ks", Interval::NON_NEGATIVE, 1.0)?;
+    let kd = a.rgb("kd", Interval::UNIT, 0.0)?;
+    let spec =
+        format!("lafortune:cx={},cy={},cz={},n={n},ks={},kd={}", c.x, c.y, c.z, triple(ks), triple(kd));
+    let lobe = std::array::from_fn(|i| Cosine { c, n, ks: ks[i] });
+    Ok(Arc::new(Lafortune { spec, kd, lobes: vec![lobe] }))
+}
+
+fn refuse_others(a: &Args, what: &str, more: &[&str]) -> Result<(), SpecError> {
+    match OWN.iter().chain(more).find(|k| a.has(k)) {
+        Some(key) => Err(a.syntax(format!("{what} takes no '{key}='; give either one or the other"))),
+        None => Ok(()),
+    }
+}
+
+/// One generalised cosine of one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cosine {
+    /// (c_x, c_y, c_z).
+    pub c: DVec3,
+    /// Exponent.
+    pub n: f64,
+    /// Factor.
+    pub ks: f64,
+}
+
+impl Cosine {
+    fn value(&self, wi: DVec3, wo: DVec3) -> f64 {
+        let o = self.c * wo;
+        let length = o.length();
+        if length <= 0.0 || self.ks == 0.0 {
+            return 0.0;
+        }
+        let direction = o / length;
+        if direction.dot(wi) <= 0.0 {
+            return 0.0;
+        }
+        self.ks * (self.n * length.ln()).exp() * power_cosine(direction, wi, self.n)
+    }
+
+    fn draw(&self, wo: DVec3) -> Draw {
+        Draw::Power { axis: (self.c * wo).normalize_or(DVec3::Z), n: self.n }
+    }
+
+    /// The integral of the lobe over the sphere.
+    fn strength(&self, wo: DVec3) -> f64 {
+        self.ks * (self.c * wo).length().powf(self.n) * 2.0 * PI / (self.n + 1.0)
+    }
+}
+
+/// Lobes per channel and a diffuse part.
+#[derive(Debug, Clone)]
+pub struct Lafortune {
+    /// The spec string.
+    pub spec: String,
+    /// Diffuse albedo.
+    pub kd: [f64; 3],
+    /// Lobes, each for red, green and blue.
+    pub lobes: Vec<[Cosine; 3]>,
+}
+
+impl Lafortune {
+    /// The channels of all lobes, without repetition.
+    fn distinct(&self) -> Vec<Cosine> {
+        let mut all: Vec<Cosine> = Vec::new();
+        for cosine in self.lobes.iter().flatten() {
+            if cosine.ks > 0.0 && !all.iter().any(|o| o.c == cosine.c && o.n == cosine.n) {
+                all.push(*cosine);
+            }
+        }
+        all
+    }
+
+    fn draw(&self, wo: DVec3) -> Vec<(f64, Draw)> {
+        let mut parts = vec![(largest(self.kd).max(0.05), Draw::Cosine)];
+        parts.extend(self.distinct().iter().map(|c| (c.strength(wo), c.draw(wo))));
+        let sum: f64 = parts.iter().map(|p| p.0).sum();
+        parts.iter_mut().for_each(|p| p.0 /= sum);
+        parts
+    }
+}
+
+impl Brdf for Lafortune {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        self.spec.clone()
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !above(wi, wo) {
+            return [0.0; 3];
+        }
+        std::array::from_fn(|i| {
+            self.kd[i] * INV_PI + self.lobes.iter().map(|l| l[i].value(wi, wo)).sum::<f64>()
+        })
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.lobes.iter().flatten().all(|l| l.c.x == l.c.y)
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        let hint = |c: &Cosine| {
+            let axis = (c.c * wo).try_normalize()?;
+            let width = (1.0 / (c.n + 1.0)).sqrt();
+            (axis.z > -2.0 * width && c.n > 0.0).then_some(Lobe::Axis { axis, width })
+        };
+        self.distinct().iter().filter_map(hint).collect()
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.draw(wo), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.draw(wo), wi, wo)
+    }
+}

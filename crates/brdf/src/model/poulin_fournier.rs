@@ -1,0 +1,188 @@
+//! A surface of parallel micro-cylinders.
+//!
+//! Poulin & Fournier 1990, A Model for Anisotropic Reflection: the reflected light is that of the portion of the
+//! cylinders (and of the floor between them) that is both lit and seen, their neighbours blocking. Here that
+//! portion is exact, the diffuse integral is closed, and the specular one (which the paper approximates by
+//! Chebyshev polynomials) is a Gauss–Legendre quadrature.
+//!
+//! Cylinders of radius 1 lie along t with axes `d` apart; the floor lies at height `h` above the axes. Across
+//! t, a direction w has length l = √(1 − (w·t)²) and tilt θ = atan2(w·b, w·n). The point of a cylinder with
+//! normal n'(φ) = sin φ b + cos φ n, |φ| ≤ arccos h, sees w if |φ − θ| < π/2 and the nearest neighbour on that
+//! side leaves it free: ±sin(φ − θ) ≤ d cos θ − 1. The floor sees w between 1/cos θ-wide shadows. With a local
+//! reflectance f' = kd/π + ks (N + 8)/(8π) (n'·h)^N:
+//!
+//! **f = 1/(d n·wi n·wo) [∫ f' (n'·wi)(n'·wo) dφ + w f'_floor n·wi n·wo]**, w the width of floor that is lit and
+//! seen. For d → ∞ and h → 1 this is the local reflectance itself.
+
+use crate::draw::{self, Draw};
+use crate::math::{INV_PI, above, half, largest, positive_pow, power_cosine};
+use crate::registry::Entry;
+use crate::spec::{Args, Interval, triple};
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{Arc, LazyLock};
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "poulin-fournier",
+    source: "Poulin & Fournier 1990 (added cylinders; exact visibility, quadrature for the specular term)",
+    formula: "f = 1/(d n·wi n·wo) [∫ f' (n'·wi)(n'·wo) dφ over the lit and seen part of a cylinder, plus the same of \
+              the floor], f' = kd/π + ks (n + 8)/(8π) (n'·h)^n",
+    units: "sr⁻¹",
+    parameters: &[
+        ("d", "distance of the cylinders' axes in radii, 2 … 1e3, default 2"),
+        ("h", "height of the floor above the axes in radii, 0 … 0.99, default 0"),
+        ("kd", "diffuse albedo of the material, scalar or r/g/b in 0 … 1, default 0"),
+        ("ks", "specular factor of the material, scalar or r/g/b in 0 … 1, default 1"),
+        ("n", "exponent of the material, 0 … 1e5"),
+    ],
+    reciprocity: "reciprocal",
+    energy: "albedo ≤ that of the material (light that the cylinders block is lost)",
+};
+
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+
+fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
+    Ok(Arc::new(PoulinFournier {
+        d: a.number("d", Interval::closed(2.0, 1e3), 2.0)?,
+        h: a.number("h", Interval::closed(0.0, 0.99), 0.0)?,
+        kd: a.rgb("kd", Interval::UNIT, 0.0)?,
+        ks: a.rgb("ks", Interval::UNIT, 1.0)?,
+        n: a.required("n", Interval::closed(0.0, 1e5))?,
+    }))
+}
+
+/// Parallel micro-cylinders along the tangent.
+#[derive(Debug, Clone, Copy)]
+pub struct PoulinFournier {
+    d: f64,
+    h: f64,
+    kd: [f64; 3],
+    ks: [f64; 3],
+    n: f64,
+}
+
+/// A direction across the cylinders.
+#[derive(Clone, Copy)]
+struct Across {
+    length: f64,
+    theta: f64,
+}
+
+impl Across {
+    fn new(w: DVec3) -> Self {
+        Self { length: w.y.hypot(w.z), theta: w.y.atan2(w.z) }
+    }
+}
+
+static RULE: LazyLock<(Vec<f64>, Vec<f64>)> =
+    LazyLock::new(|| steradian_sphere::quadrature::gauss_legendre(32));
+
+impl PoulinFournier {
+    /// The interval of normals φ of a cylinder that sees `w`.
+    fn seen(&self, w: Across) -> (f64, f64) {
+        let limit = self.h.acos();
+        let free = (self.d * w.theta.cos() - 1.0).clamp(-1.0, 1.0).asin();
+        if w.theta >= 0.0 {
+            ((w.theta - FRAC_PI_2).max(-limit), (w.theta + free).min(limit))
+        } else {
+            ((w.theta - free).max(-limit), (w.theta + FRAC_PI_2).min(limit))
+        }
+    }
+
+    /// The interval of floor positions x between the axes 0 and d that sees `w`.
+    fn floor(&self, w: Across) -> (f64, f64) {
+        let edge = (1.0 - self.h * self.h).sqrt();
+        let shadow = (1.0 - self.h * w.theta.sin().abs()) / w.theta.cos();
+        if w.theta >= 0.0 { (edge, self.d - shadow.max(edge)) } else { (shadow.max(edge), self.d - edge) }
+    }
+
+    /// ∫ (n'·wi)(n'·wo) dφ: ∫ cos(φ − a) cos(φ − b) = ½ [φ cos(a − b) + ½ sin(2φ − a − b)].
+    fn diffuse(&self, i: Across, o: Across, (lo, hi): (f64, f64)) -> f64 {
+        let sum = i.theta + o.theta;
+        let sines = (2.0 * hi - sum).sin() - (2.0 * lo - sum).sin();
+        0.5 * ((hi - lo) * (i.theta - o.theta).cos() + 0.5 * sines) * i.length * o.length
+    }
+
+    /// ∫ (n'·h)^n (n'·wi)(n'·wo) dφ, over the part where the power is not below 1e-18.
+    fn specular(&self, i: Across, o: Across, h: Across, (lo, hi): (f64, f64)) -> f64 {
+        let reach = (2.0 * 41.5 / (self.n + 1.0)).sqrt();
+        let (lo, hi) = (lo.max(h.theta - reach), hi.min(h.theta + reach));
+        if hi <= lo {
+            return 0.0;
+        }
+        let (mid, radius) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        let at = |x: f64| {
+            let phi = mid + radius * x;
+            positive_pow((phi - h.theta).cos(), self.n) * (phi - i.theta).cos() * (phi - o.theta).cos()
+        };
+        let sum: f64 = RULE.0.iter().zip(&RULE.1).map(|(x, w)| w * at(*x)).sum();
+        radius * sum * positive_pow(h.length, self.n) * i.length * o.length
+    }
+
+    fn specular_norm(&self) -> f64 {
+        (self.n + 8.0) / (8.0 * PI)
+    }
+
+    fn draw(&self) -> [(f64, Draw); 1] {
+        [(1.0, Draw::Cosine)]
+    }
+}
+
+impl Brdf for PoulinFournier {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        let (kd, ks) = (triple(self.kd), triple(self.ks));
+        format!("poulin-fournier:d={},h={},kd={kd},ks={ks},n={}", self.d, self.h, self.n)
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !above(wi, wo) {
+            return [0.0; 3];
+        }
+        let m = half(wi, wo);
+        let (i, o, h) = (Across::new(wi), Across::new(wo), Across::new(m));
+        let (si, so) = (self.seen(i), self.seen(o));
+        let part = (si.0.max(so.0), si.1.min(so.1));
+        let (mut diffuse, mut specular) = (0.0, 0.0);
+        if part.1 > part.0 {
+            diffuse += self.diffuse(i, o, part).max(0.0);
+            specular += self.specular(i, o, h, part);
+        }
+        let (fi, fo) = (self.floor(i), self.floor(o));
+        let width = (fi.1.min(fo.1) - fi.0.max(fo.0)).max(0.0) * wi.z * wo.z;
+        diffuse += width;
+        specular += width * power_cosine(DVec3::Z, m, self.n);
+        let scale = 1.0 / (self.d * wi.z * wo.z);
+        let specular = specular * self.specular_norm();
+        std::array::from_fn(|c| scale * (self.kd[c] * INV_PI * diffuse + self.ks[c] * specular))
+    }
+
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        if largest(self.ks) == 0.0 {
+            return Vec::new();
+        }
+        let width = 2.0 * (1.0 / (self.n + 2.0)).sqrt();
+        let mut lobes = vec![Lobe::Cone { axis: DVec3::X, cosine: -wo.x, width }];
+        if self.d > 2.0 {
+            lobes.push(Lobe::Axis { axis: crate::math::mirror(wo), width: width * wo.z.max(0.1) });
+        }
+        lobes
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.draw(), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.draw(), wi, wo)
+    }
+}
