@@ -21,7 +21,9 @@ pub fn sphere(segments: u32) -> Mesh {
         let (count, shift) = if pole { (slices, 0.5) } else { (slices + 1, 0.0) };
         for i in 0..count {
             let u = (f64::from(i) + shift) / f64::from(slices);
-            let (s, c) = (TAU * (0.5 - u)).sin_cos();
+            // The two sides of the seam are the same numbers.
+            let turn = if i == slices { 0.0 } else { u };
+            let (s, c) = (TAU * (0.5 - turn)).sin_cos();
             let n = Vec3::new((sin * c) as f32, cos as f32, (sin * s) as f32).normalize();
             m.positions.push(n);
             m.normals.push(n);
