@@ -95,6 +95,11 @@ impl Header {
         let (name, value) = (name.trim(), value.trim());
         match name {
             "FORMAT" => self.space = format(value)?,
+            // Some programs write a line of zeros where they know nothing.
+            "EXPOSURE" | "COLORCORR" | "PRIMARIES" if is_zeros(value) => {
+                self.lines.push(("ignored".into(), format!("{name}={value}")));
+                return Ok(());
+            }
             "EXPOSURE" => self.exposure *= numbers::<1>(name, value)?[0],
             "COLORCORR" => {
                 let c = numbers::<3>(name, value)?;
@@ -155,6 +160,11 @@ fn format(value: &str) -> Result<Space, String> {
     }
 }
 
+/// Nothing but zeros?
+fn is_zeros(value: &str) -> bool {
+    !value.is_empty() && value.split_ascii_whitespace().all(|w| w.parse() == Ok(0.0))
+}
+
 /// Exactly `N` positive finite numbers.
 fn numbers<const N: usize>(name: &str, value: &str) -> Result<[f64; N], String> {
     let v: Vec<f64> = value.split_ascii_whitespace().map_while(|w| w.parse().ok()).collect();
@@ -196,6 +206,13 @@ mod tests {
     }
 
     #[test]
+    fn zeros_say_nothing() {
+        let h = header("EXPOSURE=0\nPRIMARIES=0 0 0 0 0 0 0 0\nCOLORCORR=0 0 0\n", "-Y 3 +X 5").unwrap();
+        assert_eq!((h.exposure, h.color_correction, h.primaries), (1.0, [1.0; 3], None));
+        assert_eq!(h.lines[0], ("ignored".to_string(), "EXPOSURE=0".to_string()));
+    }
+
+    #[test]
     fn eight_orientations() {
         for (text, rows, flip_x, flip_y) in [
             ("-Y 2 +X 3", true, false, false),
@@ -216,7 +233,7 @@ mod tests {
     #[test]
     fn faults_are_named() {
         assert!(header("FORMAT=16-bit\n", "-Y 1 +X 1").unwrap_err().contains("FORMAT is '16-bit'"));
-        assert!(header("EXPOSURE=0\n", "-Y 1 +X 1").unwrap_err().contains("EXPOSURE"));
+        assert!(header("EXPOSURE=-1\n", "-Y 1 +X 1").unwrap_err().contains("EXPOSURE"));
         assert!(header("EXPOSURE=NaN\n", "-Y 1 +X 1").unwrap_err().contains("EXPOSURE"));
         assert!(header("COLORCORR=1 2\n", "-Y 1 +X 1").unwrap_err().contains("COLORCORR"));
         for r in ["-Y 1 +Y 1", "-Y -1 +X 1", "-Y 99999999999 +X 1", "512 512", "-Z 1 +X 1"] {
