@@ -1,6 +1,6 @@
 //! Point evaluation of the real orthonormal basis, stable to any band.
 
-use super::{count, index};
+use super::count;
 use glam::DVec3;
 use std::sync::OnceLock;
 
@@ -194,6 +194,7 @@ pub fn legendre(m: usize, order: usize, cos_theta: f64, sin_theta: f64) -> Vec<f
 mod tests {
     use super::*;
     use crate::quadrature::gauss_legendre;
+    use crate::sh::index;
     use std::f64::consts::PI;
 
     fn all(order: usize, d: DVec3) -> Vec<f64> {

@@ -7,11 +7,15 @@ mod basis;
 mod exchange;
 mod project;
 mod rotation;
+mod synthesis;
+mod transform;
 mod wigner;
 
 pub use basis::{Basis, eval, legendre};
-pub use project::project_direct;
+pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
+pub use synthesis::{synthesize, synthesize_direct};
+pub use transform::{Grid, Sample, ShTransform};
 pub use wigner::wigner_d;
 
 use glam::DVec3;
@@ -60,16 +64,4 @@ impl ShRgb {
         eval(self.order, d, &mut y);
         std::array::from_fn(|k| self.c[k].iter().zip(&y).map(|(a, b)| a * b).sum())
     }
-}
-
-/// Coefficients up to `order` of an image in any layout, by texel centres and exact solid angles
-/// (lat-long images go through the fast transform).
-pub fn project(image: &crate::SphereImage, order: usize) -> ShRgb {
-    project_direct(image, order)
-}
-
-/// The function of `sh` at every texel centre of a map.
-pub fn synthesize(sh: &ShRgb, layout: crate::Layout, width: usize, height: usize) -> crate::SphereImage {
-    let _ = (sh, layout, width, height);
-    todo!()
 }

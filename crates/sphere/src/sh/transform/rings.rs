@@ -1,0 +1,133 @@
+//! Where the rows of a grid stand, and their weights.
+
+use crate::quadrature::{clenshaw_curtis, fejer1, gauss_legendre, gauss_legendre_angles};
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// How the rows of a lat-long grid stand in θ, and how they are weighted in an integral.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Grid {
+    /// Texel centres θ = (j+½)π/height with the weights of Fejér's first rule: analysis is exact for band
+    /// limit `order` if height > 2·order and width > 2·order.
+    Equirectangular,
+    /// Gauss–Legendre rows: exact if height > order and width > 2·order.
+    GaussLegendre,
+    /// Clenshaw–Curtis rows θ = jπ/(height−1), poles included: exact if height > 2·order, width > 2·order.
+    ClenshawCurtis,
+    /// Texel centres, each weighted with its exact solid angle: Σ texel·Ω·Y(centre).
+    Cells,
+    /// Piecewise constant texels: ∫ Y over each texel's exact cell, to about 1e-14. Analysis only.
+    ExactCells,
+}
+
+impl Grid {
+    /// Does ∫ over a texel's width replace the value at its centre?
+    pub(super) fn sinc(self) -> bool {
+        self == Self::ExactCells
+    }
+}
+
+/// The northern rings of a grid (equator included), from the pole; the southern mirror them.
+pub(super) struct Rings {
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    weight: Vec<f64>,
+    /// Rings per row of texels.
+    pub(super) per_row: usize,
+    height: usize,
+}
+
+/// A range of rings.
+#[derive(Clone, Copy)]
+pub(super) struct RingRange<'a> {
+    pub(super) cos: &'a [f64],
+    pub(super) sin: &'a [f64],
+    pub(super) weight: &'a [f64],
+    pub(super) per_row: usize,
+}
+
+impl Rings {
+    pub(super) fn new(grid: Grid, height: usize, order: usize) -> Self {
+        let mut rings = Self { cos: vec![], sin: vec![], weight: vec![], per_row: 1, height };
+        if height == 0 {
+            return rings;
+        }
+        let step = PI / height as f64;
+        match grid {
+            Grid::Equirectangular => {
+                let w = fejer1(height).1;
+                rings.fill(|j| ((j as f64 + 0.5) * step, w[j]));
+            }
+            Grid::ClenshawCurtis => {
+                let w = clenshaw_curtis(height).1;
+                let theta =
+                    |j: usize| if height > 1 { PI * j as f64 / (height - 1) as f64 } else { 0.5 * PI };
+                rings.fill(|j| (theta(j), w[j]));
+            }
+            Grid::GaussLegendre => {
+                let (theta, w) = gauss_legendre_angles(height);
+                rings.fill(|j| (theta[j], w[j]));
+            }
+            Grid::Cells => rings.fill(|j| {
+                let theta = (j as f64 + 0.5) * step;
+                (theta, 2.0 * theta.sin() * (0.5 * step).sin())
+            }),
+            Grid::ExactCells => rings.fill_cells(step, order),
+        }
+        rings
+    }
+
+    fn push(&mut self, cos: f64, sin: f64, weight: f64) {
+        self.cos.push(cos);
+        self.sin.push(sin);
+        self.weight.push(weight);
+    }
+
+    /// Rows from (θ, weight).
+    fn fill(&mut self, ring: impl Fn(usize) -> (f64, f64)) {
+        for j in 0..self.height.div_ceil(2) {
+            let (theta, w) = ring(j);
+            let equator = 2 * j + 1 == self.height;
+            self.push(if equator { 0.0 } else { theta.cos() }, theta.sin(), w);
+        }
+    }
+
+    /// Gauss–Legendre rings inside each row, enough for band `order`.
+    fn fill_cells(&mut self, step: f64, order: usize) {
+        self.per_row = 4 + (order as f64 * step).ceil() as usize;
+        let (x, w) = gauss_legendre(self.per_row);
+        for j in 0..self.height.div_ceil(2) {
+            for (x, w) in x.iter().zip(&w) {
+                let theta = (j as f64 + 0.5 + 0.5 * x) * step;
+                // The equator's row is its own mirror: all its rings are on the northern list.
+                self.push(theta.cos(), theta.sin(), 0.5 * step * w * theta.sin());
+            }
+        }
+    }
+
+    /// Number of row pairs.
+    pub(super) fn pairs(&self) -> usize {
+        self.height.div_ceil(2)
+    }
+
+    pub(super) fn of_pairs(&self, pairs: Range<usize>) -> RingRange<'_> {
+        let r = pairs.start * self.per_row..pairs.end * self.per_row;
+        RingRange {
+            cos: &self.cos[r.clone()],
+            sin: &self.sin[r.clone()],
+            weight: &self.weight[r],
+            per_row: self.per_row,
+        }
+    }
+
+    /// cos θ of all rows, from the north.
+    pub(super) fn rows(&self) -> Vec<f64> {
+        let middle = |j: usize| j * self.per_row + self.per_row / 2;
+        (0..self.height)
+            .map(|j| {
+                let mirror = self.height - 1 - j;
+                if j <= mirror { self.cos[middle(j)] } else { -self.cos[middle(mirror)] }
+            })
+            .collect()
+    }
+}

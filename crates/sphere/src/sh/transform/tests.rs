@@ -1,0 +1,177 @@
+//! Round trips, exactness, aliasing and agreement with direct sums.
+
+use super::*;
+use crate::sh::{count, eval, legendre};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+fn noise(order: usize) -> ShRgb {
+    let mut seed = 1u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    ShRgb { order, c: std::array::from_fn(|_| (0..count(order)).map(|_| next()).collect()) }
+}
+
+fn synthesized(sh: &ShRgb, plan: &ShTransform) -> [Vec<f64>; 3] {
+    let n = plan.fourier.width * plan.fourier.height;
+    let mut planes: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; n]);
+    plan.synthesize(sh, planes.each_mut().map(Vec::as_mut_slice));
+    planes
+}
+
+fn round_trip(order: usize, width: usize, height: usize, grid: Grid) -> (f64, f64) {
+    let sh = noise(order);
+    let plan = ShTransform::new(order, width, height, grid);
+    let planes = synthesized(&sh, &plan);
+    let back = plan.analyze(planes.each_ref().map(Vec::as_slice));
+    let (mut sum, mut worst) = (0.0, 0.0_f64);
+    for (a, b) in sh.c.iter().flatten().zip(back.c.iter().flatten()) {
+        sum += (a - b).powi(2);
+        worst = worst.max((a - b).abs());
+    }
+    ((sum / (3 * count(order)) as f64).sqrt(), worst)
+}
+
+/// The direction of a sample.
+fn direction(plan: &ShTransform, i: usize, j: usize) -> DVec3 {
+    let (y, phi) = (plan.cos_theta()[j], -PI + 2.0 * PI * (i as f64 + 0.5) / plan.fourier.width as f64);
+    let r = (1.0 - y * y).sqrt();
+    DVec3::new(r * phi.cos(), y, r * phi.sin())
+}
+
+#[test]
+fn synthesis_is_the_sum_over_the_basis() {
+    for (grid, width, height) in
+        [(Grid::Equirectangular, 33, 20), (Grid::GaussLegendre, 12, 9), (Grid::ClenshawCurtis, 40, 31)]
+    {
+        let sh = noise(13);
+        let plan = ShTransform::new(13, width, height, grid);
+        let planes = synthesized(&sh, &plan);
+        for (i, j) in [(0, 0), (width - 1, height - 1), (3, height / 2), (7, 2)] {
+            let v = sh.value(direction(&plan, i, j));
+            for k in 0..3 {
+                assert!((planes[k][j * width + i] - v[k]).abs() < 1e-12, "{grid:?} {i} {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_round_trip_is_exact_at_band_255() {
+    for (grid, width, height) in [
+        (Grid::Equirectangular, 1024, 512),
+        (Grid::GaussLegendre, 512, 256),
+        (Grid::ClenshawCurtis, 511, 511),
+        (Grid::Equirectangular, 513, 513),
+    ] {
+        let (rms, worst) = round_trip(255, width, height, grid);
+        assert!(rms < 1e-13 && worst < 1e-11, "{grid:?} rms {rms:e} worst {worst:e}");
+        assert!(ShTransform::new(255, width, height, grid).is_exact());
+    }
+}
+
+#[test]
+fn the_round_trip_is_exact_at_band_600() {
+    let (rms, worst) = round_trip(600, 1250, 601, Grid::GaussLegendre);
+    assert!(rms < 1e-12 && worst < 1e-11, "rms {rms:e} worst {worst:e}");
+}
+
+#[test]
+fn the_round_trip_is_stable_at_band_2047() {
+    if steradian_testkit::full() {
+        let (rms, worst) = round_trip(2047, 4096, 2048, Grid::GaussLegendre);
+        assert!(rms < 5e-12 && worst < 1e-9, "rms {rms:e} worst {worst:e}");
+    }
+}
+
+/// ∫ f² = Σ c².
+#[test]
+fn parseval() {
+    let sh = noise(30);
+    let plan = ShTransform::new(30, 64, 64, Grid::GaussLegendre);
+    let planes = synthesized(&sh, &plan);
+    let squares: [Vec<f64>; 3] = planes.map(|p| p.iter().map(|x| x * x).collect());
+    let integral = plan.analyze(squares.each_ref().map(Vec::as_slice));
+    for k in 0..3 {
+        let energy: f64 = sh.c[k].iter().map(|c| c * c).sum();
+        assert!((integral.c[k][0] * (4.0 * PI).sqrt() / energy - 1.0).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn cells_are_the_direct_sum_and_aliasing_is_the_samples() {
+    let (width, height, order) = (12, 7, 9);
+    let planes: [Vec<f64>; 3] =
+        std::array::from_fn(|k| (0..width * height).map(|i| ((i * (k + 2)) as f64).sin()).collect());
+    let plan = ShTransform::new(order, width, height, Grid::Cells);
+    let sh = plan.analyze(planes.each_ref().map(Vec::as_slice));
+    let mut direct = vec![0.0; count(order)];
+    let mut y = direct.clone();
+    for j in 0..height {
+        let (top, bottom) = (PI * j as f64 / height as f64, PI * (j + 1) as f64 / height as f64);
+        for i in 0..width {
+            eval(order, direction(&plan, i, j), &mut y);
+            let w = (top.cos() - bottom.cos()) * 2.0 * PI / width as f64 * planes[1][j * width + i];
+            direct.iter_mut().zip(&y).for_each(|(d, y)| *d += w * y);
+        }
+    }
+    for (a, b) in sh.c[1].iter().zip(&direct) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+}
+
+/// Cells subdivided thirty-two times tend to the exact integral.
+#[test]
+fn exact_cells_are_the_limit_of_finer_cells() {
+    for (width, height) in [(6, 5), (8, 4)] {
+        let order = 6;
+        let value = |i: usize, j: usize| ((3 * i + 7 * j) as f64).cos();
+        let plane: Vec<f64> = (0..width * height).map(|k| value(k % width, k / width)).collect();
+        let exact =
+            ShTransform::new(order, width, height, Grid::ExactCells).analyze([&plane, &plane, &plane]);
+        let mut errors = [0.0_f64; 2];
+        for (e, n) in errors.iter_mut().zip([16, 32]) {
+            let fine: Vec<f64> = (0..width * height * n * n)
+                .map(|k| value(k % (width * n) / n, k / (width * n) / n))
+                .collect();
+            let c =
+                ShTransform::new(order, width * n, height * n, Grid::Cells).analyze([&fine, &fine, &fine]);
+            for (a, b) in exact.c[0].iter().zip(&c.c[0]) {
+                *e = e.max((a - b).abs());
+            }
+        }
+        assert!(errors[1] < 1e-3 && (errors[0] / errors[1] - 4.0).abs() < 0.1, "{errors:?}");
+    }
+}
+
+#[test]
+fn high_sectoral_bands_meet_their_closed_form() {
+    let m = 700;
+    let plan = ShTransform::new(m, 1500, 3, Grid::Equirectangular);
+    // Y_{m,m}(x, z, y): all its energy is in the sectoral term about y.
+    let mut columns = plan.columns();
+    columns[m][0][0] = 1.0;
+    let mut sh = plan.gather(&columns);
+    exchange_yz(m, sh.c.each_mut().map(Vec::as_mut_slice));
+    let planes = synthesized(&sh, &plan);
+    let p = legendre(m, m, 0.0, 1.0)[0];
+    let phi = -PI + PI / 1500.0;
+    assert!((planes[0][1500] / (p * 2f64.sqrt() * (m as f64 * phi).cos()) - 1.0).abs() < 1e-10);
+    assert!(planes[0][0].abs() < 1e-14);
+}
+
+#[test]
+fn empty_and_tiny_grids_are_harmless() {
+    for (width, height) in [(0, 0), (0, 4), (4, 0), (1, 1), (2, 1), (1, 2)] {
+        for grid in [Grid::Equirectangular, Grid::GaussLegendre, Grid::ClenshawCurtis, Grid::ExactCells] {
+            let plan = ShTransform::new(3, width, height, grid);
+            let plane = vec![1.0_f32; width * height];
+            let sh = plan.analyze([&plane, &plane, &plane]);
+            assert!(sh.c.iter().flatten().all(|c| c.is_finite()), "{width} {height} {grid:?}");
+            let mean = if width * height > 0 { (4.0 * PI).sqrt() } else { 0.0 };
+            assert!((sh.c[0][0] - mean).abs() < 1e-9, "{width} {height} {grid:?} {}", sh.c[0][0]);
+        }
+    }
+}
