@@ -1,2 +1,70 @@
-//! The steradian command.
-fn main() {}
+//! The `steradian` command: light, reflectance and geometry in; pictures, coefficients and numbers out.
+//!
+//! It reads the registry of techniques and knows none by name. Data go to standard output, progress and logs to
+//! standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance missed.
+
+mod commands;
+mod context;
+mod csv;
+mod failure;
+mod inputs;
+mod progress;
+mod scene;
+mod studio;
+
+use clap::Parser;
+use context::{Common, Context};
+use failure::Failure;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+/// Environment-map lighting of any reflectance.
+#[derive(Debug, Parser)]
+#[command(name = "steradian", version, propagate_version = true, max_term_width = 100)]
+struct Cli {
+    #[command(flatten)]
+    common: Common,
+    #[command(subcommand)]
+    command: commands::Command,
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version go to standard output and end well; nothing can be done where that is closed.
+            let _ = e.print();
+            return ExitCode::from(u8::from(e.use_stderr()) * 2);
+        }
+    };
+    match guarded(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(f) => {
+            if !f.message.is_empty() {
+                let _ = writeln!(std::io::stderr(), "steradian: {}", f.message.replace('\n', " "));
+            }
+            ExitCode::from(f.code)
+        }
+    }
+}
+
+/// Where the last panic happened, for the one line that a user sees of it.
+static PANIC: Mutex<Option<String>> = Mutex::new(None);
+
+fn guarded(cli: Cli) -> failure::Outcome {
+    std::panic::set_hook(Box::new(|info| {
+        let mut slot = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.get_or_insert_with(|| info.to_string().replace('\n', " "));
+    }));
+    let arguments: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
+    catch_unwind(AssertUnwindSafe(|| {
+        let mut context = Context::new(cli.common, arguments)?;
+        cli.command.run(&mut context)
+    }))
+    .unwrap_or_else(|_| {
+        let what = PANIC.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default();
+        Err(Failure::failed(format!("internal error ({what}); this is a bug, please report it")))
+    })
+}

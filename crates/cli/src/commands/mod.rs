@@ -1,0 +1,32 @@
+//! One file per command.
+
+mod eval;
+mod irradiance;
+pub mod render;
+
+use crate::context::Context;
+use crate::failure::Outcome;
+use clap::Subcommand;
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a mesh, a built-in shape or a scene file under an environment
+    Render(Box<render::Options>),
+    /// Evaluate radiance at points of a CSV file by any technique or by the reference
+    Eval(eval::Options),
+    /// Spherical harmonic coefficients of an environment's radiance and irradiance
+    #[command(alias = "sh")]
+    Irradiance(irradiance::Options),
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(self, context: &mut Context) -> Outcome {
+        match self {
+            Self::Render(o) => render::run(*o, context),
+            Self::Eval(o) => eval::run(o, context),
+            Self::Irradiance(o) => irradiance::run(o, context),
+        }
+    }
+}

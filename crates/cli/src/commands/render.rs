@@ -1,0 +1,335 @@
+//! `steradian render`: a lit picture of a mesh, a built-in shape or a scene file.
+
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use crate::inputs::{self, Adjust, Method};
+use crate::studio::{self, Baked, Look};
+use clap::Args;
+use glam::Vec3;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use steradian_formats::WriteOptions;
+use steradian_light::Lights;
+use steradian_render::scenefile::SceneBackground;
+use steradian_render::tone::auto_exposure;
+use steradian_render::{Backdrop, Background, Develop, Film, Settings, Stage, ToneMapper};
+use steradian_scene::{Bvh, Camera, Mesh};
+
+/// Options of `steradian render`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Scene file (.toml), mesh file, or built-in shape
+    #[arg(value_name = "SCENE|MESH|SHAPE")]
+    input: String,
+    /// Output: .png is tone-mapped; .exr, .hdr and .pfm are linear
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Image or sky spec
+    #[arg(short, long, value_name = "FILE|SKY")]
+    environment: Option<String>,
+    #[command(flatten)]
+    adjust: Adjust,
+    /// BRDF spec
+    #[arg(short, long, value_name = "SPEC")]
+    brdf: Option<String>,
+    /// Technique, or reference
+    #[arg(short, long, value_name = "SLUG")]
+    technique: Option<String>,
+    /// Parameter of the technique
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
+    params: Vec<(String, f64)>,
+    /// Relative error asked of the technique or the reference; a miss exits 4
+    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    tolerance: Option<f64>,
+    /// Image that multiplies the net reflectance
+    #[arg(long, value_name = "FILE")]
+    base_color_texture: Option<PathBuf>,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<(usize, usize)>,
+    /// Exposure value, or auto
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    exposure: Option<Exposure>,
+    /// Tone mapper of .png
+    #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
+    tone_mapper: Option<ToneMapper>,
+    /// Samples per pixel and axis on edges
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
+    samples: Option<u8>,
+    /// environment, none, or R/G/B
+    #[arg(long, value_name = "WHAT", value_parser = background)]
+    background: Option<SceneBackground>,
+    /// Blur of the background, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = inputs::finite)]
+    blur: Option<f64>,
+    /// Position of the camera, metres [default: framed]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
+    from: Option<[f64; 3]>,
+    /// Target of the camera, metres [default: centre of the mesh]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
+    at: Option<[f64; 3]>,
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
+    fov: Option<f64>,
+}
+
+/// Exposure of the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Exposure {
+    Auto,
+    Ev(f32),
+}
+
+fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" { Ok(Exposure::Auto) } else { Ok(Exposure::Ev(inputs::finite(text)? as f32)) }
+}
+
+pub fn size(text: &str) -> Result<(usize, usize), String> {
+    let bad = || format!("'{text}' is not WIDTHxHEIGHT with sides of 1 to 32768 pixels");
+    let (w, h) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=32768).contains(n)).ok_or_else(bad);
+    Ok((side(w)?, side(h)?))
+}
+
+pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
+    let names = ToneMapper::ALL.map(ToneMapper::name);
+    ToneMapper::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("tone mapper", text, &names))
+}
+
+fn background(text: &str) -> Result<SceneBackground, String> {
+    match text {
+        "environment" => Ok(SceneBackground::Environment(0.0)),
+        "none" => Ok(SceneBackground::Colour([0.0; 3])),
+        _ => {
+            let c = inputs::vector(&text.replace('/', ","));
+            c.map(|c| SceneBackground::Colour(c.map(|v| v as f32)))
+                .map_err(|_| format!("'{text}' is not environment, none or R/G/B"))
+        }
+    }
+}
+
+/// Everything that a picture is made of.
+pub struct Plan {
+    pub mesh: Mesh,
+    pub looks: Vec<Look>,
+    pub lights: Lights,
+    pub camera: Option<Camera>,
+    pub settings: Settings,
+    pub exposure: Option<f32>,
+    pub tone_mapper: ToneMapper,
+    pub background: SceneBackground,
+    pub tolerance: Option<f64>,
+}
+
+/// A finished picture.
+struct Picture {
+    film: Film,
+    baked: Vec<Baked>,
+    seconds: f64,
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    check_output(&o.output)?;
+    let plan = plan(&o, context)?;
+    let picture = paint(&plan, context)?;
+    let ev = plan.exposure.unwrap_or_else(|| expose(&picture.film));
+    save(&o.output, picture.film, Develop { ev, mapper: plan.tone_mapper }, context)?;
+    report(&o, &plan, &picture.baked, picture.seconds, ev, context)?;
+    let worst = picture.baked.iter().filter_map(|b| b.certificate.as_ref()).map(|c| c.error).fold(0.0, f64::max);
+    match o.tolerance {
+        Some(t) if worst > t => Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Says before the work starts that an output cannot be.
+fn check_output(path: &Path) -> Outcome {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !["png", "exr", "hdr", "pfm"].contains(&extension.as_str()) && path.extension().is_some() {
+        let why = format!("{}: no picture format is called '.{extension}'; there are .png .exr .hdr .pfm", path.display());
+        return Err(Failure::usage(why));
+    }
+    Ok(())
+}
+
+fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
+    let mut plan = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        crate::scene::plan(Path::new(&o.input), &SceneOverrides::of(o)?, context)?
+    } else {
+        bare(o, context)?
+    };
+    if let Some((w, h)) = o.size {
+        (plan.settings.width, plan.settings.height) = (w, h);
+    }
+    if let Some(n) = o.samples {
+        plan.settings.edge = usize::from(n);
+        plan.settings.inner = plan.settings.inner.min(usize::from(n));
+    }
+    match o.exposure {
+        Some(Exposure::Ev(ev)) => plan.exposure = Some(ev),
+        Some(Exposure::Auto) => plan.exposure = None,
+        None => {}
+    }
+    plan.tone_mapper = o.tone_mapper.unwrap_or(plan.tone_mapper);
+    plan.background = o.background.unwrap_or(plan.background);
+    if let (Some(blur), SceneBackground::Environment(b)) = (o.blur, &mut plan.background) {
+        *b = blur.clamp(0.0, 90.0).to_radians();
+    }
+    plan.tolerance = o.tolerance;
+    camera(o, &mut plan)?;
+    Ok(plan)
+}
+
+/// What the command line changes in a scene file.
+pub struct SceneOverrides {
+    pub environment: Option<String>,
+    pub adjust: Adjust,
+    pub method: Option<Method>,
+}
+
+impl SceneOverrides {
+    fn of(o: &Options) -> Result<Self, Failure> {
+        if o.brdf.is_some() || o.base_color_texture.is_some() || !o.params.is_empty() {
+            let why = "--brdf, --base-color-texture and --param belong to a mesh; a scene file has materials";
+            return Err(Failure::usage(why));
+        }
+        let method = o.technique.as_deref().map(Method::find).transpose()?;
+        Ok(Self { environment: o.environment.clone(), adjust: o.adjust, method })
+    }
+}
+
+/// A mesh or shape with one material.
+fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
+    let method = Method::find(o.technique.as_deref().unwrap_or("reference"))?;
+    let brdf = inputs::brdf(o.brdf.as_deref().unwrap_or("lambert:albedo=0.6"), context)?;
+    let texture = o.base_color_texture.as_deref().map(|p| inputs::texture(p, context)).transpose()?;
+    let mesh = inputs::mesh(&o.input, context)?;
+    let spec = o.environment.as_deref().unwrap_or(inputs::DEFAULT_SKY);
+    let light = inputs::light(spec, &o.adjust, context)?;
+    Ok(Plan {
+        mesh,
+        looks: vec![Look { brdf, method, params: inputs::parameters(&o.params), texture }],
+        lights: light.lights,
+        camera: None,
+        settings: Settings::new(512, 512),
+        exposure: None,
+        tone_mapper: ToneMapper::default(),
+        background: SceneBackground::Environment(0.0),
+        tolerance: None,
+    })
+}
+
+fn camera(o: &Options, plan: &mut Plan) -> Outcome {
+    let aspect = plan.settings.width as f32 / plan.settings.height as f32;
+    let (low, high) =
+        studio::bounds(&plan.mesh).ok_or_else(|| Failure::input(format!("{}: has no triangles", o.input)))?;
+    let fov = o.fov.map(|d| d as f32);
+    if fov.is_some_and(|f| f >= 180.0) {
+        return Err(Failure::usage("--fov must be below 180 degrees"));
+    }
+    let vector = |v: [f64; 3]| Vec3::from(v.map(|c| c as f32));
+    let framed = Camera::framing(low, high, fov.unwrap_or(32.0).to_radians(), aspect);
+    let base = plan.camera.unwrap_or(framed);
+    plan.camera = Some(match base {
+        Camera::Pinhole { from, at, up, fov_y } => Camera::Pinhole {
+            from: o.from.map_or(from, vector),
+            at: o.at.map_or(at, vector),
+            up,
+            fov_y: fov.map_or(fov_y, f32::to_radians),
+        },
+        Camera::Orthographic { from, at, up, height } => {
+            Camera::Orthographic { from: o.from.map_or(from, vector), at: o.at.map_or(at, vector), up, height }
+        }
+    });
+    Ok(())
+}
+
+fn paint(plan: &Plan, context: &Context) -> Result<Picture, Failure> {
+    let camera = plan.camera.ok_or_else(|| Failure::failed("no camera"))?;
+    let mut baked = Vec::new();
+    for look in &plan.looks {
+        baked.push(studio::bake(look, &plan.lights, &camera, plan.tolerance, context)?);
+    }
+    let footprint = studio::footprint(&camera, plan.settings.height);
+    let background = match plan.background {
+        SceneBackground::Colour(c) => Background::Colour(c),
+        SceneBackground::Environment(blur) => Background::Sky(Backdrop::new(&plan.lights, footprint.max(blur))),
+    };
+    let bvh = Bvh::build(&plan.mesh);
+    let surfaces: Vec<_> = baked.iter().map(|b| b.surface.clone()).collect();
+    let stage = Stage { mesh: &plan.mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
+    let mut settings = plan.settings;
+    if plan.looks.iter().any(|l| matches!(l.method, Method::Reference)) {
+        // The judge integrates each sample on its own: one inside surfaces is enough, edges get theirs.
+        settings.inner = 1;
+    }
+    let start = Instant::now();
+    let film = steradian_render::render(&stage, &settings, &context.task)?;
+    Ok(Picture { film, baked, seconds: start.elapsed().as_secs_f64() })
+}
+
+/// Automatic exposure: of the surfaces, where there are any.
+pub fn expose(film: &Film) -> f32 {
+    let covered = film.alpha.iter().any(|a| *a > 0.0);
+    auto_exposure(film, |i| if covered { film.alpha[i] } else { 1.0 })
+}
+
+/// Writes a film: tone-mapped as PNG, linear otherwise.
+pub fn save(path: &Path, film: Film, develop: Develop, context: &Context) -> Outcome {
+    let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if !png {
+        return context.write_image(path, &film.into_raster(), WriteOptions::default());
+    }
+    let metadata = vec![
+        ("steradian.exposure".to_string(), develop.ev.to_string()),
+        ("steradian.tone_mapper".to_string(), develop.mapper.name().to_string()),
+    ];
+    save_display(path, &develop.film(&film), metadata, context)
+}
+
+/// Writes a display picture as PNG.
+pub fn save_display(
+    path: &Path,
+    picture: &steradian_render::Display,
+    metadata: Vec<(String, String)>,
+    context: &Context,
+) -> Outcome {
+    let plane = |c: usize| picture.rgb.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0).collect();
+    let raster = steradian_formats::Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
+    context.write_image(path, &raster, WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() })
+}
+
+fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, context: &Context) -> Outcome {
+    if context.common.json {
+        let materials: Vec<Value> = plan
+            .looks
+            .iter()
+            .zip(baked)
+            .map(|(look, b)| {
+                json!({
+                    "brdf": look.brdf.spec(),
+                    "technique": look.method.slug(),
+                    "bake_seconds": b.seconds,
+                    "bytes": b.bytes,
+                    "error": b.certificate.as_ref().map(|c| c.error),
+                    "error_known": b.certificate.as_ref().map(|c| c.known.word()),
+                })
+            })
+            .collect();
+        return context.print_json(json!({
+            "output": o.output.file_name().map(|n| n.to_string_lossy()),
+            "width": plan.settings.width,
+            "height": plan.settings.height,
+            "exposure": ev,
+            "triangles": plan.mesh.triangles.len(),
+            "render_seconds": seconds,
+            "materials": materials,
+        }));
+    }
+    let bake: f64 = baked.iter().map(|b| b.seconds).sum();
+    let (w, h) = (plan.settings.width, plan.settings.height);
+    let path = o.output.display();
+    context.say(format_args!("{path}: {w} x {h}, bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"));
+    Ok(())
+}

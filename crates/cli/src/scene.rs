@@ -1,0 +1,146 @@
+//! Scene files: what they refer to is loaded here.
+
+use crate::commands::render::{Plan, SceneOverrides};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::inputs::{self, Adjust, Method};
+use crate::studio::{self, Look};
+use glam::{Vec3, Vec4};
+use std::path::{Path, PathBuf};
+use steradian_light::Lights;
+use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
+use steradian_render::{SceneFile, Settings};
+use steradian_scene::Mesh;
+use steradian_sphere::Frame;
+
+/// Technique of materials where neither they nor the output name one.
+const DEFAULT_TECHNIQUE: &str = "reference";
+
+/// Loads the scene file `path` and all that it refers to.
+pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> Result<Plan, Failure> {
+    let bytes = std::fs::read(path).map_err(|e| Failure::input(format!("{}: {}", path.display(), plain(&e))))?;
+    let text = String::from_utf8(bytes).map_err(|_| Failure::input(format!("{}: not UTF-8 text", path.display())))?;
+    context.note_input(path);
+    let file = SceneFile::parse(&path.display().to_string(), &text)?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let mut mesh = Mesh::default();
+    for m in &file.meshes {
+        studio::append(&mut mesh, load_mesh(&file, m, &folder, context)?, m.material as u32);
+    }
+    let looks = file.materials.iter().map(|m| look(&file, m, &folder, overrides, context)).collect::<Result<_, _>>()?;
+    let output = &file.output;
+    Ok(Plan {
+        mesh,
+        looks,
+        lights: lights(&file, &folder, overrides, context)?,
+        camera: file.camera,
+        settings: Settings { edge: output.samples, ..Settings::new(output.width, output.height) },
+        exposure: output.exposure,
+        tone_mapper: output.tone_mapper,
+        background: output.background,
+        tolerance: None,
+    })
+}
+
+fn plain(e: &std::io::Error) -> String {
+    match e.kind() {
+        std::io::ErrorKind::NotFound => "no such file or folder".into(),
+        std::io::ErrorKind::IsADirectory => "is a folder, not a file".into(),
+        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => e.to_string(),
+    }
+}
+
+/// Errors of what the file refers to point at the place that refers to it.
+fn located<T, V>(file: &SceneFile, at: &At<V>, result: Result<T, Failure>) -> Result<T, Failure> {
+    result.map_err(|f| match f.code {
+        1 => f,
+        _ => file.error(at, f.message).into(),
+    })
+}
+
+/// The file below the scene file's folder that `name` says; links do not lead out of it.
+fn below(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
+    let path = folder.join(name);
+    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (path.canonicalize(), root.canonicalize()) {
+        (Ok(p), Ok(r)) if !p.starts_with(&r) => {
+            Err(Failure::input(format!("'{name}' leads out of the scene file's folder")))
+        }
+        _ => Ok(path),
+    }
+}
+
+fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, context: &mut Context) -> Result<Mesh, Failure> {
+    let loaded = match &m.source.value {
+        MeshSource::Shape(name) => inputs::shape(name),
+        MeshSource::File(name) => below(folder, name).and_then(|p| inputs::mesh_file(&p, context)),
+    };
+    let mut mesh = located(file, &m.source, loaded)?;
+    if let Some(direction) = m.brushing {
+        brush(&mut mesh, direction);
+    }
+    studio::transform(&mut mesh, m.transform);
+    Ok(mesh)
+}
+
+/// Tangents along a constant direction of the object, projected to the tangent plane (Kautz, Sloan & Snyder 2002).
+fn brush(mesh: &mut Mesh, direction: Vec3) {
+    let tangent = |n: &Vec3| Frame::from_normal_tangent(n.as_dvec3(), direction.as_dvec3()).t.as_vec3();
+    mesh.tangents = mesh.normals.iter().map(|n| Vec4::from((tangent(n), 1.0))).collect();
+}
+
+fn look(
+    file: &SceneFile,
+    m: &SceneMaterial,
+    folder: &Path,
+    overrides: &SceneOverrides,
+    context: &mut Context,
+) -> Result<Look, Failure> {
+    let named = m.technique.as_ref().or(file.output.technique.as_ref());
+    let method = match (overrides.method, named) {
+        (Some(method), _) => method,
+        (None, Some(slug)) => located(file, slug, Method::find(&slug.value))?,
+        (None, None) => Method::find(DEFAULT_TECHNIQUE)?,
+    };
+    let texture = m.base_colour.as_ref().map(|t| {
+        let loaded = below(folder, &t.value).and_then(|p| inputs::texture(&p, context));
+        located(file, t, loaded)
+    });
+    Ok(Look { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()? })
+}
+
+fn lights(file: &SceneFile, folder: &Path, o: &SceneOverrides, context: &mut Context) -> Result<Lights, Failure> {
+    let l = &file.light;
+    let adjust = Adjust {
+        rotate: l.rotation.to_degrees() + o.adjust.rotate,
+        light_exposure: l.exposure + o.adjust.light_exposure,
+    };
+    let mut lights = match (&o.environment, &l.environment) {
+        (Some(spec), _) => inputs::light(spec, &adjust, context)?.lights,
+        (None, Some(spec)) => {
+            let loaded = if inputs::is_sky(&spec.value) {
+                inputs::light(&spec.value, &adjust, context)
+            } else {
+                inside(folder, &spec.value)
+                    .and_then(|p| inputs::light(&p.display().to_string(), &adjust, context))
+            };
+            located(file, spec, loaded)?.lights
+        }
+        (None, None) => Lights::default(),
+    };
+    lights.disks.extend(&l.disks);
+    lights.directionals.extend(&l.directionals);
+    lights.points.extend(&l.points);
+    Ok(lights)
+}
+
+/// A light's file, which like all others stays below the scene file's folder.
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
+    use std::path::Component;
+    let plain = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    if !plain || name.contains("://") {
+        return Err(Failure::input(format!("'{name}' must be a file below the scene file's own folder")));
+    }
+    below(folder, name)
+}
