@@ -8,12 +8,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// ∫ f_cos(wi, wo) dwi per channel over the model's domain, by adaptive quadrature that starts from the
 /// model's own hints; `tolerance` is relative to the largest channel. 0 where n·wo ≤ 0.
 pub fn directional(brdf: &dyn Brdf, wo: DVec3, tolerance: f64) -> [f64; 3] {
-    integral(brdf, wo, tolerance, &mut |wi| brdf.f_cos(wi, wo))
+    integral(&brdf.lobes(wo), brdf.domain(), wo, tolerance, &mut |wi| brdf.f_cos(wi, wo))
 }
 
-/// ∫ g(wi) dwi over the domain of f_cos(·, wo), refined where that is concentrated.
+/// ∫ g(wi) dwi over `domain`, refined where `lobes` say that g is concentrated.
 pub(crate) fn integral(
-    brdf: &dyn Brdf,
+    lobes: &[Lobe],
+    domain: Domain,
     wo: DVec3,
     tolerance: f64,
     g: &mut dyn FnMut(DVec3) -> [f64; 3],
@@ -21,7 +22,7 @@ pub(crate) fn integral(
     if wo.z <= 0.0 {
         return [0.0; 3];
     }
-    let plan = Plan::new(brdf.lobes(wo), brdf.domain());
+    let plan = Plan::new(lobes, domain);
     let mut largest = 0.0f64;
     let mut slice = |phi: f64| {
         let e = plan.slice(phi, 0.1 * tolerance, 1e-3 * tolerance * largest, g);
@@ -60,13 +61,16 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(lobes: Vec<Lobe>, domain: Domain) -> Self {
+    fn new(lobes: &[Lobe], domain: Domain) -> Self {
         let hemisphere = domain == Domain::Hemisphere;
-        let axis = Self::choose(&lobes, hemisphere);
-        let u = (DVec3::Z - axis.z * axis).try_normalize().unwrap_or(DVec3::X);
+        let axis = Self::choose(lobes, hemisphere);
+        // n − (n·a) a without cancellation where a is near n.
+        let sine2 = axis.x * axis.x + axis.y * axis.y;
+        let towards_n = DVec3::new(-axis.x * axis.z, -axis.y * axis.z, sine2);
+        let u = towards_n.try_normalize().unwrap_or(DVec3::X);
         let mut plan = Self { axis, u, v: axis.cross(u), hemisphere, thetas: Vec::new(), phis: Vec::new() };
         plan.phis.extend([(FRAC_PI_2, axis.z.max(1e-3)), (-FRAC_PI_2, axis.z.max(1e-3))]);
-        lobes.into_iter().for_each(|l| plan.add(l));
+        lobes.iter().for_each(|l| plan.add(*l));
         plan
     }
 

@@ -17,6 +17,9 @@ mod registry;
 mod scaled;
 mod spec;
 
+#[cfg(test)]
+mod conformance;
+
 pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 pub use error::SpecError;
 pub use kernel::NormalKernel;

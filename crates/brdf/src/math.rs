@@ -21,6 +21,11 @@ pub(crate) fn half(wi: DVec3, wo: DVec3) -> DVec3 {
     (wi + wo).try_normalize().unwrap_or(DVec3::Z)
 }
 
+/// wi·h = wo·h = |wi + wo|/2, which stays positive where wi nears −wo.
+pub(crate) fn half_cosine(wi: DVec3, wo: DVec3) -> f64 {
+    (0.5 * (wi + wo).length()).clamp(1e-150, 1.0)
+}
+
 /// θ_h = ∠(n, h), accurate for small angles too.
 pub(crate) fn polar_angle(h: DVec3) -> f64 {
     h.x.hypot(h.y).atan2(h.z)

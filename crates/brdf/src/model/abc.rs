@@ -6,7 +6,7 @@
 
 use super::merl_fits::ABC;
 use crate::draw::{self, Draw};
-use crate::math::{INV_PI, above, dielectric, half};
+use crate::math::{INV_PI, above, dielectric, half, half_cosine};
 use crate::registry::Entry;
 use crate::spec::Args;
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
@@ -75,12 +75,12 @@ impl Brdf for Abc {
             return [0.0; 3];
         }
         let h = half(wi, wo);
-        let u = wo.dot(h).max(f64::MIN_POSITIVE);
+        let u = half_cosine(wi, wo);
         let versine = (h.x * h.x + h.y * h.y) / (1.0 + h.z);
         let d = (1.0 + self.b * versine).powf(-self.c);
         let (low, high) = (wi.z.min(wo.z), wi.z.max(wo.z));
         // G/(n·wi n·wo) without 0/0 at grazing angles.
-        let masking = (1.0 / (low * high)).min(2.0 * h.z / (u * high));
+        let masking = (1.0 / (low * high)).min(2.0 * h.z / (u * high)).min(1e150);
         let s = dielectric(u, self.ior) * d * masking;
         std::array::from_fn(|c| INV_PI * (self.kd[c] + self.a[c] * s))
     }

@@ -7,7 +7,7 @@
 //! ρ_d = 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵). **f = ρ_s + ρ_d**
 
 use crate::draw::{self, Draw};
-use crate::math::{above, half, largest, pow5, schlick};
+use crate::math::{above, half, half_cosine, largest, pow5, schlick};
 use crate::registry::Entry;
 use crate::spec::{Args, Interval, triple};
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
@@ -66,7 +66,7 @@ impl AshikhminShirley {
         let s2 = (x2 + y2).min(1.0 - f64::EPSILON);
         let power = (0.5 * ln_ratio(s2) * (self.nu * x2 + self.nv * y2)).exp();
         let norm = ((self.nu + 1.0) * (self.nv + 1.0)).sqrt() / (8.0 * PI);
-        norm * power / (wi.dot(h).max(f64::MIN_POSITIVE) * wi.z.max(wo.z))
+        norm * power / (half_cosine(wi, wo) * wi.z.max(wo.z)).max(1e-150)
     }
 
     fn draw(&self) -> [(f64, Draw); 2] {
@@ -92,7 +92,7 @@ impl Brdf for AshikhminShirley {
         }
         let h = half(wi, wo);
         let lobe = self.lobe(wi, wo, h);
-        let fresnel = schlick(self.rs, wi.dot(h));
+        let fresnel = schlick(self.rs, half_cosine(wi, wo));
         let side = |z: f64| 1.0 - pow5(1.0 - 0.5 * z);
         let diffuse = 28.0 / (23.0 * PI) * side(wi.z) * side(wo.z);
         std::array::from_fn(|c| lobe * fresnel[c] + diffuse * self.rd[c] * (1.0 - self.rs[c]))

@@ -10,7 +10,7 @@
 //!   Gaussian surface: G₁ = 2/(1 + erf a + exp(−a²)/(a√π)), a = cot θ/m. As n·w → 0, G₁/n·w → 2√π/(m sin θ).
 
 use crate::draw::{self, Draw};
-use crate::math::{above, erf, half, schlick, times};
+use crate::math::{above, erf, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::spec::{Args, Interval, triple};
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
@@ -58,7 +58,8 @@ pub struct CookTorrance {
 /// Beckmann & Spizzichino 1963: exp(−tan²θ_h/m²)/(π m² cos⁴θ_h).
 fn beckmann(h: DVec3, m: f64) -> f64 {
     let c2 = h.z * h.z;
-    (-(h.x * h.x + h.y * h.y) / (c2 * m * m)).exp() / (PI * m * m * c2 * c2)
+    let e = (-(h.x * h.x + h.y * h.y) / (c2 * m * m)).exp();
+    if e > 0.0 { e / (PI * m * m * c2 * c2) } else { 0.0 }
 }
 
 /// Smith's G₁/n·w for slopes of rms m; at most 2√π/m.
@@ -80,8 +81,8 @@ impl CookTorrance {
         }
         let (low, high) = (wi.z.min(wo.z), wi.z.max(wo.z));
         let open = 0.25 / (low * high);
-        let cavity = h.z / (2.0 * wo.dot(h).max(f64::MIN_POSITIVE) * high);
-        open.min(cavity)
+        let cavity = h.z / (2.0 * half_cosine(wi, wo) * high);
+        open.min(cavity).min(1e150)
     }
 
     fn draw(&self) -> [(f64, Draw); 1] {
@@ -108,7 +109,7 @@ impl Brdf for CookTorrance {
         if d <= 0.0 {
             return [0.0; 3];
         }
-        times(schlick(self.f0, wi.dot(h)), d * self.masking(wi, wo, h))
+        times(schlick(self.f0, half_cosine(wi, wo)), d * self.masking(wi, wo, h))
     }
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {

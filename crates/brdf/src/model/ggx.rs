@@ -10,7 +10,7 @@
 //! **f = D F/(2 (σ(wi) n·wo + σ(wo) n·wi))**
 
 use crate::draw::{self, Draw, ggx_d, stretched_length};
-use crate::math::{above, half, schlick, times};
+use crate::math::{above, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::spec::{Args, Interval, triple};
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
@@ -66,7 +66,7 @@ impl Ggx {
     fn shape(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
         let h = half(wi, wo);
         let s = stretched_length(wi, self.ax, self.ay) * wo.z + stretched_length(wo, self.ax, self.ay) * wi.z;
-        (0.5 * ggx_d(h, self.ax, self.ay) / s, wi.dot(h))
+        (0.5 * ggx_d(h, self.ax, self.ay) / s.max(1e-150), half_cosine(wi, wo))
     }
 
     fn draw(&self) -> [(f64, Draw); 1] {

@@ -108,9 +108,15 @@ impl Cosine {
         Draw::Power { axis: (self.c * wo).normalize_or(DVec3::Z), n: self.n }
     }
 
-    /// The integral of the lobe over the sphere.
+    /// About the integral of the lobe times the cosine; 0 for a lobe that points well below the horizon.
     fn strength(&self, wo: DVec3) -> f64 {
-        self.ks * (self.c * wo).length().powf(self.n) * 2.0 * PI / (self.n + 1.0)
+        let axis = self.c * wo;
+        let cosine = (axis.normalize_or(DVec3::Z).z + self.width()).clamp(0.0, 1.0);
+        cosine * self.ks * axis.length().powf(self.n) * 2.0 * PI / (self.n + 1.0)
+    }
+
+    fn width(&self) -> f64 {
+        (1.0 / (self.n + 1.0)).sqrt()
     }
 }
 
@@ -171,7 +177,7 @@ impl Brdf for Lafortune {
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         let hint = |c: &Cosine| {
             let axis = (c.c * wo).try_normalize()?;
-            let width = (1.0 / (c.n + 1.0)).sqrt();
+            let width = c.width();
             (axis.z > -2.0 * width && c.n > 0.0).then_some(Lobe::Axis { axis, width })
         };
         self.distinct().iter().filter_map(hint).collect()

@@ -157,7 +157,7 @@ impl Brdf for PoulinFournier {
         let width = (fi.1.min(fo.1) - fi.0.max(fo.0)).max(0.0) * wi.z * wo.z;
         diffuse += width;
         specular += width * power_cosine(DVec3::Z, m, self.n);
-        let scale = 1.0 / (self.d * wi.z * wo.z);
+        let scale = 1.0 / (self.d * wi.z * wo.z).max(1e-150);
         let specular = specular * self.specular_norm();
         std::array::from_fn(|c| scale * (self.kd[c] * INV_PI * diffuse + self.ks[c] * specular))
     }

@@ -8,7 +8,7 @@
 
 use super::merl_fits::SGD;
 use crate::draw::{self, Draw};
-use crate::math::{INV_PI, above, half, polar_angle, pow5};
+use crate::math::{INV_PI, above, half, half_cosine, polar_angle, pow5};
 use crate::registry::Entry;
 use crate::spec::Args;
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
@@ -68,7 +68,8 @@ struct Channel {
 impl Channel {
     fn d(&self, tan2: f64, cos2: f64) -> f64 {
         let a = self.alpha + tan2 / self.alpha;
-        self.kappa * (-a).exp() * INV_PI / (a.powf(self.p) * cos2 * cos2)
+        let e = (-a).exp();
+        if e > 0.0 { self.kappa * e * INV_PI / (a.powf(self.p) * cos2 * cos2) } else { 0.0 }
     }
 
     fn g1(&self, theta: f64) -> f64 {
@@ -122,9 +123,9 @@ impl Brdf for Sgd {
         let h = half(wi, wo);
         let cos2 = h.z * h.z;
         let tan2 = (h.x * h.x + h.y * h.y) / cos2;
-        let (ti, to, u) = (polar_angle(wi), polar_angle(wo), wi.dot(h).clamp(0.0, 1.0));
+        let (ti, to, u) = (polar_angle(wi), polar_angle(wo), half_cosine(wi, wo));
         self.channels.map(|c| {
-            let s = c.fresnel(u) * c.d(tan2, cos2) * c.g1(ti) * c.g1(to) / (wi.z * wo.z);
+            let s = c.fresnel(u) * c.d(tan2, cos2) * c.g1(ti) * c.g1(to) / (wi.z * wo.z).max(1e-150);
             INV_PI * (c.rho_d + c.rho_s * s)
         })
     }

@@ -78,9 +78,9 @@ impl Ward {
             return 0.0;
         }
         match self.variant {
-            "duer" => 0.25 * e / (wi.z * wo.z),
-            "1992" => 0.25 * e / (wi.z * wo.z).sqrt(),
-            _ => e * h.length_squared() / (h.z * h.z * h.z * h.z),
+            "duer" => 0.25 * e / (wi.z * wo.z).max(1e-150),
+            "1992" => 0.25 * e / (wi.z * wo.z).max(1e-150).sqrt(),
+            _ => e * (h.length_squared() / (h.z * h.z).max(1e-150)) / (h.z * h.z).max(1e-150),
         }
     }
 
