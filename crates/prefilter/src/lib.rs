@@ -1,1 +1,21 @@
-//! Light times reflectance: the filters.
+//! Light times reflectance: the filters. They see kernels and coefficients, never a reflectance's formula.
+//!
+//! [`Source`] prepares distant light, [`Zonal`] kernels say what it is convolved with, [`filter::filter`] makes a
+//! cube map ([`EdgeCube`]) of the convolution to a tolerance, in frequency space or by direct summation over
+//! a hierarchy of the light ([`Tree`]).
+
+pub mod angular;
+mod beam;
+pub mod edge_cube;
+pub mod filter;
+mod kernel;
+pub mod probe;
+pub mod source;
+mod tree;
+
+pub use beam::Beam;
+pub use edge_cube::EdgeCube;
+pub use filter::{Filtered, Size, Way, filter};
+pub use kernel::{Cosine, GgxMirror, Power, Zonal, quadrature};
+pub use source::Source;
+pub use tree::Tree;

@@ -1,0 +1,37 @@
+//! The angular filter: the convolution integral by direct summation, direction by direction. Exact for kernels
+//! of any sharpness; the frequency filter is faster where it suffices.
+
+use crate::{Tree, Zonal};
+use glam::DVec3;
+use steradian_sphere::SphereImage;
+
+/// ∫ L(wi) K(d·wi) dwi over the light of `tree`.
+pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+    let (width, support) = (kernel.width(), kernel.support());
+    let scale = |c: DVec3, radius: f64| {
+        // The chord is at most the angle; a node is dark to the kernel where even its nearest point is beyond.
+        let angle = d.angle_between(c);
+        // Tails fall like θ⁻⁴: they vary over a fraction of θ.
+        if angle - 1.6 * radius > support { f64::INFINITY } else { (0.5 * angle).max(width) }
+    };
+    tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
+}
+
+/// The same by summing every texel at its centre: no hierarchy, for tests.
+pub fn brute_force(image: &SphereImage, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+    use steradian_sphere::layout::Position;
+    let mut sum = [0.0; 3];
+    for face in 0..image.layout.faces() {
+        for j in 0..image.height {
+            for i in 0..image.width {
+                let at = Position { face, x: i as f64 + 0.5, y: j as f64 + 0.5 };
+                let Some(wi) = image.layout.direction(image.width, image.height, at) else { continue };
+                let w =
+                    image.layout.solid_angle(image.width, image.height, face, i, j) * kernel.value(d.dot(wi));
+                let l = image.texel(face, i, j);
+                (0..3).for_each(|c| sum[c] += w * f64::from(l[c]));
+            }
+        }
+    }
+    sum
+}

@@ -1,0 +1,213 @@
+//! The filter: light convolved with a zonal kernel, as a cube map, to a tolerance.
+//!
+//! In frequency space (Ramamoorthi & Hanrahan 2002, 5.4): coefficients of the light times those of the kernel,
+//! then synthesis; small bright lights are added exactly, direction by direction. Where the order that the
+//! tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
+
+use crate::edge_cube::{self, EdgeCube};
+use crate::{Source, Tree, Zonal, angular, probe};
+use glam::DVec3;
+use rayon::prelude::*;
+use steradian_base::{Cancelled, Task};
+use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::{Layout, SphereImage};
+
+/// Cube size: intervals per edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// Given.
+    Fixed(usize),
+    /// The smallest power of two in 4 … this whose interpolation meets the tolerance.
+    UpTo(usize),
+}
+
+/// How a map was filtered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// By spherical harmonics.
+    Frequency {
+        /// Highest band used.
+        order: usize,
+    },
+    /// By direct summation.
+    Angular,
+}
+
+/// A filtered map and what is known of it.
+#[derive(Debug, Clone)]
+pub struct Filtered {
+    /// ∫ L(wi) K(d·wi) dwi over d.
+    pub cube: EdgeCube,
+    /// How.
+    pub way: Way,
+    /// Bound of the relative RMS error by the bands left out.
+    pub tail: f64,
+    /// Estimate of the relative RMS error of bilinear lookup.
+    pub interpolation: f64,
+    /// Flux added by clipping negative values to zero, relative to all.
+    pub clipped: f64,
+}
+
+/// Direct synthesis costs one multiplication per sample and coefficient; up to this many.
+const DIRECT: usize = 40_000_000;
+
+/// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is taken
+/// only where the tolerance needs it.
+pub fn filter(
+    source: &Source,
+    tree: &Tree,
+    kernel: &dyn Zonal,
+    size: Size,
+    tolerance: f64,
+    task: &Task,
+) -> Result<Filtered, Cancelled> {
+    task.check()?;
+    let k = kernel.coefficients(source.order() + 64);
+    let (order, tail) = order(source, &k, 0.25 * tolerance);
+    let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
+    if tail > tolerance {
+        let cube = EdgeCube::from_fn(size, |d| angular::convolve_at(tree, kernel, d));
+        return Ok(Filtered { cube, way: Way::Angular, tail: 0.0, interpolation, clipped: 0.0 });
+    }
+    let mut product =
+        ShRgb { order, c: std::array::from_fn(|c| source.spectrum.c[c][..sh::count(order)].to_vec()) };
+    product.convolve(&k[..=order]);
+    task.check()?;
+    let (mut cube, clipped) = synthesize(&product, size, !source.negative);
+    if !source.beams.is_empty() {
+        cube = add_beams(source, kernel, &cube);
+    }
+    Ok(Filtered { cube, way: Way::Frequency { order }, tail, interpolation, clipped })
+}
+
+/// The smallest order whose tail bound is at most `tolerance` (or the whole spectrum), and that bound.
+///
+/// What bands above F hold is at most max_{l>F} |k_l|² · (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan 2002,
+/// eq. 5.19 in spirit); it is compared with the energy of the result.
+fn order(source: &Source, k: &[f64], tolerance: f64) -> (usize, f64) {
+    let top = source.order();
+    let result: f64 = (0..=top).map(|l| k[l] * k[l] * source.bands[l]).sum();
+    if result <= 0.0 {
+        return (0, 0.0);
+    }
+    // peak[l] = max over l' > l of |k_l'|: kernels fall, but for ripples that this takes care of.
+    let mut peak = vec![0.0_f64; top + 1];
+    let mut largest = 0.0_f64;
+    for l in (0..k.len()).rev() {
+        if l <= top {
+            peak[l] = largest;
+        }
+        largest = largest.max(k[l].abs());
+    }
+    let mut left = source.base_energy;
+    for l in 0..=top {
+        left = (left - band(&source.spectrum, l)).max(0.0);
+        let tail = (peak[l] * peak[l] * left / result).sqrt();
+        if tail <= tolerance || l == top {
+            return (l, tail);
+        }
+    }
+    (top, 0.0)
+}
+
+fn band(sh: &ShRgb, l: usize) -> f64 {
+    sh.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum()
+}
+
+/// Cube size, and the relative RMS error of bilinear lookup that it gives.
+///
+/// Linear interpolation of a wave of wavenumber l over spacing h has RMS error (l h)²/√120 of the wave's (from
+/// e(x) = ½ x(h − x) l², mean square h⁴/120), and no more than about 1.
+fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize, f64) {
+    let energy: Vec<f64> = source.bands.iter().zip(k).map(|(b, k)| b * k * k).collect();
+    let all: f64 = energy.iter().sum();
+    let error = |size: usize| {
+        let h = edge_cube::spacing(size);
+        let wave = |l: usize| (l as f64 * h).powi(4) / 120.0;
+        let lost: f64 = energy.iter().enumerate().map(|(l, e)| wave(l).min(1.0) * e).sum();
+        if all > 0.0 { (lost / all).sqrt() } else { 0.0 }
+    };
+    match size {
+        Size::Fixed(n) => (n.max(1), error(n.max(1))),
+        Size::UpTo(n) => {
+            let mut size = 4;
+            while size < n && error(size) > tolerance {
+                size *= 2;
+            }
+            (size, error(size))
+        }
+    }
+}
+
+/// The function of `sh` on a cube, clipped at zero if asked, and the flux that clipping added (relative).
+fn synthesize(sh: &ShRgb, size: usize, clip: bool) -> (EdgeCube, f64) {
+    let samples = 6 * (size + 1) * (size + 1);
+    let cube = if samples.saturating_mul(sh::count(sh.order)) <= DIRECT {
+        EdgeCube::from_fn(size, |d| sh.value(d))
+    } else {
+        let map = oversampled(sh);
+        EdgeCube::from_fn(size, |d| map.bicubic(d).map(f64::from))
+    };
+    if clip { clipped(&cube) } else { (cube, 0.0) }
+}
+
+/// A lat-long map of four rows per band: bicubic lookup then errs by at most 0.0234 (π l/4F)⁴ of band l.
+fn oversampled(sh: &ShRgb) -> SphereImage {
+    let height = 4 * (sh.order + 1);
+    sh::synthesize(sh, Layout::LatLong, 2 * height, height)
+}
+
+fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {
+    let (mut added, mut all) = (0.0, 0.0);
+    let mut texels = cube.texels().to_vec();
+    for x in texels.iter_mut().flat_map(|t| &mut t[..3]) {
+        all += f64::from(x.max(0.0));
+        if *x < 0.0 {
+            added -= f64::from(*x);
+            *x = 0.0;
+        }
+    }
+    let cube = EdgeCube::from_texels(cube.size(), texels).unwrap_or_default();
+    (cube, if all > 0.0 { added / all } else { 0.0 })
+}
+
+fn add_beams(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
+    let n = cube.size() + 1;
+    let row = |r: usize| {
+        (0..n).map(move |i| {
+            let d = edge_cube::direction(n - 1, r / n, i, r % n);
+            let sum = beams_at(source, kernel, d);
+            let t = cube.texels()[r * n + i];
+            [t[0] + sum[0] as f32, t[1] + sum[1] as f32, t[2] + sum[2] as f32, 1.0]
+        })
+    };
+    let texels = (0..6 * n).into_par_iter().flat_map_iter(row).collect();
+    EdgeCube::from_texels(n - 1, texels).unwrap_or_default()
+}
+
+fn beams_at(source: &Source, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    let beyond = (kernel.support().min(3.2)).cos();
+    for b in &source.beams {
+        let x = d.dot(b.direction);
+        // A beam beyond the support by more than its radius gives nothing (chord ≤ angle).
+        if x < beyond - b.radius {
+            continue;
+        }
+        let scale = kernel.width().max((2.0 * (1.0 - x)).max(0.0).sqrt());
+        let [v] = b.mean(scale, |wi| [kernel.value(d.dot(wi))]);
+        (0..3).for_each(|c| sum[c] += b.flux[c] * v);
+    }
+    sum
+}
+
+/// Relative RMS difference between lookups of `cube` and exact evaluation at `n` directions.
+pub fn measured(cube: &EdgeCube, tree: &Tree, kernel: &dyn Zonal, n: usize) -> f64 {
+    let pair = |k: usize| {
+        let d = probe::direction(k, n);
+        let [r, g, b, _] = cube.sample(d.as_vec3().to_array());
+        ([r, g, b].map(f64::from), angular::convolve_at(tree, kernel, d))
+    };
+    let pairs: Vec<_> = (0..n).into_par_iter().map(pair).collect();
+    probe::relative_rms(pairs.into_iter())
+}
