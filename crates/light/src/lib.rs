@@ -3,6 +3,8 @@
 
 mod environment;
 mod lights;
+pub mod load;
 
 pub use environment::Environment;
 pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};
+pub use load::{LightError, LoadOptions, Loaded};

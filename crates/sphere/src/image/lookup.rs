@@ -101,7 +101,7 @@ impl SphereImage {
         match self.layout {
             Layout::Cube => self.cube_lookup(filter, d),
             Layout::DualParaboloid => self.paraboloid_lookup(filter, d),
-            Layout::SphereMap | Layout::AngularMap => self.disc_lookup(filter, d),
+            Layout::SphereMap | Layout::AngularMap | Layout::AngularLattice => self.disc_lookup(filter, d),
             Layout::LatLong | Layout::Octahedral => {
                 let p = self.position(d);
                 self.interpolate(filter, 0, p.x, p.y)
@@ -165,7 +165,7 @@ impl SphereImage {
                 let p = self.position(d.unwrap_or(DVec3::Z));
                 self.clamped(filter, p.face, p.x, p.y)
             }
-            Layout::SphereMap | Layout::AngularMap => {
+            Layout::SphereMap | Layout::AngularMap | Layout::AngularLattice => {
                 self.texel_f64(face, i.clamp(0, w - 1) as usize, j.clamp(0, h - 1) as usize)
             }
         }
@@ -255,26 +255,27 @@ impl SphereImage {
     /// ring's mean (for the cubic extrapolated inwards): m + q (f − f')/2 + q² ((f + f')/2 − m).
     fn disc_lookup(&self, filter: Filter, d: DVec3) -> [f64; 3] {
         let (w, h) = (self.width as f64, self.height as f64);
-        let r0 = (1.0 - 2.0 * filter.reach() / w.min(h)).max(0.25);
+        let o = self.layout.offset();
+        let r0 = (1.0 - 2.0 * (filter.reach() + o) / w.min(h)).max(0.25);
         let at = |r: f64, cos: f64, sin: f64| {
-            self.interpolate(filter, 0, 0.5 * (r * cos + 1.0) * w, 0.5 * (1.0 - r * sin) * h)
+            self.interpolate(filter, 0, 0.5 * (r * cos + 1.0) * w + o, 0.5 * (1.0 - r * sin) * h + o)
         };
         let p = self.position(d);
-        let (s, t) = (2.0 * p.x / w - 1.0, 1.0 - 2.0 * p.y / h);
+        let (s, t) = (2.0 * (p.x - o) / w - 1.0, 1.0 - 2.0 * (p.y - o) / h);
         let r = s.hypot(t);
         if r <= r0 || r.is_nan() {
             return self.interpolate(filter, 0, p.x, p.y);
         }
         // Angles from the rim's direction.
         let angle = |r: f64| {
-            if self.layout == Layout::AngularMap {
+            if self.layout != Layout::SphereMap {
                 std::f64::consts::PI * (1.0 - r)
             } else {
                 2.0 * r.min(1.0).acos()
             }
         };
         let rho = d.x.hypot(d.y);
-        let q = rho.atan2(if self.layout == Layout::AngularMap { d.z } else { -d.z }) / angle(r0);
+        let q = rho.atan2(if self.layout != Layout::SphereMap { d.z } else { -d.z }) / angle(r0);
         let (cos, sin) = (s / r, t / r);
         let (here, there) = (at(r0, cos, sin), at(r0, -cos, -sin));
         let mean = |r: f64| {

@@ -49,11 +49,12 @@ pub fn area_edge(c: f64, a: f64, b: f64) -> f64 {
 /// Value of the area's form on the rim.
 pub const AREA_RIM: f64 = 0.5;
 
-/// Does the texel that holds position (x, y) of a w × h face overlap the disc?
-pub fn in_use(w: f64, h: f64, x: f64, y: f64) -> bool {
+/// Does the texel that holds position (x, y) of a w × h face, whose square begins `o` texels from its corner,
+/// overlap the disc?
+pub fn in_use(w: f64, h: f64, x: f64, y: f64, o: f64) -> bool {
     let nearest = |v: f64, n: f64| {
         let i = v.floor().clamp(0.0, n - 1.0);
-        let (a, b) = (2.0 * i / n - 1.0, 2.0 * (i + 1.0) / n - 1.0);
+        let (a, b) = (2.0 * (i - o) / n - 1.0, 2.0 * (i + 1.0 - o) / n - 1.0);
         0f64.clamp(a, b)
     };
     let (s, t) = (nearest(x, w), nearest(y, h));

@@ -27,6 +27,11 @@ pub enum Layout {
     /// Debevec's light probe: the distance from the centre is proportional to the angle from −Z, +X is to the
     /// right and +Y up; the rim shows +Z.
     AngularMap,
+    /// The angular map with texel (i, j) at the lattice point (i, j) instead of the centre of a cell: the disc's
+    /// centre is the texel (W/2, H/2). So reads Ramamoorthi's prefilter.c (2001), and with it the published
+    /// coefficients of the classic probes; half a texel shifts them by up to 1 % of L00. A texel's cell reaches
+    /// half a texel to each side; the last column's and row's end at the rim.
+    AngularLattice,
     /// Octahedral, square: +Y at the centre, +X to the right, +Z downwards; −Y at the four corners.
     Octahedral,
 }
@@ -61,6 +66,7 @@ impl Layout {
             Self::DualParaboloid => "paraboloid",
             Self::SphereMap => "sphere-map",
             Self::AngularMap => "angular",
+            Self::AngularLattice => "angular-lattice",
             Self::Octahedral => "octahedral",
         }
     }
@@ -73,6 +79,7 @@ impl Layout {
             "paraboloid" | "dual-paraboloid" => Some(Self::DualParaboloid),
             "sphere-map" | "spheremap" | "mirror-ball" => Some(Self::SphereMap),
             "angular" | "angular-map" | "probe" => Some(Self::AngularMap),
+            "angular-lattice" => Some(Self::AngularLattice),
             "octahedral" => Some(Self::Octahedral),
             _ => None,
         }
@@ -103,9 +110,10 @@ impl Layout {
             Self::DualParaboloid => {
                 paraboloid::direction(at.face, 2.0 * at.x / w - 1.0, 1.0 - 2.0 * at.y / h)
             }
-            Self::SphereMap | Self::AngularMap => {
-                let (s, t) = (2.0 * at.x / w - 1.0, 1.0 - 2.0 * at.y / h);
-                if !disc::in_use(w, h, at.x, at.y) {
+            Self::SphereMap | Self::AngularMap | Self::AngularLattice => {
+                let o = self.offset();
+                let (s, t) = (2.0 * (at.x - o) / w - 1.0, 1.0 - 2.0 * (at.y - o) / h);
+                if !disc::in_use(w, h, at.x, at.y, o) {
                     return None;
                 }
                 Some(if self == Self::SphereMap {
@@ -150,12 +158,13 @@ impl Layout {
                 let (s, t) = sphere_map::position(d);
                 (0, s, -t)
             }
-            Self::AngularMap => {
+            Self::AngularMap | Self::AngularLattice => {
                 let (s, t) = angular::position(d);
                 (0, s, -t)
             }
         };
-        Position { face, x: 0.5 * (s + 1.0) * w, y: 0.5 * (t + 1.0) * h }
+        let o = self.offset();
+        Position { face, x: 0.5 * (s + 1.0) * w + o, y: 0.5 * (t + 1.0) * h + o }
     }
 
     /// Exact solid angle of texel (i, j) of `face`, in steradians; 0 outside the used part. A texel that the
@@ -166,15 +175,15 @@ impl Layout {
         if self == Self::LatLong {
             return latlong::solid_angle(w, h, j as f64);
         }
-        let edge = |k: usize, n: f64| 2.0 * k as f64 / n - 1.0;
-        let (x0, x1) = (edge(i, w), edge(i + 1, w));
-        let (y0, y1) = (edge(j, h), edge(j + 1, h));
+        let [x0, x1, y0, y1] = self.cell(width, height, i, j);
         match self {
             Self::LatLong | Self::Cube => cube::solid_angle(x0, x1, y0, y1),
             Self::Octahedral => octahedral::solid_angle(x0, x1, y0, y1),
             Self::DualParaboloid => disc::integrate(x0, x1, y0, y1, paraboloid::edge, paraboloid::RIM),
             Self::SphereMap => disc::integrate(x0, x1, y0, y1, sphere_map::edge, sphere_map::RIM),
-            Self::AngularMap => disc::integrate(x0, x1, y0, y1, angular::edge, angular::RIM),
+            Self::AngularMap | Self::AngularLattice => {
+                disc::integrate(x0, x1, y0, y1, angular::edge, angular::RIM)
+            }
         }
     }
 
@@ -184,14 +193,25 @@ impl Layout {
         if !self.is_disc() {
             return 1.0;
         }
-        let (dx, dy) = (2.0 / width as f64, 2.0 / height as f64);
-        let (x, y) = (i as f64 * dx - 1.0, j as f64 * dy - 1.0);
-        disc::integrate(x, x + dx, y, y + dy, disc::area_edge, disc::AREA_RIM) / (dx * dy)
+        let [x0, x1, y0, y1] = self.cell(width, height, i, j);
+        disc::integrate(x0, x1, y0, y1, disc::area_edge, disc::AREA_RIM) / ((x1 - x0) * (y1 - y0))
+    }
+
+    /// Borders of texel (i, j) on the square [−1, 1]², y downwards: x0, x1, y0, y1.
+    pub(crate) fn cell(self, width: usize, height: usize, i: usize, j: usize) -> [f64; 4] {
+        let o = self.offset();
+        let edge = |k: usize, n: usize| if k == n { 1.0 } else { 2.0 * (k as f64 - o) / n as f64 - 1.0 };
+        [edge(i, width), edge(i + 1, width), edge(j, height), edge(j + 1, height)]
+    }
+
+    /// Where the corner of texel (0, 0) of the square lies, in texels.
+    pub(crate) fn offset(self) -> f64 {
+        if self == Self::AngularLattice { 0.5 } else { 0.0 }
     }
 
     /// Does the layout use only the disc of each face?
     pub fn is_disc(self) -> bool {
-        matches!(self, Self::DualParaboloid | Self::SphereMap | Self::AngularMap)
+        matches!(self, Self::DualParaboloid | Self::SphereMap | Self::AngularMap | Self::AngularLattice)
     }
 }
 

@@ -64,7 +64,8 @@ fn positions_and_directions_are_inverse() {
             for j in 0..h * 3 {
                 for i in 0..w * 3 {
                     let at = Position { face, x: (i as f64 + 0.5) / 3.0, y: (j as f64 + 0.5) / 3.0 };
-                    let (s, t) = (2.0 * at.x / w as f64 - 1.0, 2.0 * at.y / h as f64 - 1.0);
+                    let o = layout.offset();
+                    let (s, t) = (2.0 * (at.x - o) / w as f64 - 1.0, 2.0 * (at.y - o) / h as f64 - 1.0);
                     if layout.is_disc() && s.hypot(t) >= 1.0 {
                         continue;
                     }
@@ -81,7 +82,7 @@ fn positions_and_directions_are_inverse() {
 
 #[test]
 fn disc_texels_have_a_direction_where_they_have_a_solid_angle() {
-    for layout in [Layout::SphereMap, Layout::AngularMap] {
+    for layout in [Layout::SphereMap, Layout::AngularMap, Layout::AngularLattice] {
         for n in [1, 2, 5, 16, 33] {
             for k in 0..n * n {
                 let (i, j) = (k % n, k / n);

@@ -1,0 +1,203 @@
+//! Conventions of other tools, by name. Nothing is guessed: a file without a profile is in Steradian's own
+//! convention, and only an OpenEXR `envmap` attribute chooses a profile by itself.
+
+use super::warp::{Affine, warp};
+use steradian_sphere::glam::{DMat3, DVec3};
+use steradian_sphere::image::Filter;
+use steradian_sphere::{Layout, SphereImage};
+
+/// How a tool's files differ from our convention.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Profile {
+    /// The name that commands take.
+    pub name: &'static str,
+    /// One line: whose convention, and where it is written down.
+    pub doc: &'static str,
+    /// Takes a world direction to the direction under which our layout formulas find it in a lat-long file.
+    latlong: DMat3,
+    /// The same for a cube file.
+    cube: DMat3,
+    /// Which of the file's faces our face k is, once directions are converted.
+    slots: [usize; 6],
+    /// The outermost texel centres lie on the border: n texels span n − 1 steps.
+    border_centred: bool,
+    /// Angular maps: texel (i, j) stands for the lattice point, [`Layout::AngularLattice`].
+    lattice: bool,
+    /// Paraboloid files: the file's border lies at this distance from the centre, where ours lies at 1.
+    overscan: f64,
+    /// Paraboloid files: signs of s and t of the front and the back face.
+    paraboloid: [[f64; 2]; 2],
+}
+
+const fn diagonal(x: f64, y: f64, z: f64) -> DMat3 {
+    DMat3::from_cols(DVec3::new(x, 0.0, 0.0), DVec3::new(0.0, y, 0.0), DVec3::new(0.0, 0.0, z))
+}
+
+/// world = (−d.z, d.y, d.x) for d in our lat-long formula, so d = (z, y, −x): the centre looks to +Z and its
+/// left edge is reached over +X.
+const CENTRE_Z: DMat3 =
+    DMat3::from_cols(DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.0, 1.0, 0.0), DVec3::new(1.0, 0.0, 0.0));
+
+/// d = (−z, y, x): the centre looks to −Z, and +X is to its right.
+const CENTRE_MINUS_Z: DMat3 =
+    DMat3::from_cols(DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
+
+const OWN: Profile = Profile {
+    name: "steradian",
+    doc: "our own convention: lat-long centre +X, Khronos cube, probes look to -Z",
+    latlong: DMat3::IDENTITY,
+    cube: DMat3::IDENTITY,
+    slots: [0, 1, 2, 3, 4, 5],
+    border_centred: false,
+    lattice: false,
+    overscan: 1.0,
+    paraboloid: [[1.0, 1.0]; 2],
+};
+
+/// Every profile that files can be read with.
+pub static PROFILES: &[Profile] = &[
+    OWN,
+    Profile {
+        name: "openexr",
+        doc: "OpenEXR environment maps (ImfEnvmap.h): longitude 0 is +Z, pi/2 is +X; outermost pixels on the border",
+        latlong: CENTRE_Z,
+        cube: diagonal(1.0, 1.0, -1.0),
+        slots: [0, 1, 2, 3, 5, 4],
+        border_centred: true,
+        ..OWN
+    },
+    Profile {
+        name: "usd",
+        doc: "USD DomeLight (Y up): lat-long centre +Z, longitude pi/2 is +X",
+        latlong: CENTRE_Z,
+        ..OWN
+    },
+    Profile {
+        name: "debevec",
+        doc: "Debevec's light probes, texels at lattice points as in prefilter.c; the centre looks to -Z, +X right, +Y up",
+        lattice: true,
+        ..OWN
+    },
+    Profile {
+        name: "debevec-paraboloid",
+        doc: "probes resampled to paraboloid pairs with overscan 1.2: front upside down, back mirrored",
+        overscan: 1.2,
+        paraboloid: [[1.0, -1.0], [-1.0, 1.0]],
+        ..OWN
+    },
+    Profile {
+        name: "cmgen",
+        doc: "Filament's cmgen: lat-long centre +Z, scaled by (w-1)/(h-1); cubes as ours",
+        latlong: CENTRE_Z,
+        border_centred: true,
+        ..OWN
+    },
+    Profile { name: "filament", doc: "cubes that Filament looks up by the world direction: as ours", ..OWN },
+    Profile {
+        name: "cmft",
+        doc: "cmft: a left-handed world (D3D); its +Z is our -Z",
+        latlong: CENTRE_MINUS_Z,
+        cube: diagonal(1.0, 1.0, -1.0),
+        ..OWN
+    },
+    Profile {
+        name: "three",
+        doc: "three.js: lat-long as ours; cubes are looked up with (-x, y, z)",
+        cube: diagonal(-1.0, 1.0, 1.0),
+        ..OWN
+    },
+    Profile {
+        name: "bevy",
+        doc: "Bevy: cubes are looked up with (x, y, -z)",
+        cube: diagonal(1.0, 1.0, -1.0),
+        ..OWN
+    },
+    Profile {
+        name: "gltf",
+        doc: "glTF EXT_lights_image_based: each face flipped about its vertical axis",
+        cube: diagonal(-1.0, 1.0, 1.0),
+        slots: [1, 0, 2, 3, 4, 5],
+        ..OWN
+    },
+    Profile { name: "khronos", doc: "glTF-IBL-Sampler: lat-long and cubes as ours", ..OWN },
+    Profile {
+        name: "blender",
+        doc: "Blender Cycles with (x, y, z) = (x, z, -y) of its Z-up world: as ours",
+        ..OWN
+    },
+];
+
+impl Profile {
+    /// The profile of a name; `-` and `_` are the same.
+    pub fn find(name: &str) -> Option<&'static Self> {
+        let name = name.to_ascii_lowercase().replace('_', "-");
+        PROFILES.iter().find(|p| p.name == name)
+    }
+
+    /// Our own convention.
+    pub fn own() -> &'static Self {
+        &PROFILES[0]
+    }
+
+    /// Debevec's probes.
+    pub fn debevec() -> &'static Self {
+        &PROFILES[3]
+    }
+
+    /// OpenEXR's.
+    pub fn openexr() -> &'static Self {
+        &PROFILES[1]
+    }
+
+    /// Turns pixels in the tool's convention into an image over our world. Untouched (moved, not copied) where
+    /// the conventions agree; texels that only change places keep their values; otherwise bicubic.
+    pub fn import(&self, mut image: SphereImage) -> SphereImage {
+        if self.lattice && image.layout == Layout::AngularMap {
+            image.layout = Layout::AngularLattice;
+        }
+        let image = self.straighten(image);
+        let (axes, slots) = match image.layout {
+            Layout::LatLong => (self.latlong, OWN.slots),
+            Layout::Cube => (self.cube, self.slots),
+            _ => return image,
+        };
+        let image = reorder(image, slots);
+        if axes == DMat3::IDENTITY {
+            return image;
+        }
+        let (layout, w, h) = (image.layout, image.width, image.height);
+        SphereImage::from_fn(layout, w, h, |d| image.lookup(Filter::CatmullRom, axes * d))
+    }
+
+    /// Undoes what happens inside each face: border-centred texels, overscan, flips.
+    fn straighten(&self, image: SphereImage) -> SphereImage {
+        let (w, h) = (image.width as f64, image.height as f64);
+        let border = |n: f64, sign: f64| Affine { scale: sign * (n - 1.0) / n, shift: 0.5 * n };
+        match image.layout {
+            Layout::LatLong | Layout::Cube if self.border_centred => {
+                warp(&image, |_| (border(w, 1.0), border(h, 1.0)))
+            }
+            Layout::DualParaboloid if self.overscan != 1.0 || self.paraboloid != OWN.paraboloid => {
+                warp(&image, |face| {
+                    let [s, t] = self.paraboloid[face];
+                    let k = 1.0 / self.overscan;
+                    (Affine { scale: s * k, shift: 0.5 * w }, Affine { scale: t * k, shift: 0.5 * h })
+                })
+            }
+            _ => image,
+        }
+    }
+}
+
+/// Puts the file's face `slots[k]` at place k.
+fn reorder(mut image: SphereImage, slots: [usize; 6]) -> SphereImage {
+    if image.layout != Layout::Cube || slots == OWN.slots {
+        return image;
+    }
+    let n = image.width * image.height;
+    for plane in &mut image.planes {
+        let old = std::mem::take(plane);
+        *plane = slots.iter().flat_map(|&s| &old[s * n..(s + 1) * n]).copied().collect();
+    }
+    image
+}

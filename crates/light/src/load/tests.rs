@@ -1,0 +1,1 @@
+//! Assembly and conventions on small images made here.
