@@ -56,11 +56,13 @@ pub(super) struct Moments {
     pub abs: [f64; 3],
     /// A bound of ∫ |L − mean of L| dφ dθ.
     pub spread: [f64; 3],
+    /// The brightest texel: its largest channel's magnitude, φ and θ. 0 where there is none to speak of.
+    pub peak: [f64; 3],
 }
 
 impl Moments {
     /// Of nothing.
-    pub const ZERO: Self = Self { m: [[[0.0; N]; N]; 3], abs: [0.0; 3], spread: [0.0; 3] };
+    pub const ZERO: Self = Self { m: [[[0.0; N]; N]; 3], abs: [0.0; 3], spread: [0.0; 3], peak: [0.0; 3] };
 
     /// No light at all?
     pub fn is_dark(&self) -> bool {
@@ -187,6 +189,9 @@ impl<'a> Cells<'a> {
                 for (k, wx) in wx.iter().enumerate() {
                     let v = value(k, l);
                     abs += v.abs() * wx[0];
+                    if v.abs() > out.peak[0] {
+                        out.peak = [v.abs(), k as f64, l as f64];
+                    }
                     for i in 0..N {
                         row[i] += v * wx[i];
                     }
@@ -204,7 +209,19 @@ impl<'a> Cells<'a> {
                 out.spread[c] += scale * row * wy[0];
             }
         }
+        out.peak = self.placed(b, out.peak);
         out
+    }
+
+    /// A peak at grid point (k, l) of a block → at its (φ, θ): a texel's centre, within the block.
+    fn placed(&self, b: &Block, [v, k, l]: [f64; 3]) -> [f64; 3] {
+        let (i, j) = (b.i[0] + k as u32, b.j[0] + l as u32);
+        match self.lookup {
+            Lookup::Constant => {
+                [v, 0.5 * (self.phi(i) + self.phi(i + 1)), 0.5 * (self.theta(j) + self.theta(j + 1))]
+            }
+            Lookup::Bilinear => [v, self.phi(i), self.theta(j)],
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Adaptive integration over all distant light of one point: the worst rectangle is cut first.
 
-use super::cells::{Block, Cells, Corners, corner_moments};
+use super::cells::{Block, Cells, Corners, Moments, corner_moments};
 use super::geometry::{Axis, Chart, Rect};
 use super::hints::Hints;
 use super::horizon::{Horizon, Side};
@@ -176,7 +176,16 @@ impl<'a, 'b> Engine<'a, 'b> {
                 stack.extend([b, a]);
                 continue;
             }
-            let Some(found) = self.integrate(&place, view, &rect, side) else { continue };
+            let lit = self.lit(&place, &rect);
+            if lit.is_dark() {
+                continue;
+            }
+            if self.g.evaluations < self.budget && self.is_heavy(&lit, &rect) {
+                let [a, b] = self.halves(&place, rect.long_axis());
+                stack.extend([b, a]);
+                continue;
+            }
+            let found = self.integrate(&lit, view, &rect, side);
             let index = self.leaves.len() as u32;
             let [a, b] = rect.angular();
             if found.error > 0.0 && a.max(b) > SMALLEST {
@@ -204,11 +213,7 @@ impl<'a, 'b> Engine<'a, 'b> {
 
     /// Known to be dark without a look at texels.
     fn is_dark(&self, place: &Place) -> bool {
-        match *place {
-            Place::Tree(k) => self.image().1.nodes[k as usize].moments.is_dark(),
-            Place::Disk { chart, .. } => self.scene.disks[chart - 1].1 == [0.0; 3],
-            Place::Cells(_) | Place::Part { .. } => false,
-        }
+        matches!(*place, Place::Tree(k) if self.image().1.nodes[k as usize].moments.is_dark())
     }
 
     fn halves(&self, place: &Place, axis: Axis) -> [Place; 2] {
@@ -238,41 +243,51 @@ impl<'a, 'b> Engine<'a, 'b> {
         })
     }
 
-    /// `None` where there is no light.
-    fn integrate(&mut self, place: &Place, view: &View, rect: &Rect, side: Side) -> Option<Found> {
-        let kinked = side == Side::Crossing;
-        let found = match *place {
-            Place::Tree(k) => {
-                let tree = self.image().1;
-                product(self.g, &view.chart, rect, &tree.nodes[k as usize].moments, kinked)
-            }
-            Place::Cells(block) => {
-                let moments = self.image().0.moments(&block);
-                if moments.is_dark() {
-                    return None;
-                }
-                product(self.g, &view.chart, rect, &moments, kinked)
-            }
-            Place::Part { i, j, .. } => {
-                self.uniform(&self.image().0.corners(i, j, rect), view, rect, kinked)?
-            }
-            Place::Disk { chart, .. } => {
-                let corners = self.scene.disks[chart - 1].1.map(|v| [v; 4]);
-                self.uniform(&corners, view, rect, kinked)?
-            }
-        };
-        Some(found)
+    fn lit(&self, place: &Place, rect: &Rect) -> Lit<'a> {
+        match *place {
+            Place::Tree(k) => Lit::Stored(&self.image().1.nodes[k as usize].moments),
+            Place::Cells(block) => Lit::Summed(Box::new(self.image().0.moments(&block))),
+            Place::Part { i, j, .. } => Lit::Corners(self.image().0.corners(i, j, rect)),
+            Place::Disk { chart, .. } => Lit::Corners(self.scene.disks[chart - 1].1.map(|v| [v; 4])),
+        }
     }
 
-    fn uniform(&mut self, corners: &Corners, view: &View, rect: &Rect, kinked: bool) -> Option<Found> {
-        if corners.iter().flatten().all(|v| *v == 0.0) {
-            return None;
+    fn is_heavy(&self, lit: &Lit<'_>, rect: &Rect) -> bool {
+        lit.moments().is_some_and(|m| self.image().1.is_heavy(m, rect))
+    }
+
+    fn integrate(&mut self, lit: &Lit<'_>, view: &View, rect: &Rect, side: Side) -> Found {
+        let horizon = (side == Side::Crossing).then_some(&view.horizon);
+        match (lit, horizon) {
+            (Lit::Stored(m), h) => product(self.g, &view.chart, h, rect, m),
+            (Lit::Summed(m), h) => product(self.g, &view.chart, h, rect, m),
+            (Lit::Corners(l), Some(h)) => clipped(self.g, &view.chart, h, rect, l),
+            (Lit::Corners(l), None) => product(self.g, &view.chart, None, rect, &corner_moments(l, rect)),
         }
-        Some(if kinked {
-            clipped(self.g, &view.chart, &view.horizon, rect, corners)
-        } else {
-            product(self.g, &view.chart, rect, &corner_moments(corners, rect), false)
-        })
+    }
+}
+
+/// The light on a rectangle.
+enum Lit<'a> {
+    Stored(&'a Moments),
+    Summed(Box<Moments>),
+    Corners(Corners),
+}
+
+impl Lit<'_> {
+    fn moments(&self) -> Option<&Moments> {
+        match self {
+            Self::Stored(m) => Some(m),
+            Self::Summed(m) => Some(m),
+            Self::Corners(_) => None,
+        }
+    }
+
+    fn is_dark(&self) -> bool {
+        match self {
+            Self::Corners(l) => l.iter().flatten().all(|v| *v == 0.0),
+            _ => self.moments().is_some_and(Moments::is_dark),
+        }
     }
 }
 

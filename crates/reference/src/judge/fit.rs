@@ -1,19 +1,21 @@
 //! The Legendre interpolant of a function on a rectangle and how far it is to be trusted.
 
-use super::legendre::{CHECKS, N, RULE, Row, Square};
+use super::legendre::{CHECKS, N, RULE, Row, Square, polynomials};
 
-/// A function sampled on the Gauss grid, `[channel][x][y]`, and at the check points.
+/// A function sampled on the Gauss grid, `[channel][x][y]`, at the check points, and where the light is brightest.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     /// At Gauss nodes.
     pub grid: [Square; 3],
     /// At the check points, `[point][channel]`.
     pub checks: [[f64; 3]; CHECKS.len()],
+    /// One more point (x, y) with its value.
+    pub peak: Option<([f64; 2], [f64; 3])>,
 }
 
 impl Samples {
     /// All zero.
-    pub const ZERO: Self = Self { grid: [[[0.0; N]; N]; 3], checks: [[0.0; 3]; CHECKS.len()] };
+    pub const ZERO: Self = Self { grid: [[[0.0; N]; N]; 3], checks: [[0.0; 3]; CHECKS.len()], peak: None };
 }
 
 /// Legendre coefficients with error estimates, per channel.
@@ -25,6 +27,8 @@ pub(super) struct Fit {
     pub loose: f64,
     /// Estimate of the error of the mean of g by Gauss–Legendre.
     pub tight: f64,
+    /// The same where g's derivatives may be unbounded at the border (maps onto clipped pieces).
+    pub tight_at_border: f64,
     /// Shares of φ and θ in `loose`.
     pub share: [f64; 2],
 }
@@ -46,7 +50,8 @@ pub(super) fn fit(s: &Samples) -> [Fit; 3] {
     let first = fit_channel(s, 0);
     let grey = s.grid[1] == s.grid[0]
         && s.grid[2] == s.grid[0]
-        && s.checks.iter().all(|c| c[0] == c[1] && c[0] == c[2]);
+        && s.checks.iter().all(|c| c[0] == c[1] && c[0] == c[2])
+        && s.peak.is_none_or(|(_, c)| c[0] == c[1] && c[0] == c[2]);
     if grey { [first; 3] } else { [first, fit_channel(s, 1), fit_channel(s, 2)] }
 }
 
@@ -66,7 +71,7 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
     // Where the checks contradict the decay, the decay is not believed.
     let rho = if missed > 4.0 * decayed { 1.0 } else { rx.max(ry) };
     let loose = decayed.max(missed);
-    Fit { c, loose, tight: loose * rho.powi(4), share }
+    Fit { c, loose, tight: loose * rho.powi(4), tight_at_border: loose * rho * rho, share }
 }
 
 fn coefficients(g: &Square) -> Square {
@@ -88,16 +93,27 @@ fn coefficients(g: &Square) -> Square {
     c
 }
 
+impl Fit {
+    /// The interpolant at a point of the square.
+    pub fn at(&self, x: f64, y: f64) -> f64 {
+        blend(&self.c, &polynomials(x), &polynomials(y))
+    }
+}
+
+fn blend(c: &Square, px: &Row, py: &Row) -> f64 {
+    (0..N).map(|i| px[i] * (0..N).map(|j| c[i][j] * py[j]).sum::<f64>()).sum()
+}
+
 /// Largest |g − interpolant| over the check points.
 fn discrepancy(c: &Square, s: &Samples, channel: usize) -> f64 {
     let mut worst: f64 = 0.0;
     for (k, [px, py]) in RULE.checks.iter().enumerate() {
-        let mut p = 0.0;
-        for i in 0..N {
-            let row: f64 = (0..N).map(|j| c[i][j] * py[j]).sum();
-            p += px[i] * row;
-        }
+        let p = blend(c, px, py);
         worst = worst.max((s.checks[k][channel] - p).abs());
+    }
+    if let Some(([x, y], g)) = s.peak {
+        let p = blend(c, &polynomials(x), &polynomials(y));
+        worst = worst.max((g[channel] - p).abs());
     }
     worst
 }

@@ -27,11 +27,15 @@ pub(super) struct Hints(Vec<Ridge>);
 
 impl Hints {
     /// From a reflectance's lobes; those that are not finite are dropped.
-    pub fn new(lobes: &[Lobe]) -> Self {
+    ///
+    /// A ridge of half vectors narrows along its cone towards grazing, where n·h is small; as much as n·wo does
+    /// (`cosine`), which a single width cannot tell.
+    pub fn new(lobes: &[Lobe], cosine: f64) -> Self {
+        let narrowing = cosine.clamp(0.02, 1.0);
         let ridge = |lobe: &Lobe| match *lobe {
             Lobe::Axis { axis, width } => Ridge { axis, angle: 0.0, width },
             Lobe::Cone { axis, cosine, width } => {
-                Ridge { axis, angle: cosine.clamp(-1.0, 1.0).acos(), width }
+                Ridge { axis, angle: cosine.clamp(-1.0, 1.0).acos(), width: width * narrowing }
             }
             Lobe::Arc { normal, width } => Ridge { axis: normal, angle: std::f64::consts::FRAC_PI_2, width },
         };

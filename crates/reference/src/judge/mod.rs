@@ -186,7 +186,7 @@ impl Judge {
             image: image.map(|(e, p)| (Cells::new(&e.image, self.lookup), p)),
             views,
             disks: self.lights.disks.iter().map(|d| (radius(d.angular_radius), d.radiance)).collect(),
-            hints: Hints::new(&brdf.lobes(wo)),
+            hints: Hints::new(&brdf.lobes(wo), wo.z),
             clip: brdf.domain() == Domain::Hemisphere,
         }
     }
@@ -220,9 +220,10 @@ fn radius(r: f64) -> f64 {
     r.clamp(0.0, std::f64::consts::PI)
 }
 
-/// Absolute → relative error.
+/// Absolute → relative error. Radiance so small that doubles are no longer dense has none to speak of.
 fn relative(error: f64, rgb: [f64; 3]) -> f64 {
-    if error == 0.0 { 0.0 } else { error / rgb.iter().fold(0.0, |m: f64, v| m.max(v.abs())) }
+    let top = rgb.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    if error == 0.0 { 0.0 } else { (error + f64::MIN_POSITIVE) / top }
 }
 
 fn check(lights: &Lights) -> Result<(), JudgeError> {

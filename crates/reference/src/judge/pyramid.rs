@@ -14,6 +14,9 @@ const LEAF: usize = 32;
 /// Most stored leaves, about: larger images get larger leaves.
 const LEAVES: usize = 1 << 16;
 
+/// Blocks with more than this part of all light are not sampled as one.
+const HEAVY: f64 = 1.0 / 48.0;
+
 /// One block.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
@@ -30,6 +33,8 @@ pub(super) struct Node {
 pub(super) struct Pyramid {
     /// The nodes.
     pub nodes: Vec<Node>,
+    /// ∫ |L| dω per channel, about.
+    pub power: [f64; 3],
 }
 
 impl Pyramid {
@@ -64,8 +69,27 @@ impl Pyramid {
                 };
             });
         }
-        Ok(Self { nodes })
+        let mut power = [0.0; 3];
+        for node in nodes.iter().filter(|n| n.child == 0) {
+            let share = on_sphere(&node.moments, &cells.rect(&node.block));
+            for c in 0..3 {
+                power[c] += share[c];
+            }
+        }
+        Ok(Self { nodes, power })
     }
+
+    /// Does a block hold so much of all light that its texels should be told apart, whatever f does?
+    pub fn is_heavy(&self, moments: &Moments, rect: &Rect) -> bool {
+        let share = on_sphere(moments, rect);
+        (0..3).any(|c| share[c] > HEAVY * self.power[c])
+    }
+}
+
+/// About ∫ |L| dω of a block.
+fn on_sphere(moments: &Moments, rect: &Rect) -> [f64; 3] {
+    let s = rect.centre()[1].sin();
+    moments.abs.map(|v| v * s)
 }
 
 /// Moments of a block from those of its halves.
@@ -76,6 +100,9 @@ fn merged(cells: &Cells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
         let rect = cells.rect(&half.block);
         let axis = if half.block.i == block.i { Axis::Theta } else { Axis::Phi };
         add_half(&mut out, &parent, &half.moments, &rect, axis);
+        if half.moments.peak[0] > out.peak[0] {
+            out.peak = half.moments.peak;
+        }
     }
     let [dx, dy] = parent.size();
     for c in 0..3 {

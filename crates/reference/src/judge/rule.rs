@@ -51,9 +51,22 @@ pub(super) struct Found {
 /// ∫ L g dφ dθ with g = f_cos sin θ, by product integration: g's interpolant against the moments of L.
 ///
 /// With L = L̄ + (L − L̄), the error is at most L̄ times that of Gauss–Legendre for g, plus ∫|L − L̄| times
-/// the largest error of the interpolant. `kinked`: g is not smooth here, and only ∫|L| is to be trusted.
-pub(super) fn product(g: &mut Integrand<'_>, chart: &Chart, rect: &Rect, l: &Moments, kinked: bool) -> Found {
-    let fits = fit(&sample(g, chart, rect));
+/// the largest error of the interpolant. Where the `horizon` crosses, g is not smooth, and only ∫|L| times that
+/// error is to be trusted.
+pub(super) fn product(
+    g: &mut Integrand<'_>,
+    chart: &Chart,
+    horizon: Option<&Horizon>,
+    rect: &Rect,
+    l: &Moments,
+) -> Found {
+    let mut samples = sample(g, chart, rect);
+    if l.peak[0] > 0.0 {
+        let [_, phi, theta] = l.peak;
+        samples.peak = Some((scaled(rect, phi, theta), g.at(chart.direction(phi, theta), theta.sin())));
+    }
+    let fits = fit(&samples);
+    let missed = horizon.map(|h| missed_at_horizon(g, chart, h, rect, &fits));
     let mut value = [0.0; 3];
     let mut error: f64 = 0.0;
     for c in 0..3 {
@@ -63,11 +76,62 @@ pub(super) fn product(g: &mut Integrand<'_>, chart: &Chart, rect: &Rect, l: &Mom
                 value[c] += f.c[i][j] * l.m[c][i][j];
             }
         }
-        let e = if kinked { l.abs[c] * f.loose } else { smooth_error(l, c, f) };
+        let e = match missed {
+            Some(m) => l.abs[c] * f.loose.max(m[c]),
+            None => smooth_error(l, c, f),
+        };
         error = error.max(e);
     }
     Found { value, error, axis: axis(&fits, rect) }
 }
+
+/// Largest |g − interpolant| at the corners and on both sides of the horizon, where a jump of g shows that the
+/// Gauss grid may have missed.
+fn missed_at_horizon(
+    g: &mut Integrand<'_>,
+    chart: &Chart,
+    horizon: &Horizon,
+    rect: &Rect,
+    fits: &[Fit; 3],
+) -> [f64; 3] {
+    let mut worst = [0.0_f64; 3];
+    let mut compare = |phi: f64, theta: f64, value: [f64; 3]| {
+        let [x, y] = scaled(rect, phi, theta);
+        for c in 0..3 {
+            worst[c] = worst[c].max((value[c] - fits[c].at(x, y)).abs());
+        }
+    };
+    for phi in rect.phi {
+        for theta in rect.theta {
+            let wi = chart.direction(phi, theta);
+            let value = if wi.z > 0.0 { g.at(wi, theta.sin()) } else { [0.0; 3] };
+            compare(phi, theta, value);
+        }
+    }
+    for w in horizon.breaks(rect).windows(2) {
+        for u in [0.1, 0.5, 0.9] {
+            let phi = w[0] + u * (w[1] - w[0]);
+            let [lo, hi] = horizon.clip(phi, rect.theta);
+            let inside = JUST * (hi - lo);
+            for (edge, of, above) in [(lo, rect.theta[0], lo + inside), (hi, rect.theta[1], hi - inside)] {
+                if edge != of {
+                    compare(phi, edge, [0.0; 3]);
+                    compare(phi, above, g.at(chart.direction(phi, above), above.sin()));
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// Coordinates in a rectangle, scaled to [−1, 1].
+fn scaled(rect: &Rect, phi: f64, theta: f64) -> [f64; 2] {
+    let [[cp, ct], [dp, dt]] = [rect.centre(), rect.size()];
+    [2.0 * (phi - cp) / dp, 2.0 * (theta - ct) / dt]
+}
+
+/// How close to the horizon it is looked at, as a part of the interval above it.
+const JUST: f64 = 1e-6;
 
 fn smooth_error(l: &Moments, c: usize, f: &Fit) -> f64 {
     // Without spread the rectangle is one cell, where Gauss–Legendre is all there is.
@@ -129,7 +193,7 @@ pub(super) fn clipped(
         let mut error: f64 = 0.0;
         for c in 0..3 {
             out.value[c] += 4.0 * fits[c].c[0][0];
-            error = error.max(4.0 * fits[c].tight);
+            error = error.max(4.0 * fits[c].tight_at_border);
         }
         out.error += error;
     }

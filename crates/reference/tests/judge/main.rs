@@ -1,0 +1,6 @@
+//! The judge against closed forms, against an independent brute-force sum, and against itself.
+
+mod brute;
+mod closed_forms;
+mod honesty;
+mod support;
