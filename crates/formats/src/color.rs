@@ -29,7 +29,6 @@ impl Primaries {
 
     /// The matrix to XYZ, white Y = 1. `None` where the primaries span no plane.
     fn to_xyz(self) -> Option<M> {
-        let xyz = |c: [f64; 2]| [c[0] / c[1], 1.0, (1.0 - c[0] - c[1]) / c[1]];
         let [r, g, b, w] = self.0.map(xyz);
         let p = [[r[0], g[0], b[0]], [r[1], g[1], b[1]], [r[2], g[2], b[2]]];
         let s = apply(&inverse(&p)?, w);
@@ -38,7 +37,6 @@ impl Primaries {
 
     /// The matrix from these primaries to linear Rec. 709. `None` where they are nonsense.
     pub fn to_rec709(self) -> Option<M> {
-        let xyz = |c: [f64; 2]| [c[0] / c[1], 1.0, (1.0 - c[0] - c[1]) / c[1]];
         let from = apply(&BRADFORD, xyz(self.0[3]));
         let to = apply(&BRADFORD, xyz(REC709.0[3]));
         let gain = [[to[0] / from[0], 0., 0.], [0., to[1] / from[1], 0.], [0., 0., to[2] / from[2]]];
@@ -46,6 +44,11 @@ impl Primaries {
         let m = product(&xyz_to_rec709()?, &product(&adapt, &self.to_xyz()?));
         m.iter().flatten().all(|v| v.is_finite() && v.abs() < 1e4).then_some(m)
     }
+}
+
+/// XYZ of a chromaticity, Y = 1.
+fn xyz(c: [f64; 2]) -> [f64; 3] {
+    [c[0] / c[1], 1.0, (1.0 - c[0] - c[1]) / c[1]]
 }
 
 /// The matrix from XYZ to linear Rec. 709 without adaptation: XYZ of D65 with Y = 1 becomes (1, 1, 1).

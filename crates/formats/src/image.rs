@@ -53,9 +53,8 @@ pub fn decode_image(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Raster
 
 /// [`decode_image`] with options.
 pub fn decode_image_with(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Raster, FormatError> {
-    if bytes.is_empty() {
-        Err(FormatError::invalid(name, "the file is empty"))
-    } else if openexr::is_exr(bytes) {
+    not_empty(name, bytes)?;
+    if openexr::is_exr(bytes) {
         openexr::decode(name, io::Cursor::new(bytes), bytes.len() as u64, options)
     } else if hdr::is_hdr(bytes) {
         hdr::decode(name, bytes, &options.limits)
@@ -63,12 +62,17 @@ pub fn decode_image_with(name: &Path, bytes: &[u8], options: &ReadOptions) -> Re
         pfm::decode(name, bytes, &options.limits)
     } else if let Some(format) = ldr::format(bytes) {
         ldr::decode(name, bytes, format, options)
-    } else if tga::is_tga(name, bytes) {
+    } else if tga::is_tga(name) {
         tga::decode(name, bytes, options)
     } else {
-        let why = "not an image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
+        let why = "its first bytes are those of no image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
         Err(FormatError::invalid(name, why))
     }
+}
+
+/// Refuses a file without bytes.
+pub(crate) fn not_empty(name: &Path, bytes: &[u8]) -> Result<(), FormatError> {
+    if bytes.is_empty() { Err(FormatError::invalid(name, "the file is empty")) } else { Ok(()) }
 }
 
 /// Opens a file for reading; folders and missing files are [`FormatError::Unreadable`].

@@ -8,9 +8,11 @@ use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFo
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 
+const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
+
 /// PNG or JPEG by their first bytes.
 pub(crate) fn format(bytes: &[u8]) -> Option<ImageFormat> {
-    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+    if bytes.starts_with(PNG_MAGIC) {
         Some(ImageFormat::Png)
     } else if bytes.starts_with(b"\xff\xd8\xff") {
         Some(ImageFormat::Jpeg)
@@ -27,6 +29,9 @@ pub(crate) fn decode(
     options: &ReadOptions,
 ) -> Result<Raster, FormatError> {
     let invalid = |e: image::ImageError| FormatError::invalid(name, describe(&e));
+    if let Some((width, height)) = png_size(bytes) {
+        options.limits.image(name, width, height, 1, bytes.len() as u64)?;
+    }
     let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(invalid)?;
     let (width, height) = decoder.dimensions();
     let planes = u64::from(decoder.color_type().channel_count());
@@ -40,13 +45,24 @@ pub(crate) fn decode(
     Ok(Raster { width, height, channels, low_range: true, metadata: Vec::new() })
 }
 
+/// The size that a PNG's first chunk gives, before anything else is believed.
+fn png_size(bytes: &[u8]) -> Option<(u64, u64)> {
+    let ihdr = bytes.strip_prefix(PNG_MAGIC)?.get(..16)?;
+    let number = |i: usize| u64::from(u32::from_be_bytes([ihdr[i], ihdr[i + 1], ihdr[i + 2], ihdr[i + 3]]));
+    (&ihdr[4..8] == b"IHDR").then(|| (number(8), number(12)))
+}
+
 /// The library's message on one line.
 fn describe(e: &image::ImageError) -> String {
-    let text = match e {
-        image::ImageError::IoError(io) if io.kind() == io::ErrorKind::UnexpectedEof => "truncated".into(),
-        other => other.to_string(),
-    };
-    text.replace(['\n', '\r'], " ")
+    let text = e.to_string().replace(['\n', '\r'], " ");
+    let eof = matches!(e, image::ImageError::IoError(io) if io.kind() == io::ErrorKind::UnexpectedEof);
+    if eof || text.contains("Not enough bytes") || text.contains("No more bytes") {
+        return "truncated".into();
+    }
+    match text.trim_end().strip_prefix("Format error decoding ") {
+        Some(rest) => format!("damaged {rest}"),
+        None => text.trim_end().into(),
+    }
 }
 
 fn planes_of(image: &DynamicImage, data: bool) -> Vec<Channel> {

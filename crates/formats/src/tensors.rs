@@ -2,7 +2,7 @@
 //! tensors always give the same bytes; read through the crate `safetensors`, which checks shapes and offsets.
 
 use crate::atomic::write_atomic;
-use crate::image::read_bytes;
+use crate::image::{not_empty, read_bytes};
 use crate::{FormatError, Limits};
 use half::f16;
 use safetensors::{Dtype, SafeTensors};
@@ -188,6 +188,7 @@ pub fn read_tensors(path: &Path, limits: &Limits) -> Result<TensorFile, FormatEr
 /// Decodes tensors that lie in memory; `name` is for messages.
 pub fn decode_tensors(name: &Path, bytes: &[u8], limits: &Limits) -> Result<TensorFile, FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
+    not_empty(name, bytes)?;
     limits.memory(name, 2 * bytes.len() as u128, bytes.len() as u64)?;
     let damaged = |e: safetensors::SafeTensorError| {
         invalid(format!("not a safetensors file, or a damaged one: {e}").replace(['\n', '\r'], " "))

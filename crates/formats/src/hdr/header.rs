@@ -169,8 +169,8 @@ fn is_zeros(value: &str) -> bool {
 fn numbers<const N: usize>(name: &str, value: &str) -> Result<[f64; N], String> {
     let v: Vec<f64> = value.split_ascii_whitespace().map_while(|w| w.parse().ok()).collect();
     let ok = v.len() == N && v.iter().all(|x| x.is_finite() && *x > 0.0);
-    let fault =
-        || format!("{name} is '{}', not {N} positive number{}", shown(value), if N > 1 { "s" } else { "" });
+    let what = if N == 1 { "a positive number".into() } else { format!("{N} positive numbers") };
+    let fault = || format!("{name} is '{}', not {what}", shown(value));
     if ok { v.try_into().map_err(|_| fault()) } else { Err(fault()) }
 }
 

@@ -1,7 +1,7 @@
 //! KTX2 to textures.
 
 use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
-use crate::image::read_bytes;
+use crate::image::{not_empty, read_bytes};
 use crate::{FormatError, Limits};
 use half::f16;
 use std::path::Path;
@@ -15,6 +15,7 @@ pub fn read_ktx2(path: &Path, limits: &Limits) -> Result<TextureLevels, FormatEr
 /// alpha 1.
 pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<TextureLevels, FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
+    not_empty(name, bytes)?;
     let header = Header::parse(bytes).map_err(invalid)?;
     let faces = header.faces as u64;
     limits.image(name, header.width, header.height, 4, bytes.len() as u64)?;

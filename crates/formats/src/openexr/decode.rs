@@ -1,6 +1,7 @@
 //! OpenEXR to planes.
 
 use super::attributes::{metadata, primaries};
+use super::scan::scan;
 use super::select::{Selection, select};
 use super::{describe, guarded};
 use crate::color::{self, REC709};
@@ -34,7 +35,11 @@ pub(crate) fn decode<R: Read + Seek>(
     options: &ReadOptions,
 ) -> Result<Raster, FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
+    scan(name, &mut reader, length, options)?;
     let meta = guarded(|| MetaData::read_from_buffered(&mut reader, false)).map_err(invalid)?;
+    if meta.requirements.has_deep_data {
+        return Err(invalid("deep data is not read; flatten it first".into()));
+    }
     if meta.headers.len() > MAX_PARTS {
         return Err(invalid(format!("{} parts are more than the limit of {MAX_PARTS}", meta.headers.len())));
     }

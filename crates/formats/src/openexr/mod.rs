@@ -14,6 +14,7 @@
 mod attributes;
 mod decode;
 mod encode;
+mod scan;
 mod select;
 
 pub(crate) use decode::decode;
