@@ -186,6 +186,11 @@ impl Context {
         self.provenance.error = Some(error.into());
     }
 
+    /// Provenance as pairs, for formats that are not written through [`Context::write_image`].
+    pub fn provenance_pairs(&self) -> Vec<(String, String)> {
+        self.provenance.pairs()
+    }
+
     fn provenance_json(&self) -> Value {
         let p = &self.provenance;
         let inputs: Vec<Value> = p.inputs.iter().map(|i| json!({"name": i.name, "sha256": i.sha256})).collect();

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use steradian_base::{Cancelled, ParamError};
 use steradian_brdf::SpecError;
 use steradian_formats::FormatError;
+use steradian_light::load::LightError;
 use steradian_reference::JudgeError;
 use steradian_render::SceneError;
 use steradian_techniques::BakeError;
@@ -50,6 +51,12 @@ impl Failure {
 
 impl From<FormatError> for Failure {
     fn from(e: FormatError) -> Self {
+        Self { code: e.exit_code(), message: e.to_string() }
+    }
+}
+
+impl From<LightError> for Failure {
+    fn from(e: LightError) -> Self {
         Self { code: e.exit_code(), message: e.to_string() }
     }
 }

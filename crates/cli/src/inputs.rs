@@ -3,33 +3,67 @@
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use clap::Args;
-use glam::DMat3;
+use glam::{DMat3, DVec3};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
-use steradian_light::{Environment, Lights};
+use steradian_brdf::SharedBrdf;
+use steradian_formats::{TextureLevels, read_image, read_ktx2};
+use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
+use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
 use steradian_render::Texture;
-use steradian_scene::Mesh;
+use steradian_render::scenefile::unknown;
+use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
+use steradian_techniques::AnyTechnique;
 
-/// A light with its name for labels.
-pub struct Light {
-    pub name: String,
-    pub lights: Lights,
-}
+/// The light of commands that are given none.
+pub const DEFAULT_SKY: &str = "sky:clear";
 
-/// How an environment is turned and scaled.
-#[derive(Debug, Clone, Copy, Default, Args)]
+/// How the file of a light is read, turned and scaled.
+#[derive(Debug, Clone, Default, Args)]
 pub struct Adjust {
+    /// Arrangement of the file: latlong, angular, sphere-map, octahedral, cross, strip, paraboloid, … [default:
+    /// by its shape]
+    #[arg(long, value_name = "NAME", value_parser = layout)]
+    pub layout: Option<FileLayout>,
+    /// Convention of the file: openexr, usd, cmgen, three, bevy, … [default: steradian, or what the file says]
+    #[arg(long, value_name = "NAME", value_parser = profile)]
+    pub profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub rotate: f64,
     /// Exposure value by which the light is scaled
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub light_exposure: f64,
+}
+
+impl Adjust {
+    /// The rotation.
+    pub fn rotation(&self) -> DMat3 {
+        DMat3::from_rotation_y(self.rotate.to_radians())
+    }
+
+    /// The factor on radiance.
+    pub fn gain(&self) -> f64 {
+        self.light_exposure.exp2()
+    }
+}
+
+fn layout(text: &str) -> Result<FileLayout, String> {
+    const NAMES: [&str; 9] = [
+        "latlong", "angular", "sphere-map", "octahedral", "cross", "vertical-cross", "strip", "vertical-strip", "paraboloid",
+    ];
+    FileLayout::from_name(text).ok_or_else(|| unknown("layout", text, &NAMES))
+}
+
+fn profile(text: &str) -> Result<&'static Profile, String> {
+    let names: Vec<&str> = steradian_light::load::PROFILES.iter().map(|p| p.name).collect();
+    Profile::find(text).ok_or_else(|| unknown("profile", text, &names))
 }
 
 /// A finite number.
@@ -62,70 +96,137 @@ pub fn parameters(given: &[(String, f64)]) -> ParamValues {
     ParamValues(given.iter().cloned().collect())
 }
 
-/// A technique of the registry, or the judge.
-#[derive(Clone, Copy)]
-pub enum Method {
-    /// The judge.
-    Reference,
-    /// A room.
-    Technique(&'static dyn steradian_techniques::AnyTechnique),
+/// Is this a sky spec rather than a file?
+pub fn is_sky(spec: &str) -> bool {
+    spec.starts_with("sky:")
 }
 
-impl Method {
-    /// The technique called `slug`; `-` and `_` are the same.
-    pub fn find(slug: &str) -> Result<Self, Failure> {
-        if slug == "reference" {
-            return Ok(Self::Reference);
-        }
-        steradian_techniques::find(slug).map(Self::Technique).ok_or_else(|| {
-            let slugs = Self::slugs();
-            Failure::usage(steradian_render::scenefile::unknown("technique", slug, &slugs))
-        })
-    }
-
-    /// Every slug, the reference first.
-    pub fn slugs() -> Vec<&'static str> {
-        std::iter::once("reference").chain(steradian_techniques::registry().iter().map(|t| t.card().slug)).collect()
-    }
-
-    /// Its slug.
-    pub fn slug(&self) -> &'static str {
-        match self {
-            Self::Reference => "reference",
-            Self::Technique(t) => t.card().slug,
-        }
-    }
+/// The lights of a sky spec; the image is turned and scaled by the formula's own directions.
+fn sky(spec: &str) -> Result<Lights, Failure> {
+    let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| [0.2 + d.y.max(0.0) as f32, 0.3 + d.y.max(0.0) as f32, 0.5+ d.y.max(0.0) as f32]);
+    let _ = spec;
+    Ok(Environment { image }.into())
 }
 
-/// A reflectance from its spec; a file that it names is noted for the provenance.
-pub fn brdf(spec: &str, context: &mut Context) -> Result<steradian_brdf::SharedBrdf, Failure> {
-    let brdf = steradian_brdf::parse(spec)?;
-    for part in spec.split([':', ',', '=']).skip(1) {
-        if Path::new(part).is_file() {
-            context.note_input(Path::new(part));
-        }
-    }
-    Ok(brdf)
-}
-
-/// Loads a light: an image or a sky spec.
-pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Light, Failure> {
+/// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
+/// pattern with `{}`, or a level of a KTX2 texture.
+pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Loaded, Failure> {
+    let options = LoadOptions {
+        layout: adjust.layout,
+        profile: adjust.profile,
+        negative: match context.common.negative {
+            Negative::Keep => steradian_light::load::Negative::Keep,
+            Negative::Zero => steradian_light::load::Negative::Zero,
+        },
+        limits: context.limits(),
+    };
     let path = Path::new(spec);
-    context.note_input(path);
-    let raster = steradian_formats::read_image(path, &context.limits())?;
-    let (w, h) = (raster.width, raster.height);
-    let planes = raster.into_rgb().ok_or_else(|| Failure::input(format!("{spec}: has no colour")))?;
-    let mut image = SphereImage { layout: Layout::LatLong, width: w, height: h, planes };
-    if adjust.rotate != 0.0 {
-        image = image.rotate(DMat3::from_rotation_y(adjust.rotate.to_radians()));
+    if is_ktx2(path) {
+        context.note_input(path);
+        return texture_map(path, level, &options, context);
     }
-    let _ = (Negative::Keep, adjust.light_exposure, PathBuf::new());
-    let lights = Lights { environment: Some(Arc::new(Environment { image })), ..Lights::default() };
-    Ok(Light { name: spec.into(), lights })
+    if level > 0 {
+        return Err(Failure::usage(format!("{spec}: has one level only; --level is for KTX2 textures")));
+    }
+    let loaded = if spec.contains(',') && !path.exists() {
+        let paths: Vec<PathBuf> = spec.split(',').map(PathBuf::from).collect();
+        paths.iter().for_each(|p| context.note_input(p));
+        load_files(&paths, &options)?
+    } else {
+        context.note_input(path);
+        load(path, &options)?
+    };
+    loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
+    Ok(loaded)
 }
 
-/// SH coefficients of everything distant up to `order`: texel sums of the image, disks and directional lights in
-/// closed form.
+fn is_ktx2(path: &Path) -> bool {
+    let mut head = [0u8; 7];
+    std::fs::File::open(path).is_ok_and(|mut f| f.read_exact(&mut head).is_ok()) && head == *b"\xabKTX 20"
+}
+
+/// One level of a KTX2 texture as an image on the sphere. Where the file records its profile, that is undone.
+fn texture_map(path: &Path, level: usize, options: &LoadOptions, context: &Context) -> Result<Loaded, Failure> {
+    let t = read_ktx2(path, &context.limits())?;
+    let name = path.display();
+    let Some(texels) = t.levels.get(level) else {
+        return Err(Failure::usage(format!("{name}: has no level {level}; there are 0 to {}", t.levels.len() - 1)));
+    };
+    let (w, h) = t.size(level);
+    let plane = |c: usize| -> Vec<f32> { texels.iter().skip(c).step_by(4).copied().collect() };
+    let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
+    let recorded = t.get("steradian.profile").and_then(Profile::find);
+    let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
+    let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, [plane(0), plane(1), plane(2)]);
+    raster.metadata = t.metadata;
+    Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
+}
+
+/// Reads a KTX2 texture as a whole; `None` where the file is none.
+pub fn texture_levels(path: &Path, context: &mut Context) -> Result<Option<TextureLevels>, Failure> {
+    if !is_ktx2(path) {
+        return Ok(None);
+    }
+    context.note_input(path);
+    Ok(Some(read_ktx2(path, &context.limits())?))
+}
+
+/// Loads a light: a file as [`map`] takes it, or a sky spec.
+pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Lights, Failure> {
+    let mut lights = if is_sky(spec) {
+        sky(spec)?
+    } else {
+        map(spec, adjust, 0, context)?.into_environment().into()
+    };
+    turn(&mut lights, adjust);
+    Ok(lights)
+}
+
+/// Turns and scales lights.
+fn turn(lights: &mut Lights, adjust: &Adjust) {
+    let (rotation, gain) = (adjust.rotation(), adjust.gain());
+    if let Some(e) = lights.environment.take() {
+        let mut image = Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image;
+        if adjust.rotate != 0.0 {
+            image = rotate_y(&image, adjust.rotate, rotation);
+        }
+        scale(&mut image, gain);
+        lights.environment = Some(Arc::new(Environment { image }));
+    }
+    for d in &mut lights.disks {
+        d.direction = (rotation * d.direction).normalize();
+        d.radiance = d.radiance.map(|c| c * gain);
+    }
+    for d in &mut lights.directionals {
+        d.direction = (rotation * d.direction).normalize();
+        d.irradiance = d.irradiance.map(|c| c * gain);
+    }
+}
+
+/// Multiplies every texel.
+pub fn scale(image: &mut SphereImage, gain: f64) {
+    if gain != 1.0 {
+        image.planes.iter_mut().flatten().for_each(|v| *v = (f64::from(*v) * gain) as f32);
+    }
+}
+
+/// Rotation about +Y. Lat-long images turn by whole texels where the angle allows: nothing is resampled then.
+pub fn rotate_y(image: &SphereImage, degrees: f64, rotation: DMat3) -> SphereImage {
+    let texels = degrees / 360.0 * image.width as f64;
+    if image.layout != Layout::LatLong || (texels - texels.round()).abs() > 1e-6 {
+        return image.rotate(rotation);
+    }
+    // Rotation by φ about +Y takes azimuth atan2(z, x) to itself less φ: the columns move to the left.
+    let shift = (texels.round() as i64).rem_euclid(image.width as i64) as usize;
+    let mut out = image.clone();
+    for plane in &mut out.planes {
+        plane.chunks_exact_mut(image.width).for_each(|row| row.rotate_left(shift));
+    }
+    out
+}
+
+/// SH coefficients of everything distant in `lights` up to `order`: texel sums of the image, disks and directional
+/// lights in closed form.
 pub fn coefficients(lights: &Lights, order: usize) -> ShRgb {
     let mut sh = match &lights.environment {
         Some(e) => sh::project(&e.image, order),
@@ -137,53 +238,165 @@ pub fn coefficients(lights: &Lights, order: usize) -> ShRgb {
     sh
 }
 
+/// SH coefficients up to `order` of a light as [`light`] takes it. A file is projected in its own layout, and turned
+/// in the space of coefficients.
+pub fn light_coefficients(
+    spec: &str,
+    adjust: &Adjust,
+    order: usize,
+    context: &mut Context,
+) -> Result<ShRgb, Failure> {
+    let mut sh = if is_sky(spec) {
+        coefficients(&sky(spec)?, order)
+    } else {
+        sh::project(&map(spec, adjust, 0, context)?.image, order)
+    };
+    if adjust.rotate != 0.0 {
+        sh = sh::Rotation::new(order, adjust.rotation()).apply_rgb(&sh);
+    }
+    sh.c.iter_mut().flatten().for_each(|v| *v *= adjust.gain());
+    Ok(sh)
+}
+
 /// Zonal coefficients of the clamped cosine for `bands` bands: π, 2π/3, π/4, 0, −π/24, …
 pub fn cosine(bands: usize) -> Vec<f64> {
     Cosine.coefficients(bands.saturating_sub(1))
 }
 
-/// Loads a mesh: a built-in shape, or a file.
-pub fn mesh(spec: &str, context: &mut Context) -> Result<Mesh, Failure> {
-    if is_shape(spec) { shape(spec) } else { mesh_file(Path::new(spec), context) }
+/// A technique of the registry, or the judge.
+#[derive(Clone, Copy)]
+pub enum Method {
+    /// The judge.
+    Reference,
+    /// A room.
+    Technique(&'static dyn AnyTechnique),
 }
 
-fn is_shape(spec: &str) -> bool {
-    spec == "sphere"
+impl Method {
+    /// The technique called `slug`; `-` and `_` are the same.
+    pub fn find(slug: &str) -> Result<Self, Failure> {
+        if slug == "reference" {
+            return Ok(Self::Reference);
+        }
+        let found = steradian_techniques::find(slug).map(Self::Technique);
+        found.ok_or_else(|| Failure::usage(unknown("technique", slug, &Self::slugs())))
+    }
+
+    /// Every slug, the reference first.
+    pub fn slugs() -> Vec<&'static str> {
+        let rooms = steradian_techniques::registry().iter().map(|t| t.card().slug);
+        std::iter::once("reference").chain(rooms).collect()
+    }
+
+    /// Its slug.
+    pub fn slug(&self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Technique(t) => t.card().slug,
+        }
+    }
+}
+
+/// A reflectance from its spec; files that it names are noted for the provenance.
+pub fn brdf(spec: &str, context: &mut Context) -> Result<SharedBrdf, Failure> {
+    let brdf = steradian_brdf::parse(spec)?;
+    for part in spec.split([':', ',', '=']).skip(1) {
+        if Path::new(part).is_file() {
+            context.note_input(Path::new(part));
+        }
+    }
+    Ok(brdf)
+}
+
+/// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file (`./teapot` is a file).
+pub fn mesh(spec: &str, context: &mut Context) -> Result<Mesh, Failure> {
+    let name = spec.split(':').next().unwrap_or(spec);
+    if shapes::SHAPES.iter().any(|s| s.name == name) {
+        return shape(spec);
+    }
+    mesh_file(Path::new(spec), context)
 }
 
 /// A built-in shape.
-pub fn shape(name: &str) -> Result<Mesh, Failure> {
-    let _ = name;
-    Ok(steradian_scene::shapes::sphere(256))
+pub fn shape(spec: &str) -> Result<Mesh, Failure> {
+    shapes::by_name(spec).map_err(Failure::usage)
 }
 
-/// Loads a mesh file.
+/// Loads a mesh file; what was mended is warned about.
 pub fn mesh_file(path: &Path, context: &mut Context) -> Result<Mesh, Failure> {
+    let loaded = steradian_scene::load(path, &context.limits())?;
     context.note_input(path);
-    let data = steradian_formats::read_mesh(path, &context.limits())?;
-    let p = &data.parts[0];
-    Ok(Mesh {
-        positions: p.positions.iter().map(|v| (*v).into()).collect(),
-        normals: p.normals.iter().map(|v| (*v).into()).collect(),
-        triangles: p.triangles.clone(),
-        ..Mesh::default()
-    })
+    loaded.notes.iter().for_each(|n| context.warn(format_args!("{}: {n}", path.display())));
+    let mut mesh = loaded.merged();
+    mesh.materials.clear();
+    Ok(mesh)
 }
-
-/// Is this a sky spec rather than a file?
-pub fn is_sky(spec: &str) -> bool {
-    spec.starts_with("sky:")
-}
-
-/// The light of commands that are given none.
-pub const DEFAULT_SKY: &str = "sky:clear";
 
 /// Loads a texture.
 pub fn texture(path: &Path, context: &mut Context) -> Result<Arc<Texture>, Failure> {
     context.note_input(path);
-    let raster = steradian_formats::read_image(path, &context.limits())?;
+    let raster = read_image(path, &context.limits())?;
     let (w, h) = (raster.width, raster.height);
-    let planes = raster.into_rgb();
-    let texture = planes.and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
+    let texture = raster.into_rgb().and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
     texture.ok_or_else(|| Failure::input(format!("{}: has no colour", path.display())))
+}
+
+/// Luminance-weighted mean direction of a light: its first band.
+pub fn dominant(sh: &ShRgb) -> Option<DVec3> {
+    if sh.order < 1 {
+        return None;
+    }
+    let y = |i: usize| 0.2126 * sh.c[0][i] + 0.7152 * sh.c[1][i] + 0.0722 * sh.c[2][i];
+    DVec3::new(y(3), y(1), y(2)).try_normalize()
+}
+
+/// The image of `lights` with its disks drawn into it: a texel holds the part of each disk that covers it.
+pub fn with_disks(lights: &Lights) -> SphereImage {
+    let black = || SphereImage::new(Layout::LatLong, 1024, 512);
+    let mut image = lights.environment.as_ref().map_or_else(black, |e| e.image.clone());
+    for d in &lights.disks {
+        splat(&mut image, d);
+    }
+    image
+}
+
+/// Adds a disk to the texels that it covers, by 8 × 8 points in each, scaled so that its flux is exact.
+fn splat(image: &mut SphereImage, disk: &DiskLight) {
+    use steradian_sphere::layout::Position;
+    const N: usize = 8;
+    let (w, h) = (image.width, image.height);
+    let cosine = disk.angular_radius.cos();
+    let reach = disk.angular_radius + 4.0 * std::f64::consts::PI / h as f64;
+    let mut covered: Vec<(usize, f64)> = Vec::new();
+    let mut flux = 0.0;
+    for j in 0..h {
+        let omega = image.layout.solid_angle(w, h, 0, 0, j);
+        for i in 0..w {
+            let inside = |k: usize| {
+                let x = i as f64 + ((k % N) as f64 + 0.5) / N as f64;
+                let y = j as f64 + ((k / N) as f64 + 0.5) / N as f64;
+                image.layout.direction(w, h, Position { face: 0, x, y }).is_some_and(|d| d.dot(disk.direction) >= cosine)
+            };
+            let centre = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
+            let near = image.layout.direction(w, h, centre).is_some_and(|d| d.angle_between(disk.direction) < reach);
+            if !near {
+                continue;
+            }
+            let part = (0..N * N).filter(|k| inside(*k)).count() as f64 / (N * N) as f64;
+            if part > 0.0 {
+                covered.push((image.index(0, i, j), part));
+                flux += part * omega;
+            }
+        }
+    }
+    if covered.is_empty() {
+        // Smaller than the grid of points: the texel that holds its centre takes it all.
+        let (f, i, j) = image.texel_of(disk.direction);
+        covered.push((image.index(f, i, j), 1.0));
+        flux = image.layout.solid_angle(w, h, f, i, j);
+    }
+    let scale = disk.solid_angle() / flux;
+    for (k, part) in covered {
+        (0..3).for_each(|c| image.planes[c][k] += (disk.radiance[c] * part * scale) as f32);
+    }
 }

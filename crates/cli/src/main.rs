@@ -8,6 +8,7 @@ mod context;
 mod csv;
 mod failure;
 mod inputs;
+mod layouts;
 mod progress;
 mod scene;
 mod studio;

@@ -4,8 +4,8 @@ use crate::commands::render::{Plan, SceneOverrides};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::inputs::{self, Adjust, Method};
-use crate::studio::{self, Look};
-use glam::{Vec3, Vec4};
+use crate::studio::Look;
+use glam::{Affine3A, Vec2, Vec3};
 use std::path::{Path, PathBuf};
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
@@ -23,10 +23,12 @@ pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> R
     context.note_input(path);
     let file = SceneFile::parse(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mut mesh = Mesh::default();
+    let mut meshes = Vec::new();
     for m in &file.meshes {
-        studio::append(&mut mesh, load_mesh(&file, m, &folder, context)?, m.material as u32);
+        meshes.push(load_mesh(&file, m, &folder, context)?.with_material(m.material as u32));
     }
+    complete(&mut meshes);
+    let mesh = Mesh::merged(&meshes);
     let looks = file.materials.iter().map(|m| look(&file, m, &folder, overrides, context)).collect::<Result<_, _>>()?;
     let output = &file.output;
     Ok(Plan {
@@ -78,16 +80,24 @@ fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, context: &mut Conte
     };
     let mut mesh = located(file, &m.source, loaded)?;
     if let Some(direction) = m.brushing {
-        brush(&mut mesh, direction);
+        mesh.brush(direction);
     }
-    studio::transform(&mut mesh, m.transform);
-    Ok(mesh)
+    Ok(mesh.transformed(&Affine3A::from_mat4(m.transform)))
 }
 
-/// Tangents along a constant direction of the object, projected to the tangent plane (Kautz, Sloan & Snyder 2002).
-fn brush(mesh: &mut Mesh, direction: Vec3) {
-    let tangent = |n: &Vec3| Frame::from_normal_tangent(n.as_dvec3(), direction.as_dvec3()).t.as_vec3();
-    mesh.tangents = mesh.normals.iter().map(|n| Vec4::from((tangent(n), 1.0))).collect();
+/// Gives every mesh what any of them has: a merged mesh keeps only what all have.
+fn complete(meshes: &mut [Mesh]) {
+    let tangents = meshes.iter().any(|m| !m.tangents.is_empty());
+    let uvs = meshes.iter().any(|m| !m.uvs.is_empty());
+    for m in meshes {
+        if tangents && m.tangents.is_empty() {
+            let t = |n: &Vec3| Frame::from_normal(n.as_dvec3()).t.as_vec3().extend(1.0);
+            m.tangents = m.normals.iter().map(t).collect();
+        }
+        if uvs && m.uvs.is_empty() {
+            m.uvs = vec![Vec2::ZERO; m.positions.len()];
+        }
+    }
 }
 
 fn look(
@@ -115,9 +125,10 @@ fn lights(file: &SceneFile, folder: &Path, o: &SceneOverrides, context: &mut Con
     let adjust = Adjust {
         rotate: l.rotation.to_degrees() + o.adjust.rotate,
         light_exposure: l.exposure + o.adjust.light_exposure,
+        ..o.adjust
     };
     let mut lights = match (&o.environment, &l.environment) {
-        (Some(spec), _) => inputs::light(spec, &adjust, context)?.lights,
+        (Some(spec), _) => inputs::light(spec, &adjust, context)?,
         (None, Some(spec)) => {
             let loaded = if inputs::is_sky(&spec.value) {
                 inputs::light(&spec.value, &adjust, context)
@@ -125,7 +136,7 @@ fn lights(file: &SceneFile, folder: &Path, o: &SceneOverrides, context: &mut Con
                 inside(folder, &spec.value)
                     .and_then(|p| inputs::light(&p.display().to_string(), &adjust, context))
             };
-            located(file, spec, loaded)?.lights
+            located(file, spec, loaded)?
         }
         (None, None) => Lights::default(),
     };

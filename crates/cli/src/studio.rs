@@ -3,7 +3,6 @@
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::inputs::Method;
-use glam::{Mat4, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Certificate, ParamValues};
@@ -11,7 +10,7 @@ use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_reference::{Judge, Lookup};
 use steradian_render::{BakeShader, JudgeShader, Shader, Surface, Texture};
-use steradian_scene::{Camera, Mesh};
+use steradian_scene::Camera;
 use steradian_techniques::{Material, View};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
@@ -80,48 +79,4 @@ pub fn footprint(camera: &Camera, height: usize) -> f64 {
         Camera::Pinhole { fov_y, .. } => 2.0 * f64::from(0.5 * fov_y).tan() / height.max(1) as f64,
         Camera::Orthographic { .. } => 0.0,
     }
-}
-
-/// The corners of a mesh's bounding box; `None` where it has no triangles.
-pub fn bounds(mesh: &Mesh) -> Option<(Vec3, Vec3)> {
-    let corners = mesh.triangles.iter().flatten().filter_map(|i| mesh.positions.get(*i as usize));
-    corners.fold(None, |b: Option<(Vec3, Vec3)>, p| {
-        Some(b.map_or((*p, *p), |(low, high)| (low.min(*p), high.max(*p))))
-    })
-}
-
-/// Turns and moves a mesh.
-pub fn transform(mesh: &mut Mesh, m: Mat4) {
-    let normals = m.inverse().transpose();
-    let sign = m.determinant().signum();
-    mesh.positions.iter_mut().for_each(|p| *p = m.transform_point3(*p));
-    for n in &mut mesh.normals {
-        *n = normals.transform_vector3(*n).normalize_or(*n);
-    }
-    for t in &mut mesh.tangents {
-        let v = m.transform_vector3(t.truncate());
-        *t = Vec4::from((v.normalize_or(t.truncate()), t.w * sign));
-    }
-    if sign < 0.0 {
-        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    }
-}
-
-/// Appends `part` to `whole`, all of its triangles in `slot`. Arrays that only some parts have are filled up.
-pub fn append(whole: &mut Mesh, part: Mesh, slot: u32) {
-    let (before, more) = (whole.positions.len(), part.positions.len());
-    fn join<T: Copy + Default>(a: &mut Vec<T>, b: Vec<T>, before: usize, more: usize) {
-        if a.is_empty() && b.is_empty() {
-            return;
-        }
-        a.resize(before, T::default());
-        a.extend(b);
-        a.resize(before + more, T::default());
-    }
-    join(&mut whole.normals, part.normals, before, more);
-    join(&mut whole.tangents, part.tangents, before, more);
-    join(&mut whole.uvs, part.uvs, before, more);
-    whole.positions.extend(part.positions);
-    whole.materials.extend(std::iter::repeat_n(slot, part.triangles.len()));
-    whole.triangles.extend(part.triangles.into_iter().map(|t| t.map(|i| i + before as u32)));
 }

@@ -79,13 +79,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
         return Err(Failure::usage("--lookup belongs to --technique reference; techniques fix their own lookup"));
     }
-    let light = inputs::light(&o.environment, &o.adjust, context)?;
+    let lights = inputs::light(&o.environment, &o.adjust, context)?;
     context.note_input(&o.points);
     let table = csv::read(&o.points, &context.limits())?;
     let request = request(&table)?;
     let answers = match method {
-        Method::Reference => reference(&o, &brdf, &light.lights, &request, context)?,
-        Method::Technique(t) => technique(t, &o, &brdf, &light.lights, &request, context)?,
+        Method::Reference => reference(&o, &brdf, &lights, &request, context)?,
+        Method::Technique(t) => technique(t, &o, &brdf, &lights, &request, context)?,
     };
     write(&o, table, &answers, context)?;
     let worst = answers.iter().map(|a| a.1).fold(0.0, f64::max);
@@ -161,9 +161,7 @@ fn technique(
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
     bake.shade(&points, &mut Radiance::of(&mut rgb));
     let error = bake.certificate().error;
-    // Shortest decimal of the f32 that was computed, not of its f64 image.
-    let exact = |v: f32| v.to_string().parse::<f64>().unwrap_or(f64::from(v));
-    Ok((0..q.n.len()).map(|i| (std::array::from_fn(|c| exact(rgb[c][i])), error)).collect())
+    Ok((0..q.n.len()).map(|i| (std::array::from_fn(|c| csv::shortest(rgb[c][i])), error)).collect())
 }
 
 fn geometry(

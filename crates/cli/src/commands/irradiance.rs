@@ -25,8 +25,8 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let light = inputs::light(&o.environment, &o.adjust, context)?;
-    let radiance = inputs::coefficients(&light.lights, usize::from(o.bands) - 1);
+    let order = usize::from(o.bands) - 1;
+    let radiance = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
     let mut irradiance = radiance.clone();
     irradiance.convolve(&inputs::cosine(usize::from(o.bands)));
     let text = if context.common.json {

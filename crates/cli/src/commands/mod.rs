@@ -1,8 +1,10 @@
 //! One file per command.
 
+mod convert;
 mod eval;
 mod irradiance;
 pub mod render;
+mod sample;
 
 use crate::context::Context;
 use crate::failure::Outcome;
@@ -18,6 +20,10 @@ pub enum Command {
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
     #[command(alias = "sh")]
     Irradiance(irradiance::Options),
+    /// Convert an environment from one layout, format, size or orientation to another
+    Convert(Box<convert::Options>),
+    /// Values of a map along given directions
+    Sample(sample::Options),
 }
 
 impl Command {
@@ -27,6 +33,8 @@ impl Command {
             Self::Render(o) => render::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
+            Self::Convert(o) => convert::run(*o, context),
+            Self::Sample(o) => sample::run(o, context),
         }
     }
 }

@@ -195,7 +195,7 @@ impl SceneOverrides {
             return Err(Failure::usage(why));
         }
         let method = o.technique.as_deref().map(Method::find).transpose()?;
-        Ok(Self { environment: o.environment.clone(), adjust: o.adjust, method })
+        Ok(Self { environment: o.environment.clone(), adjust: o.adjust.clone(), method })
     }
 }
 
@@ -206,11 +206,11 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     let texture = o.base_color_texture.as_deref().map(|p| inputs::texture(p, context)).transpose()?;
     let mesh = inputs::mesh(&o.input, context)?;
     let spec = o.environment.as_deref().unwrap_or(inputs::DEFAULT_SKY);
-    let light = inputs::light(spec, &o.adjust, context)?;
+    let lights = inputs::light(spec, &o.adjust, context)?;
     Ok(Plan {
         mesh,
         looks: vec![Look { brdf, method, params: inputs::parameters(&o.params), texture }],
-        lights: light.lights,
+        lights,
         camera: None,
         settings: Settings::new(512, 512),
         exposure: None,
@@ -223,7 +223,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
 fn camera(o: &Options, plan: &mut Plan) -> Outcome {
     let aspect = plan.settings.width as f32 / plan.settings.height as f32;
     let (low, high) =
-        studio::bounds(&plan.mesh).ok_or_else(|| Failure::input(format!("{}: has no triangles", o.input)))?;
+        plan.mesh.bounds().ok_or_else(|| Failure::input(format!("{}: has no triangles", o.input)))?;
     let fov = o.fov.map(|d| d as f32);
     if fov.is_some_and(|f| f >= 180.0) {
         return Err(Failure::usage("--fov must be below 180 degrees"));

@@ -1,0 +1,128 @@
+//! `steradian convert`: one layout, format, size or orientation to another.
+
+use crate::commands::render::{save_display, tone_mapper};
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use crate::inputs::{self, Adjust};
+use crate::layouts::{self, Target};
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use steradian_formats::{ExrSamples, Raster, TextureLevels, WriteOptions, write_ktx2};
+use steradian_render::{Develop, Film, ToneMapper};
+use steradian_sphere::SphereImage;
+
+/// Options of `steradian convert`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Image, several separated by commas, a pattern with {}, a KTX2 texture, or a sky spec
+    #[arg(value_name = "INPUT")]
+    input: String,
+    /// Output: .exr .hdr .pfm .png .ktx2; {} in the name stands for a face
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    adjust: Adjust,
+    /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular, sphere-map,
+    /// octahedral, paraboloid [default: that of the input; cube for .ktx2 and {}]
+    #[arg(long, value_name = "LAYOUT", value_parser = Target::parse)]
+    to: Option<Target>,
+    /// Side of a face, or WIDTHxHEIGHT of a lat-long image [default: what the input resolves]
+    #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
+    size: Option<(usize, usize)>,
+    /// Level of a KTX2 texture to read
+    #[arg(long, value_name = "M", default_value_t = 0)]
+    level: usize,
+    /// Tone mapper of .png [default: linear, which clips]
+    #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
+    tone_mapper: Option<ToneMapper>,
+    /// Write an .exr or .ktx2 in half floats
+    #[arg(long)]
+    half: bool,
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
+    let mut image = source(&o, context)?;
+    inputs::scale(&mut image, o.adjust.gain());
+    let cube = six || extension == "ktx2";
+    let target = o.to.unwrap_or(if cube { Target::Cube } else { Target::of(image.layout) });
+    if cube && target != Target::Cube {
+        return Err(Failure::usage(format!("{}: holds cube faces; --to is another layout", o.output.display())));
+    }
+    context.task.check()?;
+    let image = layouts::shaped(image, target, o.size.map(|s| layouts::side(s, target)).transpose()?);
+    let (w, h) = match extension.as_str() {
+        "ktx2" => write_texture(&o, image, context)?,
+        _ if six => write_faces(&o, &image, context)?,
+        _ => {
+            let raster = layouts::arranged(image, target);
+            let size = (raster.width, raster.height);
+            write(&o, &o.output, raster, target, context)?;
+            size
+        }
+    };
+    if context.common.json {
+        let name = o.output.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({"output": name, "layout": target.name(), "width": w, "height": h}));
+    }
+    context.say(format_args!("{}: {} {w} x {h}", o.output.display(), target.name()));
+    Ok(())
+}
+
+/// The input, turned.
+fn source(o: &Options, context: &mut Context) -> Result<SphereImage, Failure> {
+    if inputs::is_sky(&o.input) {
+        let still = Adjust { light_exposure: 0.0, ..o.adjust.clone() };
+        let lights = inputs::light(&o.input, &still, context)?;
+        if !lights.disks.is_empty() {
+            context.warn("the sun is part of the image now: a disk of texels");
+        }
+        return Ok(inputs::with_disks(&lights));
+    }
+    let image = inputs::map(&o.input, &o.adjust, o.level, context)?.image;
+    if o.adjust.rotate == 0.0 {
+        return Ok(image);
+    }
+    Ok(inputs::rotate_y(&image, o.adjust.rotate, o.adjust.rotation()))
+}
+
+fn write(o: &Options, path: &Path, raster: Raster, target: Target, context: &Context) -> Outcome {
+    let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if let (true, Some(mapper)) = (png, o.tone_mapper) {
+        let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the image has no colour"))?;
+        let metadata = vec![("steradian.tone_mapper".to_string(), mapper.name().to_string())];
+        return save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context);
+    }
+    let mut options = WriteOptions { metadata: layouts::metadata(target), ..WriteOptions::default() };
+    if o.half {
+        options.exr_samples = ExrSamples::Half;
+    }
+    context.write_image(path, &raster, options)
+}
+
+fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<(usize, usize), Failure> {
+    let name = o.output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    for (face, part) in ["px", "nx", "py", "ny", "pz", "nz"].into_iter().enumerate() {
+        let path = o.output.with_file_name(name.replacen("{}", part, 1));
+        write(o, &path, layouts::face(image, face), Target::Cube, context)?;
+    }
+    Ok((image.width, image.height))
+}
+
+fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<(usize, usize), Failure> {
+    let size = (image.width, image.height);
+    let texels = (0..image.planes[0].len())
+        .flat_map(|i| [image.planes[0][i], image.planes[1][i], image.planes[2][i], 1.0])
+        .collect();
+    let mut metadata = context.provenance_pairs();
+    metadata.push(("steradian.profile".into(), "steradian".into()));
+    let texture =
+        TextureLevels { width: size.0, height: size.1, faces: 6, levels: vec![texels], metadata };
+    let report = write_ktx2(&o.output, &texture, o.half)?;
+    if report.clipped > 0 {
+        context.warn(format_args!("{}: {} samples clipped", o.output.display(), report.clipped));
+    }
+    Ok(size)
+}

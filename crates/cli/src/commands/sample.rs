@@ -1,0 +1,50 @@
+//! `steradian sample`: values of a map along directions.
+
+use crate::context::Context;
+use crate::csv;
+use crate::failure::Outcome;
+use crate::inputs::{self, Adjust};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use steradian_sphere::image::Filter;
+
+/// Options of `steradian sample`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Image on the sphere, or a KTX2 texture
+    #[arg(value_name = "MAP")]
+    map: String,
+    /// CSV with columns x,y,z: world directions; - is standard input
+    #[arg(short, long, value_name = "FILE.csv")]
+    directions: PathBuf,
+    /// Level of a KTX2 texture
+    #[arg(long, value_name = "M", default_value_t = 0)]
+    level: usize,
+    #[command(flatten)]
+    adjust: Adjust,
+    /// Output CSV [default: standard output]
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let mut image = inputs::map(&o.map, &o.adjust, o.level, context)?.image;
+    inputs::scale(&mut image, o.adjust.gain());
+    context.note_input(&o.directions);
+    let mut table = csv::read(&o.directions, &context.limits())?;
+    let back = o.adjust.rotation().transpose();
+    let directions: Vec<_> = csv::unit(&table, ["x", "y", "z"])?.into_iter().map(|d| back * d).collect();
+    let values = image.lookup_many(Filter::CatmullRom, &directions);
+    if context.common.json && o.output.is_none() {
+        return context.print_json(json!({ "rgb": values }));
+    }
+    for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
+        table.set_column(name, values.iter().map(|v| csv::shortest(v[c])));
+    }
+    context.write_text(o.output.as_deref(), &csv::text(&table))?;
+    if context.common.json {
+        return context.print_json(json!({ "directions": values.len() }));
+    }
+    Ok(())
+}
