@@ -1,13 +1,19 @@
-//! Ray casting.
+//! Ray casting: a hierarchy of eight-wide nodes and leaves of eight triangles, one ray at a time, the eight boxes
+//! or triangles tested together. Both sides of a triangle block, and no ray passes between neighbours.
 
+mod build;
+mod node;
+mod traverse;
 mod triangle;
 
 use crate::{Mesh, Ray};
-use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
-use obvhs::ray::{Ray as ObvhsRay, RayHit};
-use triangle::Shear;
+use node::Node;
+use rayon::prelude::*;
+use steradian_simd::dispatch;
+use triangle::Block;
+
+/// Children of a node, triangles of a block.
+const LANES: usize = 8;
 
 /// Where a ray meets a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,47 +29,64 @@ pub struct Hit {
 }
 
 /// A bounding volume hierarchy over the triangles of a mesh. Both sides of a triangle block.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Bvh {
-    tree: Bvh2,
-    triangles: Vec<[[f32; 3]; 3]>,
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// Entries that a traversal's stack may need.
+    stack: usize,
 }
 
+/// Rays that one task of a batch takes.
+const BATCH: usize = 1024;
+
 impl Bvh {
-    /// The hierarchy of `mesh`. Triangles with an index out of range are left out.
+    /// The hierarchy of `mesh`. Triangles with an index out of range or a corner that is not finite are left out.
     pub fn build(mesh: &Mesh) -> Self {
-        let corner = |i: u32| mesh.positions.get(i as usize).copied().unwrap_or(Vec3::NAN);
-        let corners: Vec<[Vec3; 3]> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
-        let boxes: Vec<Aabb> = corners.iter().map(|t| Aabb::from_points(&t.map(Vec3A::from))).collect();
-        let tree = build_bvh2(&boxes, obvhs::BvhBuildParams::medium_build(), &mut Default::default());
-        Self { tree, triangles: corners.into_iter().map(|t| t.map(|p| p.to_array())).collect() }
+        build::build(mesh)
     }
 
-    /// The nearest hit at a distance in (0, `t_max`).
+    /// The nearest hit at a distance in (0, `t_max`); of several at the same distance that of the lowest index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        let shear = Shear::new(ray.origin, ray.direction);
-        let mut best: Option<Hit> = None;
-        let r = ObvhsRay::new(ray.origin.into(), ray.direction.into(), 0.0, t_max);
-        self.tree.ray_traverse(r, &mut RayHit::none(), |r, id| {
-            let triangle = self.tree.primitive_indices[id];
-            match shear.hit(self.triangles[triangle as usize], r.tmax) {
-                Some([t, u, v]) => {
-                    best = Some(Hit { t, triangle, u, v });
-                    t
-                }
-                None => f32::INFINITY,
-            }
-        });
-        best
+        dispatch(|| traverse::closest(self, ray, t_max))
     }
 
     /// Is there any hit at a distance in (0, `t_max`)?
     pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
-        let shear = Shear::new(ray.origin, ray.direction);
-        let r = ObvhsRay::new(ray.origin.into(), ray.direction.into(), 0.0, t_max);
-        !self.tree.ray_traverse_miss(r, |r, id| {
-            let triangle = self.tree.primitive_indices[id] as usize;
-            shear.hit(self.triangles[triangle], r.tmax).map_or(f32::INFINITY, |h| h[0])
-        })
+        dispatch(|| traverse::occluded(self, ray, t_max))
+    }
+
+    /// [`Bvh::closest`] for many rays, on all cores.
+    pub fn closest_many(&self, rays: &[Ray], t_max: f32) -> Vec<Option<Hit>> {
+        let mut out = vec![None; rays.len()];
+        out.par_chunks_mut(BATCH).zip(rays.par_chunks(BATCH)).for_each(|(out, rays)| {
+            dispatch(|| {
+                for (o, r) in out.iter_mut().zip(rays) {
+                    *o = traverse::closest(self, r, t_max);
+                }
+            });
+        });
+        out
+    }
+
+    /// [`Bvh::occluded`] for many rays, on all cores.
+    pub fn occluded_many(&self, rays: &[Ray], t_max: f32) -> Vec<bool> {
+        let mut out = vec![false; rays.len()];
+        out.par_chunks_mut(BATCH).zip(rays.par_chunks(BATCH)).for_each(|(out, rays)| {
+            dispatch(|| {
+                for (o, r) in out.iter_mut().zip(rays) {
+                    *o = traverse::occluded(self, r, t_max);
+                }
+            });
+        });
+        out
+    }
+
+    /// Bytes of the hierarchy.
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
     }
 }
+
+#[cfg(test)]
+mod tests;
