@@ -6,6 +6,7 @@
 mod adaptive;
 pub mod albedo;
 mod brdf;
+mod describe;
 pub mod dfg;
 mod draw;
 mod error;
@@ -13,6 +14,7 @@ mod hint;
 mod kernel;
 mod math;
 pub mod model;
+pub mod plots;
 mod registry;
 mod scaled;
 mod spec;
@@ -21,6 +23,7 @@ mod spec;
 mod conformance;
 
 pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
+pub use describe::{ALBEDO_DEGREES, Description, describe, describe_brdf};
 pub use error::SpecError;
 pub use kernel::NormalKernel;
 pub use registry::{models, parse};

@@ -36,7 +36,7 @@ pub static INFO: Info = Info {
         ("variant", "qualitative (default), full or fujii"),
     ],
     reciprocity: "reciprocal",
-    energy: "albedo ≤ 1",
+    energy: "not conserved strictly: albedo up to 1.015 (full: 1.051) at grazing views where albedo = 1 and sigma is near 0.2; fujii: at most 1",
 };
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
