@@ -10,6 +10,8 @@ mod rotation;
 mod synthesis;
 mod transform;
 mod wigner;
+mod window;
+pub mod zonal;
 
 pub use basis::{Basis, eval, legendre};
 pub use project::{project, project_direct, project_exact};
@@ -17,6 +19,7 @@ pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
 pub use transform::{Grid, Sample, ShTransform};
 pub use wigner::wigner_d;
+pub use window::Window;
 
 use glam::DVec3;
 
