@@ -1,0 +1,139 @@
+//! Finding an adapter and opening a device.
+
+use crate::GpuError;
+use std::sync::{Arc, Mutex};
+
+/// An open device. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose among several adapters.
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    lost: Arc<Mutex<Option<String>>>,
+    uncaptured: Arc<Mutex<Option<wgpu::Error>>>,
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Gpu({})", self.describe())
+    }
+}
+
+impl Gpu {
+    /// Opens the preferred adapter.
+    pub fn open() -> Result<Self, GpuError> {
+        pollster::block_on(Self::open_async())
+    }
+
+    async fn open_async() -> Result<Self, GpuError> {
+        let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        wanted.backends &= wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+        let instance = wgpu::Instance::new(wanted);
+        let adapter = wgpu::util::initialize_adapter_from_env_or_default(&instance, None)
+            .await
+            .map_err(|e| GpuError::NoAdapter(first_line(&e.to_string())))?;
+        let optional = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::FLOAT32_FILTERABLE;
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("steradian"),
+                required_features: adapter.features() & optional,
+                required_limits: adapter.limits(),
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| GpuError::Device(first_line(&e.to_string())))?;
+        let gpu = Self {
+            info: adapter.get_info(),
+            device,
+            queue,
+            lost: Arc::default(),
+            uncaptured: Arc::default(),
+        };
+        gpu.listen();
+        Ok(gpu)
+    }
+
+    /// Losses and errors outside a scope are kept for the next [`Gpu::settled`]; wgpu's default is a panic.
+    fn listen(&self) {
+        let lost = self.lost.clone();
+        self.device.set_device_lost_callback(move |reason, why| {
+            if let Ok(mut l) = lost.lock() {
+                *l = Some(format!("{reason:?} {}", first_line(&why)));
+            }
+        });
+        let uncaptured = self.uncaptured.clone();
+        self.device.on_uncaptured_error(Arc::new(move |e| {
+            if let Ok(mut u) = uncaptured.lock() {
+                u.get_or_insert(e);
+            }
+        }));
+    }
+
+    /// Adapter, driver and back end in one line.
+    pub fn describe(&self) -> String {
+        let i = &self.info;
+        format!("{} ({}, {} {})", i.name, i.backend, i.driver, i.driver_info)
+    }
+
+    /// Does the adapter compute on the CPU (Mesa's lavapipe and its like)?
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Can passes be timed on the device?
+    pub fn has_timestamps(&self) -> bool {
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// Runs `make` and turns what the GPU complains of into an error about `what`.
+    pub(crate) fn scoped<R>(&self, what: &str, make: impl FnOnce() -> R) -> Result<R, GpuError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let valid = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        let errors = pollster::block_on(async { (valid.pop().await, memory.pop().await) });
+        match errors {
+            (None, None) => self.settled().map(|()| made),
+            (_, Some(e)) | (Some(e), None) => Err(GpuError::of(what, e)),
+        }
+    }
+
+    /// `Err` once the device is lost or an error came outside a scope.
+    pub(crate) fn settled(&self) -> Result<(), GpuError> {
+        if let Ok(mut l) = self.lost.lock()
+            && let Some(why) = l.take()
+        {
+            return Err(GpuError::Lost(why));
+        }
+        if let Ok(mut u) = self.uncaptured.lock()
+            && let Some(e) = u.take()
+        {
+            return Err(GpuError::of("work in flight", e));
+        }
+        Ok(())
+    }
+
+    /// Waits for all submitted work.
+    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+        self.settled()
+    }
+
+    /// The first `bytes` of `from`, which must be mappable.
+    pub(crate) fn read(&self, from: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        let (tell, told) = std::sync::mpsc::channel();
+        from.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
+            let _ = tell.send(r); // the receiver is gone only when this call has failed already
+        });
+        self.wait()?;
+        let mapped = told.recv().map_err(|e| GpuError::Lost(e.to_string()))?;
+        mapped.map_err(|e| GpuError::Lost(e.to_string()))?;
+        let view = from.get_mapped_range(0..bytes).map_err(|e| GpuError::Lost(e.to_string()))?;
+        let data = view.to_vec();
+        drop(view);
+        from.unmap();
+        Ok(data)
+    }
+}
+
+fn first_line(s: &str) -> String {
+    s.lines().next().unwrap_or_default().trim().to_owned()
+}

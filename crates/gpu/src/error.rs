@@ -1,0 +1,43 @@
+//! What may go wrong between here and the GPU; one line that says what to do.
+
+/// What may go wrong between here and the GPU.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum GpuError {
+    /// No Vulkan, Metal or DX12 adapter.
+    #[error(
+        "no GPU adapter: {0}; install a Vulkan driver (Debian: mesa-vulkan-drivers) or use --backend cpu"
+    )]
+    NoAdapter(String),
+    /// The adapter gives no device, or lacks what a room needs.
+    #[error("the GPU cannot be used: {0}; try --backend cpu")]
+    Device(String),
+    /// A room's data or a picture exceeds the GPU's memory or limits.
+    #[error(
+        "the GPU is out of memory or beyond its limits: {0}; use smaller tables, a smaller picture, or --backend cpu"
+    )]
+    Memory(String),
+    /// The device went away.
+    #[error("the GPU was lost: {0}; start again, or use --backend cpu")]
+    Lost(String),
+    /// A shader or call that the GPU refused: a defect of Steradian.
+    #[error("the GPU refused '{what}': {why}")]
+    Refused {
+        /// What was being made.
+        what: String,
+        /// First line of the GPU's complaint.
+        why: String,
+    },
+}
+
+impl GpuError {
+    /// wgpu's error while making `what`.
+    pub(crate) fn of(what: &str, e: wgpu::Error) -> Self {
+        let line = |s: &str| s.lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
+        match e {
+            wgpu::Error::OutOfMemory { .. } => Self::Memory(what.into()),
+            wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+                Self::Refused { what: what.into(), why: line(&description) }
+            }
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Rooms on the GPU: a wgpu device, and pipelines made from a room's plain-data description
+//! ([`steradian_techniques::GpuRoom`]). This crate names no technique.
+//!
+//! Vulkan, Metal and DX12; not the GL back end, whose cube lookups are not seamless and which lacks 32-bit
+//! float targets. Failures (no adapter, missing features, out of memory, a lost device) are [`GpuError`]s.
+
+mod compute;
+mod device;
+mod error;
+mod room;
+
+pub use compute::ComputeRoom;
+pub use device::Gpu;
+pub use error::GpuError;
+pub use room::RoomData;

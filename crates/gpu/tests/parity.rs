@@ -1,0 +1,105 @@
+//! Every registered room on the GPU against its CPU twin, over grids with edge cases.
+//!
+//! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
+
+use glam::{DVec3, Mat3, Vec3};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::OnceLock;
+use steradian_base::{ParamValues, Task};
+use steradian_gpu::{ComputeRoom, Gpu, GpuError};
+use steradian_light::{Environment, Lights};
+use steradian_sphere::{Frame, Layout, SphereImage};
+use steradian_techniques::{AnyBake, AnyTechnique, Material, PointsBuf, Radiance, View, registry};
+
+/// Largest |GPU − CPU| over the largest |CPU| of a channel-wise pair: the acceptance bound.
+const BOUND: f32 = 1e-3;
+
+fn gpu() -> Result<&'static Gpu, GpuError> {
+    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+    GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
+}
+
+/// A smooth sky with one bright window, so that no channel and no direction repeats another.
+fn light() -> Lights {
+    let image = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| {
+        let window = if d.dot(DVec3::new(0.6, 0.64, 0.48)) > 0.97 { 20.0 } else { 0.0 };
+        let base = [0.6 + 0.4 * d.y, 0.5 + 0.3 * d.x, 0.7 + 0.2 * d.z * d.x];
+        base.map(|b| (b + window) as f32)
+    });
+    Environment { image }.into()
+}
+
+/// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and behind.
+fn points() -> PointsBuf {
+    let mut normals = vec![
+        DVec3::Y,
+        DVec3::NEG_Y,
+        DVec3::X,
+        DVec3::NEG_Z,
+        DVec3::ONE.normalize(),
+        DVec3::new(1.0, 1.0, 0.0).normalize(),
+        DVec3::new(-1.0, 0.0, 1.0).normalize(),
+    ];
+    normals.extend((0..120).map(|i| {
+        let y = 1.0 - (2.0 * f64::from(i) + 1.0) / 120.0;
+        let phi = f64::from(i) * 2.399_963_229_728_653;
+        let r = (1.0 - y * y).sqrt();
+        DVec3::new(r * phi.cos(), y, r * phi.sin())
+    }));
+    let mut out = PointsBuf::default();
+    for (i, &n) in normals.iter().enumerate() {
+        let f = Frame::from_normal(n);
+        for theta in [0.0_f64, 0.3, 0.9, 1.3, 1.5, 1.569, 1.6] {
+            let phi = 0.7 + i as f64;
+            let wo = f.to_world(DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()));
+            out.push(n.as_vec3(), f.t.as_vec3(), wo.as_vec3(), Vec3::new(0.1, 0.2, 0.3));
+        }
+    }
+    out
+}
+
+fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Failed> {
+    let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
+    let twin = ComputeRoom::new(gpu, &bake.gpu())?.shade(gpu, points)?;
+    let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
+    if scale == 0.0 {
+        return Err("the CPU shades black everywhere: nothing was compared".into());
+    }
+    for (k, (a, b)) in cpu.iter().zip(&twin).enumerate() {
+        for (i, (x, y)) in a.iter().zip(b).enumerate() {
+            let off = (x - y).abs() / x.abs().max(1e-2 * scale);
+            if !(off <= BOUND) {
+                return Err(format!("point {i}, channel {k}: CPU {x}, GPU {y} ({off:.1e} apart)").into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn room(technique: &'static dyn AnyTechnique, spec: &'static str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let material = Material::new(steradian_brdf::parse(spec)?);
+    let mut bake = technique.bake(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
+    let points = points();
+    compare(gpu, &*bake, &points)?;
+    let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
+    bake.frame(&View { light_rotation, ..View::default() });
+    compare(gpu, &*bake, &points)
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
+    let ignored = gpu().is_err() && !required;
+    let trials = registry()
+        .iter()
+        .filter(|t| !t.card().needs.sites)
+        .flat_map(|t| t.card().specimens.iter().map(move |spec| (*t, *spec)))
+        .map(|(t, spec)| {
+            let name = format!("{}::{spec}", t.card().slug);
+            Trial::test(name, move || room(t, spec)).with_ignored_flag(ignored)
+        })
+        .collect();
+    libtest_mimic::run(&arguments, trials).exit();
+}
