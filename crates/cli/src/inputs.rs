@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
-use steradian_formats::{TextureLevels, read_image, read_ktx2};
+use steradian_formats::{read_image, read_ktx2};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
@@ -160,15 +160,6 @@ fn texture_map(path: &Path, level: usize, options: &LoadOptions, context: &Conte
     let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, [plane(0), plane(1), plane(2)]);
     raster.metadata = t.metadata;
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
-}
-
-/// Reads a KTX2 texture as a whole; `None` where the file is none.
-pub fn texture_levels(path: &Path, context: &mut Context) -> Result<Option<TextureLevels>, Failure> {
-    if !is_ktx2(path) {
-        return Ok(None);
-    }
-    context.note_input(path);
-    Ok(Some(read_ktx2(path, &context.limits())?))
 }
 
 /// Loads a light: a file as [`map`] takes it, or a sky spec.
@@ -348,6 +339,12 @@ pub fn dominant(sh: &ShRgb) -> Option<DVec3> {
     }
     let y = |i: usize| 0.2126 * sh.c[0][i] + 0.7152 * sh.c[1][i] + 0.0722 * sh.c[2][i];
     DVec3::new(y(3), y(1), y(2)).try_normalize()
+}
+
+/// The image of lights; a black one where there is none.
+pub fn environment_image(lights: Lights) -> SphereImage {
+    let black = || SphereImage::new(Layout::LatLong, 64, 32);
+    lights.environment.map_or_else(black, |e| Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image)
 }
 
 /// The image of `lights` with its disks drawn into it: a texel holds the part of each disk that covers it.

@@ -2,6 +2,7 @@
 
 mod convert;
 mod eval;
+mod inspect;
 mod irradiance;
 pub mod render;
 mod sample;
@@ -20,6 +21,8 @@ pub enum Command {
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
     #[command(alias = "sh")]
     Irradiance(irradiance::Options),
+    /// What a file or a reflectance is: layout, range, energy, spectrum, advice
+    Inspect(inspect::Options),
     /// Convert an environment from one layout, format, size or orientation to another
     Convert(Box<convert::Options>),
     /// Values of a map along given directions
@@ -33,6 +36,7 @@ impl Command {
             Self::Render(o) => render::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
+            Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),
         }

@@ -51,8 +51,14 @@ impl Pen {
     }
 }
 
-/// A line of round ends, covered by distance. Lighter strokes never darken what an earlier one covered,
-/// because both mix towards one colour.
+impl Display {
+    /// Draws a line of round ends from a to b (pixels from the top left corner), covered by distance. Both mix
+    /// towards one colour, so that overlapping strokes never darken each other.
+    pub fn line(&mut self, a: (f32, f32), b: (f32, f32), width: f32, colour: [u8; 3]) {
+        capsule(self, a, b, 0.5 * width, colour);
+    }
+}
+
 fn capsule(page: &mut Display, a: (f32, f32), b: (f32, f32), half: f32, colour: [u8; 3]) {
     let reach = half + 1.0;
     let range = |p: f32, q: f32, n: usize| {

@@ -1,0 +1,80 @@
+//! `steradian inspect`: what a file or a reflectance is.
+
+mod brdf;
+mod light;
+mod mesh;
+mod plot;
+
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use crate::inputs::{self, Adjust};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Options of `steradian inspect`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Environment, sky spec, mesh, brdf:SPEC, or brdf: for the list of models
+    #[arg(value_name = "FILE|SKY|brdf:SPEC")]
+    what: String,
+    #[command(flatten)]
+    adjust: Adjust,
+    /// Level of a KTX2 texture
+    #[arg(long, value_name = "M", default_value_t = 0)]
+    level: usize,
+    /// Polar plots of a BRDF, as .svg or .png
+    #[arg(long, value_name = "OUT")]
+    plot: Option<PathBuf>,
+}
+
+/// One line of a report in words.
+type Line = (&'static str, String);
+
+/// A report in both forms.
+struct Report {
+    json: Value,
+    lines: Vec<Line>,
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let report = if let Some(spec) = o.what.strip_prefix("brdf:") {
+        brdf::report(spec, o.plot.as_deref(), context)?
+    } else if o.plot.is_some() {
+        return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
+    } else if mesh::is_mesh(&o.what) {
+        mesh::report(&o.what, context)?
+    } else {
+        light::report(&o.what, &o.adjust, o.level, context)?
+    };
+    if context.common.json {
+        let mut document = report.json;
+        if let Value::Object(map) = &mut document {
+            map.insert("peak_memory_bytes".into(), json!(peak_memory()));
+        }
+        return context.print_json(document);
+    }
+    let width = report.lines.iter().map(|l| l.0.len()).max().unwrap_or(0);
+    let text: String = report
+        .lines
+        .iter()
+        .map(|(name, value)| format!("{name:width$}  {value}\n"))
+        .collect();
+    context.print(&text)
+}
+
+/// Largest resident size of this process so far, bytes; `None` where the system does not say.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(kib << 10)
+}
+
+/// A file's name without its folders.
+fn file_name(spec: &str) -> String {
+    if inputs::is_sky(spec) {
+        return spec.into();
+    }
+    Path::new(spec).file_name().map_or_else(|| spec.into(), |n| n.to_string_lossy().into_owned())
+}

@@ -1,0 +1,141 @@
+//! Polar plots of a reflectance in the plane of incidence.
+
+use crate::commands::render::save_display;
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use glam::DVec3;
+use std::fmt::Write;
+use std::path::Path;
+use steradian_brdf::Brdf;
+use steradian_render::Display;
+use steradian_render::sheet::Pen;
+
+/// View angles of the curves, degrees, and their colours.
+const CURVES: [(f64, [u8; 3]); 4] =
+    [(0.0, [68, 119, 170]), (30.0, [34, 136, 51]), (60.0, [204, 140, 20]), (80.0, [204, 51, 85])];
+const WIDTH: f64 = 880.0;
+const HEIGHT: f64 = 520.0;
+const CENTRE: (f64, f64) = (440.0, 440.0);
+const RADIUS: f64 = 380.0;
+const INK: [u8; 3] = [60, 62, 66];
+const FAINT: [u8; 3] = [208, 210, 214];
+
+/// Things that both file formats draw.
+enum Mark {
+    Line { points: Vec<(f64, f64)>, colour: [u8; 3], width: f64 },
+    Text { at: (f64, f64), text: String, colour: [u8; 3] },
+}
+
+/// Writes `path`: .svg or .png.
+pub fn draw(brdf: &dyn Brdf, path: &Path, context: &Context) -> Outcome {
+    let marks = marks(brdf);
+    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+        Some("svg") => context.write_text(Some(path), &svg(&marks)),
+        Some("png") => save_display(path, &png(&marks), Vec::new(), context),
+        _ => Err(Failure::usage(format!("{}: plots are .svg or .png", path.display()))),
+    }
+}
+
+/// Luminance of f·cos for light from `degrees` in the plane of incidence, positive on the mirror side.
+fn value(brdf: &dyn Brdf, degrees: f64, wo: DVec3) -> f64 {
+    let t = degrees.to_radians();
+    let [r, g, b] = brdf.f_cos(DVec3::new(-t.sin(), 0.0, t.cos()), wo);
+    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    if y.is_finite() { y.max(0.0) } else { 0.0 }
+}
+
+fn marks(brdf: &dyn Brdf) -> Vec<Mark> {
+    const STEPS: usize = 1440;
+    let curves: Vec<Vec<f64>> = CURVES
+        .iter()
+        .map(|(view, _)| {
+            let t = view.to_radians();
+            let wo = DVec3::new(t.sin(), 0.0, t.cos());
+            (0..=STEPS).map(|i| value(brdf, -90.0 + 180.0 * i as f64 / STEPS as f64, wo)).collect()
+        })
+        .collect();
+    let mut out = axes();
+    for (values, (view, colour)) in curves.iter().zip(CURVES) {
+        let peak = values.iter().copied().fold(0.0, f64::max);
+        let scale = if peak > 0.0 { RADIUS / peak } else { 0.0 };
+        let point = |(i, v): (usize, &f64)| polar(-90.0 + 180.0 * i as f64 / STEPS as f64, v * scale);
+        out.push(Mark::Line { points: values.iter().enumerate().map(point).collect(), colour, width: 2.0 });
+        let y = 22.0 + 20.0 * (view / 30.0).round();
+        let text = format!("view {view}°, peak {peak:.4} sr-1");
+        out.push(Mark::Text { at: (WIDTH - 210.0, y), text, colour });
+    }
+    out.push(Mark::Text { at: (16.0, 22.0), text: shortened(&brdf.spec()), colour: INK });
+    let note = "f cos against the direction of light, each curve scaled to its peak".to_string();
+    out.push(Mark::Text { at: (16.0, HEIGHT - 22.0), text: note, colour: INK });
+    out
+}
+
+fn shortened(text: &str) -> String {
+    let short: String = text.chars().take(60).collect();
+    if short.len() < text.len() { short + "..." } else { short }
+}
+
+fn polar(degrees: f64, r: f64) -> (f64, f64) {
+    let t = degrees.to_radians();
+    (CENTRE.0 + r * t.sin(), CENTRE.1 - r * t.cos())
+}
+
+fn axes() -> Vec<Mark> {
+    let line = |points| Mark::Line { points, colour: FAINT, width: 1.0 };
+    let mut out: Vec<Mark> = [0.5, 1.0]
+        .iter()
+        .map(|k| line((-90..=90).map(|d| polar(f64::from(d), k * RADIUS)).collect()))
+        .collect();
+    for degrees in (-90..=90).step_by(30) {
+        let d = f64::from(degrees);
+        out.push(line(vec![CENTRE, polar(d, RADIUS)]));
+        let (x, y) = polar(d, RADIUS + 18.0);
+        out.push(Mark::Text { at: (x - 10.0, y - 4.0), text: format!("{degrees}°"), colour: INK });
+    }
+    out
+}
+
+fn svg(marks: &[Mark]) -> String {
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+    );
+    let hex = |c: &[u8; 3]| format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
+    for m in marks {
+        // Writing to a string cannot fail.
+        let _ = match m {
+            Mark::Line { points, colour, width } => {
+                let list: Vec<String> = points.iter().map(|p| format!("{:.2},{:.2}", p.0, p.1)).collect();
+                let (points, colour) = (list.join(" "), hex(colour));
+                writeln!(out, "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"/>")
+            }
+            Mark::Text { at, text, colour } => {
+                let (x, y, colour) = (at.0, at.1 + 10.0, hex(colour));
+                writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{colour}\">{}</text>", escaped(text))
+            }
+        };
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+fn png(marks: &[Mark]) -> Display {
+    let mut page = Display::filled(WIDTH as usize, HEIGHT as usize, [255; 3]);
+    for m in marks {
+        match m {
+            Mark::Line { points, colour, width } => {
+                for w in points.windows(2) {
+                    let p = |p: (f64, f64)| (p.0 as f32, p.1 as f32);
+                    page.line(p(w[0]), p(w[1]), *width as f32, *colour);
+                }
+            }
+            Mark::Text { at, text, colour } => {
+                Pen::new(1.4, *colour).draw(&mut page, at.0 as f32, at.1 as f32, text);
+            }
+        }
+    }
+    page
+}
