@@ -8,6 +8,7 @@ mod door;
 pub mod gpu;
 mod registry;
 pub mod rooms;
+pub mod shared;
 pub mod tensors;
 
 pub use door::{

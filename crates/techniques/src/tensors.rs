@@ -1,34 +1,8 @@
 //! Bakes as tensors: a head (room, parameters, certificate) in the metadata, parts as named tensors.
 
-use std::collections::BTreeMap;
 use steradian_base::{Certificate, Known, ParamInfo, ParamValues};
-
-/// Named tensors and metadata.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct TensorFile {
-    /// Tensors by name.
-    pub tensors: BTreeMap<String, Tensor>,
-    /// Metadata.
-    pub metadata: BTreeMap<String, String>,
-}
-
-/// A tensor.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tensor {
-    /// Shape, slowest index first.
-    pub shape: Vec<usize>,
-    /// Values.
-    pub data: TensorData,
-}
-
-/// Values of a tensor.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TensorData {
-    /// 32-bit floats.
-    F32(Vec<f32>),
-    /// 64-bit floats.
-    F64(Vec<f64>),
-}
+pub use steradian_formats::TensorFile;
+use steradian_formats::{Tensor, TensorData};
 
 /// What is wrong with a saved bake.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -102,12 +76,12 @@ pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
 
 /// Adds a tensor of f32.
 pub fn put_f32(t: &mut TensorFile, name: String, shape: Vec<usize>, data: Vec<f32>) {
-    t.tensors.insert(name, Tensor { shape, data: TensorData::F32(data) });
+    t.tensors.insert(name, Tensor::f32(shape, data));
 }
 
 /// Adds a tensor of f64.
 pub fn put_f64(t: &mut TensorFile, name: String, shape: Vec<usize>, data: Vec<f64>) {
-    t.tensors.insert(name, Tensor { shape, data: TensorData::F64(data) });
+    t.tensors.insert(name, Tensor::f64(shape, data));
 }
 
 /// A tensor of f32 whose shape has `rank` dimensions and as many elements as it says.

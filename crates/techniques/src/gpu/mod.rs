@@ -31,21 +31,24 @@ pub struct Table {
     pub shape: Shape,
     /// Texel format.
     pub format: Format,
-    /// Levels from the finest.
-    pub levels: Vec<Level>,
+    /// The texels.
+    pub level: Level,
 }
 
 /// How a table is looked up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Shape {
     /// Six layers in the Khronos orientation whose outer texels lie *on* the edges of the cube
-    /// (`tables::EdgeCube`): `fetch_NAME(d: vec3<f32>) -> vec3<f32>`, bilinear.
+    /// ([`steradian_prefilter::EdgeCube`]): `fetch_NAME(d: vec3<f32>) -> vec3<f32>`, bilinear.
     EdgeCube,
-    /// A chain of such cubes: `fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32>`, trilinear.
-    EdgeCubeChain,
+    /// A chain of such cubes in one atlas, each at x, y with its size: `fetch_NAME(d: vec3<f32>, level: f32)
+    /// -> vec3<f32>`, trilinear.
+    EdgeCubeChain(Vec<[u32; 3]>),
     /// A plane whose outer texels lie on the ends of [0, 1]²: `fetch_NAME(uv: vec2<f32>) -> vec4<f32>`,
     /// bilinear.
     Plane,
+    /// A row whose outer texels lie on 0 and 1: `fetch_NAME(u: f32) -> vec4<f32>`, linear.
+    Line,
 }
 
 /// Texel formats.
@@ -67,13 +70,15 @@ impl Format {
     }
 }
 
-/// One level of a table.
+/// The texels of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
     /// Texels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
+    /// Layers: 6 for cubes, else 1.
+    pub layers: usize,
     /// Little-endian texels, rows from the top, layers one after the other.
     pub bytes: Vec<u8>,
 }

@@ -1,6 +1,6 @@
 //! Generates what surrounds a room's WGSL.
 
-use super::{GpuRoom, Shape};
+use super::{GpuRoom, Shape, Table};
 use std::fmt::Write;
 
 /// What a binding holds; bindings are numbered 0, 1, … within their group.
@@ -37,11 +37,11 @@ pub fn module(room: &GpuRoom) -> String {
     for (i, b) in zero.iter().enumerate() {
         bind(&mut out, room, i, *b);
     }
-    if room.tables.iter().any(|t| t.shape != Shape::Plane) {
+    if room.tables.iter().any(|t| matches!(t.shape, Shape::EdgeCube | Shape::EdgeCubeChain(_))) {
         out.push_str(EDGE_CUBE);
     }
     for t in &room.tables {
-        out.push_str(&fetch(t.shape).replace("NAME", t.name));
+        out.push_str(&fetch(t));
     }
     for b in &room.buffers {
         let text =
@@ -75,12 +75,19 @@ fn bind(out: &mut String, room: &GpuRoom, i: usize, b: Binding) {
     }
 }
 
-fn fetch(shape: Shape) -> &'static str {
-    match shape {
-        Shape::EdgeCube => FETCH_CUBE,
-        Shape::EdgeCubeChain => FETCH_CHAIN,
-        Shape::Plane => FETCH_PLANE,
-    }
+fn fetch(t: &Table) -> String {
+    let text = match &t.shape {
+        Shape::EdgeCube => FETCH_BILINEAR.to_owned() + FETCH_CUBE,
+        Shape::EdgeCubeChain(places) => {
+            let place = |p: &[u32; 3]| format!("vec3<u32>({}u, {}u, {}u)", p[0], p[1], p[2]);
+            let places: Vec<_> = places.iter().map(place).collect();
+            let chain = FETCH_CHAIN.replace("PLACES", &places.join(", "));
+            FETCH_BILINEAR.to_owned() + &chain.replace("COUNT", &places.len().to_string())
+        }
+        Shape::Plane => FETCH_PLANE.to_owned(),
+        Shape::Line => FETCH_LINE.to_owned(),
+    };
+    text.replace("NAME", t.name)
 }
 
 /// Face and position on it, Khronos orientation; the CPU's `tables::edge_cube::face_position`.
@@ -117,49 +124,38 @@ fn face_position(d: vec3<f32>) -> FacePosition {
 }
 ";
 
-const FETCH_CUBE: &str = "
-fn fetch_level_NAME(d: vec3<f32>, level: u32) -> vec3<f32> {
+/// The cube of `place.z` intervals at `place.xy` of the atlas.
+const FETCH_BILINEAR: &str = "
+fn fetch_place_NAME(d: vec3<f32>, place: vec3<u32>) -> vec3<f32> {
     let at = face_position(d);
-    let last = f32(textureDimensions(table_NAME, level).x - 1u);
+    let last = f32(place.z);
     let x = clamp(at.s, 0.0, 1.0) * last;
     let y = clamp(at.t, 0.0, 1.0) * last;
     let i = min(floor(x), last - 1.0);
     let j = min(floor(y), last - 1.0);
-    let c = vec2<u32>(u32(i), u32(j));
-    let t00 = textureLoad(table_NAME, c, at.face, level).rgb;
-    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), at.face, level).rgb;
-    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), at.face, level).rgb;
-    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), at.face, level).rgb;
+    let c = place.xy + vec2<u32>(u32(i), u32(j));
+    let t00 = textureLoad(table_NAME, c, at.face, 0u).rgb;
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), at.face, 0u).rgb;
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), at.face, 0u).rgb;
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), at.face, 0u).rgb;
     return mix(mix(t00, t10, x - i), mix(t01, t11, x - i), y - j);
 }
+";
 
+const FETCH_CUBE: &str = "
 fn fetch_NAME(d: vec3<f32>) -> vec3<f32> {
-    return fetch_level_NAME(d, 0u);
+    return fetch_place_NAME(d, vec3<u32>(0u, 0u, textureDimensions(table_NAME).x - 1u));
 }
 ";
 
 const FETCH_CHAIN: &str = "
-fn fetch_level_NAME(d: vec3<f32>, level: u32) -> vec3<f32> {
-    let at = face_position(d);
-    let last = f32(textureDimensions(table_NAME, level).x - 1u);
-    let x = clamp(at.s, 0.0, 1.0) * last;
-    let y = clamp(at.t, 0.0, 1.0) * last;
-    let i = min(floor(x), last - 1.0);
-    let j = min(floor(y), last - 1.0);
-    let c = vec2<u32>(u32(i), u32(j));
-    let t00 = textureLoad(table_NAME, c, at.face, level).rgb;
-    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), at.face, level).rgb;
-    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), at.face, level).rgb;
-    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), at.face, level).rgb;
-    return mix(mix(t00, t10, x - i), mix(t01, t11, x - i), y - j);
-}
-
 fn fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32> {
-    let last = f32(textureNumLevels(table_NAME) - 1u);
-    let l = clamp(level, 0.0, last);
-    let a = floor(l);
-    let b = min(a + 1.0, last);
-    return mix(fetch_level_NAME(d, u32(a)), fetch_level_NAME(d, u32(b)), l - a);
+    var places = array<vec3<u32>, COUNT>(PLACES);
+    let last = COUNTu - 1u;
+    let l = clamp(level, 0.0, f32(last));
+    let a = min(u32(l), last);
+    let b = min(a + 1u, last);
+    return mix(fetch_place_NAME(d, places[a]), fetch_place_NAME(d, places[b]), l - f32(a));
 }
 ";
 
@@ -175,6 +171,17 @@ fn fetch_NAME(uv: vec2<f32>) -> vec4<f32> {
     let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), 0u, 0u);
     let w = p - q;
     return mix(mix(t00, t10, w.x), mix(t01, t11, w.x), w.y);
+}
+";
+
+const FETCH_LINE: &str = "
+fn fetch_NAME(u: f32) -> vec4<f32> {
+    let last = f32(textureDimensions(table_NAME).x - 1u);
+    let x = clamp(u, 0.0, 1.0) * last;
+    let i = min(floor(x), last - 1.0);
+    let a = textureLoad(table_NAME, vec2<u32>(u32(i), 0u), 0u, 0u);
+    let b = textureLoad(table_NAME, vec2<u32>(u32(i) + 1u, 0u), 0u, 0u);
+    return mix(a, b, x - i);
 }
 ";
 

@@ -1,16 +1,27 @@
 //! Irradiance from nine spherical harmonic coefficients.
 //!
 //! Ramamoorthi & Hanrahan (2001), *An Efficient Representation for Irradiance Environment Maps*, eqs 7–12;
-//! STAR04 7.4.1, eqs 41–43.
+//! STAR04 7.4.1, eqs 41–43 (whose sum "i = 0 to 9" means the nine terms 0 … 8).
+//!
+//! > L_o(n) = (albedo/π) Σ_{l≤2} A_l L_lm Y_lm(n) = nᵀMn,  A = π, 2π/3, π/4
+//!
+//! with homogeneous n = (x, y, z, 1); L in W sr⁻¹ m⁻². Approximated: L, by its bands 0 to 2 (band 3 of
+//! irradiance is zero, so the first band missed is 4). V = 1; f is exact. Refused: any reflectance but Lambert's,
+//! and point lights. Behind a lone small light the sum falls below zero (by 4 % of the peak); it is not clamped,
+//! and the certificate says how low it goes.
 
 mod bake;
 mod shade;
+#[cfg(test)]
+mod tests;
 
+use crate::shared::lights;
+use crate::shared::quadric::Quadric;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique,
+    Technique, View,
 };
-use bake::{Albedo, Light, Quadric};
+use bake::{Albedo, Light};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
@@ -19,21 +30,41 @@ use steradian_light::Lights;
 pub struct ShIrradiance;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.info().name == "lambert" {
-        return Ok(());
+    match brdf.info().name {
+        "lambert" => Ok(()),
+        "ggx" => Err("takes lambert only, not ggx: use split_sum".into()),
+        "phong" | "phong-map" | "phong-normalized" => {
+            Err(format!("takes lambert only, not {}: use phong_diffuse_maps", brdf.info().name))
+        }
+        other => Err(format!("takes lambert only, not {other}: use reference")),
     }
-    Err(format!("takes lambert only, not {}", brdf.info().name))
 }
 
-const EXACT: &[Claim] = &[];
+const EXACT: &[Claim] = &[
+    Claim {
+        statement: "the light is constant",
+        light: lights::furnace,
+        brdf: "lambert:albedo=0.8/0.5/0.2",
+        params: &[],
+        within: 1e-5,
+    },
+    Claim {
+        statement: "the light has no bands above 2 (nor 4, 6, …: odd bands above 1 give no irradiance)",
+        light: lights::quadratic,
+        brdf: "lambert:albedo=0.8/0.5/0.2",
+        params: &[],
+        within: 1e-4,
+    },
+];
 
 impl Technique for ShIrradiance {
     const CARD: Card = Card {
         slug: "sh_irradiance",
         title: "Irradiance from nine spherical harmonic coefficients",
-        citation: "Ramamoorthi & Hanrahan 2001, An Efficient Representation for Irradiance Environment Maps, eqs 7-12; STAR04 7.4.1, eqs 41-43",
-        equation: "L_o = (albedo/pi) n^T M n,  E(n) = sum_{l<=2} A_l L_lm Y_lm(n)",
-        light: "projected to spherical harmonics of order 2",
+        citation: "Ramamoorthi & Hanrahan 2001, An Efficient Representation for Irradiance Environment Maps, \
+                   eqs 7–12; STAR04 7.4.1, eqs 41–43",
+        equation: "L_o = (albedo/π) Σ_{l≤2} A_l L_lm Y_lm(n) = nᵀMn",
+        light: "spherical harmonics of order 2",
         visibility: "none: V = 1",
         reflectance: "lambert, exact",
         materials,
@@ -55,7 +86,7 @@ impl Technique for ShIrradiance {
     type Material = Albedo;
     type Transfer = ();
     type Linked = Quadric;
-    type Frame = shade::Turned;
+    type Frame = Quadric;
 
     fn light(l: &Lights, (): &(), _: &Task) -> Result<Light, BakeError> {
         Light::bake(l)
@@ -70,18 +101,20 @@ impl Technique for ShIrradiance {
     }
 
     fn link(parts: Parts<'_, Self>, (): &(), _: &Task) -> Result<(Quadric, Certificate), BakeError> {
-        Ok((Quadric::link(parts.light, parts.material), parts.light.certificate()))
+        let quadric = bake::link(parts.light, parts.material);
+        let certificate = parts.light.certificate(&quadric);
+        Ok((quadric, certificate))
     }
 
-    fn frame(b: &Bake<Self>, v: &crate::View, f: &mut shade::Turned) {
-        *f = shade::Turned::new(&b.linked, v.light_rotation);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Quadric) {
+        *f = b.linked.turned(v.light_rotation);
     }
 
-    fn shade(_: &Bake<Self>, f: &shade::Turned, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(_: &Bake<Self>, f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(f, q, out);
     }
 
-    fn gpu(_: &Bake<Self>, f: &shade::Turned) -> GpuRoom {
+    fn gpu(_: &Bake<Self>, f: &Quadric) -> GpuRoom {
         shade::gpu(f)
     }
 }

@@ -1,4 +1,4 @@
-// n^T M n, M symmetric (R&H 2001, eq. 12).
+// n^T M n, M symmetric (Ramamoorthi & Hanrahan 2001, eq. 12).
 fn quadric(m: mat4x4<f32>, n: vec3<f32>) -> f32 {
     let square = m[0].x * n.x * n.x + m[1].y * n.y * n.y + m[2].z * n.z * n.z;
     let cross_terms = m[0].y * n.x * n.y + m[0].z * n.x * n.z + m[1].z * n.y * n.z;

@@ -1,0 +1,138 @@
+//! The map of E/π and the albedo.
+
+use super::DiffuseMap;
+use crate::shared::distant::DistantLight;
+use crate::shared::reflectance::Reflectance;
+use crate::shared::tables::{cube_bytes, load_cube, save_cube};
+use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use crate::{BakeError, Part, Technique};
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Params, Task};
+use steradian_light::Lights;
+use steradian_prefilter::{Cosine, EdgeCube, Way, Zonal, filter};
+
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 512.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals per cube edge; 0: what the tolerance needs, at most 64",
+};
+
+/// Size of the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Intervals per cube edge; 0 takes what the tolerance needs.
+    pub size: usize,
+}
+
+impl Params for Size {
+    const INFO: &'static [ParamInfo] = &[SIZE];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        Ok(Self { size: values.get(&SIZE) as usize })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        ParamValues([(SIZE.name.into(), self.size as f64)].into())
+    }
+}
+
+/// Tolerance where the user gives none.
+const TOLERANCE: f64 = 2e-3;
+/// The cosine's coefficients fall like l^−5/2: order 64 leaves 1e-4 even of the sharpest light.
+const ORDER: usize = 64;
+/// Directions at which the map is compared with direct summation.
+const PROBES: usize = 128;
+
+/// ⟨cos⟩₊/π: radiance to E/π.
+struct Lambert;
+
+impl Zonal for Lambert {
+    fn value(&self, x: f64) -> f64 {
+        Cosine.value(x) / PI
+    }
+
+    fn width(&self) -> f64 {
+        Cosine.width()
+    }
+
+    fn coefficients(&self, order: usize) -> Vec<f64> {
+        Cosine.coefficients(order).into_iter().map(|k| k / PI).collect()
+    }
+}
+
+/// E/π over normals.
+pub struct Light {
+    pub(super) cube: EdgeCube,
+    error: f64,
+    order: f64,
+    clipped: f64,
+}
+
+impl Light {
+    pub(super) fn bake(lights: &Lights, p: &Size, task: &Task) -> Result<Self, BakeError> {
+        let light = DistantLight::bake(DiffuseMap::CARD.slug, lights, ORDER, task)?;
+        let size = if p.size > 0 { filter::Size::Fixed(p.size) } else { filter::Size::UpTo(64) };
+        let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
+        let f = filter(&light.source, &light.tree, &Lambert, size, tolerance, task)?;
+        let order = if let Way::Frequency { order } = f.way { order as f64 } else { -1.0 };
+        let error = filter::measured(&f.cube, &light.tree, &Lambert, PROBES);
+        Ok(Self { cube: f.cube, error, order, clipped: f.clipped })
+    }
+
+    pub(super) fn certificate(&self) -> Certificate {
+        Certificate::new(self.error, Known::Measured)
+            .detail("size", self.cube.size() as f64)
+            .detail("order", self.order)
+            .detail("clipped", self.clipped)
+    }
+}
+
+impl Part for Light {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        save_cube(&self.cube, to, format!("{prefix}.irradiance_over_pi"));
+        put_f64(to, format!("{prefix}.report"), vec![3], vec![self.error, self.order, self.clipped]);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let cube = load_cube(from, &format!("{prefix}.irradiance_over_pi"))?;
+        let name = format!("{prefix}.report");
+        let (_, v) = get_f64(from, &name, 1)?;
+        let [error, order, clipped] = v[..] else { return Err(PartError::Unexpected(name)) };
+        Ok(Self { cube, error, order, clipped })
+    }
+
+    fn bytes(&self) -> usize {
+        cube_bytes(&self.cube)
+    }
+}
+
+/// Lambert's albedo.
+pub struct Albedo(pub(super) [f32; 3]);
+
+impl Albedo {
+    pub(super) fn of(m: &Reflectance) -> Self {
+        Self(m.brdf.eval(DVec3::Z, DVec3::Z).map(|f| (f * PI) as f32))
+    }
+}
+
+impl Part for Albedo {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        put_f32(to, format!("{prefix}.albedo"), vec![3], self.0.to_vec());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.albedo");
+        let (_, v) = get_f32(from, &name, 1)?;
+        Ok(Self(v.try_into().map_err(|_| PartError::Unexpected(name))?))
+    }
+
+    fn bytes(&self) -> usize {
+        12
+    }
+}

@@ -1,0 +1,27 @@
+//! One lookup along n; `shade.wgsl` has the same functions.
+
+use super::bake::Albedo;
+use crate::gpu::{Uniform, Value};
+use crate::shared::batch::{self, Point};
+use crate::shared::tables::cube_table;
+use crate::shared::turn::Turn;
+use crate::{GpuRoom, Points, Radiance, Technique};
+use steradian_prefilter::EdgeCube;
+
+pub(super) fn shade(map: &EdgeCube, albedo: &Albedo, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    batch::shade(q, out, |p: Point| {
+        let e = map.sample(turn.apply(p.n));
+        std::array::from_fn(|c| albedo.0[c] * e[c])
+    });
+}
+
+pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {
+    let [r, g, b] = albedo.0;
+    GpuRoom {
+        slug: super::DiffuseMap::CARD.slug,
+        wgsl: include_str!("shade.wgsl"),
+        tables: vec![cube_table("irradiance_over_pi", map)],
+        uniforms: vec![turn.uniform(), Uniform { name: "albedo", value: Value::Vec4([r, g, b, 0.0]) }],
+        buffers: Vec::new(),
+    }
+}

@@ -1,0 +1,141 @@
+//! The map, and how well it stands for the model.
+
+use super::MirrorMap;
+use crate::shared::certify;
+use crate::shared::distant::DistantLight;
+use crate::shared::reflectance::Reflectance;
+use crate::shared::tables::{load_cube, save_cube};
+use crate::shared::turn::Turn;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Part, Technique};
+use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Params, Task};
+use steradian_light::{Environment, Lights};
+use steradian_prefilter::{Beam, EdgeCube};
+use steradian_sphere::{Layout, SphereImage, frame};
+
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 4096.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals per cube edge; 0: as fine as the environment, at most 1024",
+};
+
+/// Size of the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Intervals per cube edge; 0 takes the environment's own resolution.
+    pub size: usize,
+}
+
+impl Params for Size {
+    const INFO: &'static [ParamInfo] = &[SIZE];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        Ok(Self { size: values.get(&SIZE) as usize })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        ParamValues([(SIZE.name.into(), self.size as f64)].into())
+    }
+}
+
+/// Sharpest microfacet width for which the hierarchy still resolves the lobe.
+const SHARPEST: f64 = 0.01;
+
+/// The environment on a cube.
+pub struct Light {
+    pub(super) cube: EdgeCube,
+    /// The same light for the certificate.
+    distant: DistantLight,
+}
+
+impl Light {
+    pub(super) fn bake(lights: &Lights, p: &Size, task: &Task) -> Result<Self, BakeError> {
+        let slug = MirrorMap::CARD.slug;
+        if !lights.directionals.is_empty() {
+            let why = "a mirror shows a directional light infinitely bright: use a disk light".into();
+            return Err(BakeError::Light { slug, why });
+        }
+        let distant = DistantLight::bake(slug, lights, 0, task)?;
+        let black = || std::sync::Arc::new(Environment { image: SphereImage::new(Layout::LatLong, 8, 4) });
+        let environment = lights.environment.clone().unwrap_or_else(black);
+        // A lat-long row is π/height, a cube interval about (π/2)/size.
+        let own = (environment.image.height / 2).next_power_of_two().clamp(64, 1024);
+        let size = if p.size > 0 { p.size } else { own };
+        let need = 6 * 16 * ((size + 1) * (size + 1)) as u64 + 72 * (4 * size * size) as u64;
+        if need > task.max_memory() {
+            return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+        }
+        let mut cube = EdgeCube::from_image(&environment.image, size);
+        lights.disks.iter().for_each(|d| cube.add(&Beam::from(d)));
+        Ok(Self { cube, distant })
+    }
+}
+
+impl Part for Light {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        save_cube(&self.cube, to, format!("{prefix}.map"));
+        self.distant.save(to, prefix);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let cube = load_cube(from, &format!("{prefix}.map"))?;
+        Ok(Self { cube, distant: DistantLight::load(from, prefix)? })
+    }
+
+    fn bytes(&self) -> usize {
+        crate::shared::tables::cube_bytes(&self.cube)
+    }
+}
+
+/// The mirror: f0 of Schlick's Fresnel term, and the factor before it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mirror {
+    pub(super) f0: [f32; 3],
+    pub(super) scale: [f32; 3],
+}
+
+pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Certificate) {
+    let f0 = m.get("f0").unwrap_or([1.0; 3]);
+    let scale = m.scale();
+    let mirror = Mirror { f0: f0.map(|x| x as f32), scale: scale.map(|x| x as f32) };
+    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
+        super::shade::shade(&light.cube, &mirror, &Turn::default(), q, out);
+    };
+    let width = ["alpha", "m"].iter().find_map(|k| m.get(k)).map_or(0.0, |w| w[0]);
+    let error = if width >= SHARPEST || m.get("ax").is_some() {
+        certify::error_of(&light.distant.tree, &*m.brdf, shade)
+    } else {
+        let exact = |fr: &steradian_sphere::Frame, wo: glam::DVec3| {
+            let r = frame::reflect(fr.to_world(wo), fr.n);
+            let l = light.distant.radiance(r);
+            let u = (1.0 - wo.z).powi(5);
+            std::array::from_fn(|c| scale[c] * (f0[c] + (1.0 - f0[c]) * u) * l[c])
+        };
+        certify::error_of_limit(exact, shade)
+    };
+    let certificate = Certificate::new(error, Known::Measured).detail("size", light.cube.size() as f64);
+    (mirror, certificate)
+}
+
+impl Part for Mirror {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        put_f32(to, format!("{prefix}.f0"), vec![3], self.f0.to_vec());
+        put_f32(to, format!("{prefix}.scale"), vec![3], self.scale.to_vec());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let get = |name: String| -> Result<[f32; 3], PartError> {
+            get_f32(from, &name, 1)?.1.try_into().map_err(|_| PartError::Unexpected(name))
+        };
+        Ok(Self { f0: get(format!("{prefix}.f0"))?, scale: get(format!("{prefix}.scale"))? })
+    }
+
+    fn bytes(&self) -> usize {
+        24
+    }
+}

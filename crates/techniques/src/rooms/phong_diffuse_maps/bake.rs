@@ -1,0 +1,111 @@
+//! The two maps.
+
+use super::PhongDiffuseMaps;
+use super::blend::{Blend, Params};
+use super::shade;
+use crate::shared::certify;
+use crate::shared::distant::DistantLight;
+use crate::shared::reflectance::Reflectance;
+use crate::shared::tables::{cube_bytes, load_cube, save_cube};
+use crate::shared::turn::Turn;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Part, Technique};
+use steradian_base::{Certificate, Known, Task};
+use steradian_brdf::Lobe;
+use steradian_prefilter::{Cosine, EdgeCube, Filtered, Power, Way, Zonal, filter};
+use steradian_sphere::frame::reflect;
+
+/// Tolerance where the user gives none.
+const TOLERANCE: f64 = 5e-3;
+
+/// ∫ (r·wi)₊^n L and ∫ ⟨n·wi⟩₊ L, and the factors that blend them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Maps {
+    /// The unweighted Phong map over r.
+    pub phong: EdgeCube,
+    /// Irradiance over n.
+    pub diffuse: EdgeCube,
+    /// k_s, with every factor of the model.
+    pub k_s: [f32; 3],
+    /// k_d/π.
+    pub k_d_over_pi: [f32; 3],
+    /// f0 and 1 − f0 of Schlick's term; both 0 for the diffuse map alone.
+    pub f: [f32; 2],
+}
+
+fn black() -> Filtered {
+    let cube = EdgeCube::from_fn(1, |_| [0.0; 3]);
+    Filtered { cube, way: Way::Frequency { order: 0 }, tail: 0.0, interpolation: 0.0, clipped: 0.0 }
+}
+
+/// Joins light and lobe; the certificate compares with the integral of the model itself (with its horizon).
+pub fn link(
+    light: &DistantLight,
+    m: &Reflectance,
+    p: &Params,
+    task: &Task,
+) -> Result<(Maps, Certificate), BakeError> {
+    let blend = Blend::new(m, p);
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
+    let size = if p.size > 0 { filter::Size::Fixed(p.size) } else { filter::Size::UpTo(256) };
+    let need = if p.size > 0 { 6 * 32 * ((p.size + 1) * (p.size + 1)) as u64 } else { 0 };
+    if need > task.max_memory() {
+        return Err(BakeError::Memory {
+            slug: PhongDiffuseMaps::CARD.slug,
+            need,
+            allowed: task.max_memory(),
+        });
+    }
+    let map = |k: &dyn Zonal, size, used: bool| {
+        if used { filter(&light.source, &light.tree, k, size, tolerance, task) } else { Ok(black()) }
+    };
+    let phong = map(&Power { n: blend.n }, size, blend.f0.is_some() && blend.k_s != [0.0; 3])?;
+    let diffuse_used = blend.k_d != [0.0; 3] && blend.f0 != Some(1.0);
+    let diffuse = map(&Cosine, filter::Size::UpTo(64), diffuse_used)?;
+    let maps = Maps {
+        phong: phong.cube,
+        diffuse: diffuse.cube,
+        k_s: blend.k_s.map(|k| k as f32),
+        k_d_over_pi: blend.k_d.map(|k| (k / std::f64::consts::PI) as f32),
+        f: blend.f0.map_or([0.0; 2], |f0| [f0 as f32, (1.0 - f0) as f32]),
+    };
+    let width = Power { n: blend.n }.width();
+    let lobes = |wo| vec![Lobe::Axis { axis: reflect(wo, glam::DVec3::Z), width }];
+    let model = certify::Model { whole: true, lobes: &lobes, f_cos: &|wi, wo| blend.f_cos(wi, wo) };
+    let shade =
+        |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
+    let error = certify::error(&light.tree, &model, shade);
+    let order = if let Way::Frequency { order } = phong.way { order as f64 } else { -1.0 };
+    let certificate = Certificate::new(error, Known::Measured)
+        .detail("order", order)
+        .detail("size", maps.phong.size() as f64)
+        .detail("diffuse size", maps.diffuse.size() as f64)
+        .detail("clipped", phong.clipped.max(diffuse.clipped));
+    Ok((maps, certificate))
+}
+
+impl Part for Maps {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        save_cube(&self.phong, to, format!("{prefix}.phong"));
+        save_cube(&self.diffuse, to, format!("{prefix}.irradiance"));
+        let factors = [&self.k_s[..], &self.k_d_over_pi, &self.f].concat();
+        put_f32(to, format!("{prefix}.factors"), vec![8], factors);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.factors");
+        let (_, v) = get_f32(from, &name, 1)?;
+        let [a, b, c, d, e, f, g, h] = v[..] else { return Err(PartError::Unexpected(name)) };
+        Ok(Self {
+            phong: load_cube(from, &format!("{prefix}.phong"))?,
+            diffuse: load_cube(from, &format!("{prefix}.irradiance"))?,
+            k_s: [a, b, c],
+            k_d_over_pi: [d, e, f],
+            f: [g, h],
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        cube_bytes(&self.phong) + cube_bytes(&self.diffuse)
+    }
+}

@@ -1,0 +1,107 @@
+//! STAR04 eq. 26: the parameters of the blend, and the reflectance that they make together.
+
+use crate::shared::reflectance::Reflectance;
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_base::{ParamError, ParamInfo, ParamValues};
+use steradian_sphere::frame::reflect;
+
+const fn factor(name: &'static str, default: f64, doc: &'static str) -> ParamInfo {
+    ParamInfo { name, unit: "", min: 0.0, max: 1.0, default, integer: false, doc }
+}
+
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 2048.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals per cube edge of the Phong map; 0: what the tolerance needs, at most 256",
+};
+const K_S: ParamInfo = factor("k_s", 1.0, "factor of the Phong map (eq. 22)");
+const K_D: ParamInfo = factor("k_d", 0.0, "albedo of the diffuse map (eq. 19); lambert brings its own");
+const F0: ParamInfo = factor("f0", 1.0, "Fresnel reflectance at normal incidence (eq. 26); 1: Phong alone");
+
+/// The parameters of the blend.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// Intervals per cube edge of the Phong map; 0 takes what the tolerance needs.
+    pub size: usize,
+    /// Factor of the Phong map.
+    pub k_s: f64,
+    /// Albedo of the diffuse map.
+    pub k_d: f64,
+    /// Fresnel reflectance at normal incidence.
+    pub f0: f64,
+}
+
+impl steradian_base::Params for Params {
+    const INFO: &'static [ParamInfo] = &[SIZE, K_S, K_D, F0];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        let get = |i| values.get(i);
+        Ok(Self { size: get(&SIZE) as usize, k_s: get(&K_S), k_d: get(&K_D), f0: get(&F0) })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let pairs = [(SIZE, self.size as f64), (K_S, self.k_s), (K_D, self.k_d), (F0, self.f0)];
+        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+    }
+}
+
+/// f_cos = (1 − F) k_d/π ⟨n·wi⟩₊ + F k_s (r·wi)₊^n, F = f0 + (1 − f0)(1 − n·wo)⁵.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blend {
+    /// Exponent.
+    pub n: f64,
+    /// Factor of the lobe.
+    pub k_s: [f64; 3],
+    /// Albedo of the diffuse part.
+    pub k_d: [f64; 3],
+    /// Fresnel reflectance at normal incidence; `None` for the diffuse part alone (F = 0).
+    pub f0: Option<f64>,
+    /// Does the lobe end at the horizon?
+    pub horizon: bool,
+}
+
+impl Blend {
+    /// What a reflectance and the parameters give together.
+    pub fn new(m: &Reflectance, p: &Params) -> Self {
+        let scale = m.scale();
+        let number = |key: &str| m.get(key).map_or(1.0, |v| v[0]);
+        let lobe = |n: f64, factor: f64, horizon: bool| Self {
+            n,
+            k_s: scale.map(|s| s * factor * p.k_s),
+            k_d: [p.k_d; 3],
+            f0: Some(p.f0),
+            horizon,
+        };
+        match m.name() {
+            "phong" => lobe(number("n"), 1.0, true),
+            "phong-normalized" => {
+                let s = number("s");
+                lobe(s, (s + 1.0) / (2.0 * PI), false)
+            }
+            "lambert" => {
+                let k_d = m.brdf.eval(DVec3::Z, DVec3::Z).map(|f| f * PI);
+                Self { n: 1.0, k_s: [0.0; 3], k_d, f0: None, horizon: false }
+            }
+            _ => lobe(number("n"), 1.0, false),
+        }
+    }
+
+    /// F at n·wo.
+    pub fn fresnel(&self, cos_o: f64) -> f64 {
+        self.f0.map_or(0.0, |f0| f0 + (1.0 - f0) * (1.0 - cos_o).powi(5))
+    }
+
+    /// f_cos in the local frame.
+    pub fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        let f = self.fresnel(wo.z);
+        let x = reflect(wo, DVec3::Z).dot(wi).max(0.0);
+        let lobe = if self.horizon && wi.z <= 0.0 { 0.0 } else { x.powf(self.n) };
+        std::array::from_fn(|c| (1.0 - f) * self.k_d[c] / PI * wi.z.max(0.0) + f * self.k_s[c] * lobe)
+    }
+}

@@ -1,0 +1,16 @@
+// F = f0 + (1 - f0)(1 - n.wo)^5; f = (f0, 1 - f0).
+fn fresnel(f: vec2<f32>, cos_o: f32) -> f32 {
+    let u = 1.0 - cos_o;
+    return f.x + f.y * ((u * u) * (u * u) * u);
+}
+
+fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
+    let cos_o = dot(n, wo);
+    if !(cos_o > 0.0) {
+        return vec3<f32>(0.0);
+    }
+    let f = fresnel(vec2<f32>(room.k_s.w, room.k_d_over_pi.w), min(cos_o, 1.0));
+    let diffuse = fetch_irradiance(room.turn * n);
+    let phong = fetch_phong(room.turn * (2.0 * cos_o * n - wo));
+    return (1.0 - f) * room.k_d_over_pi.rgb * diffuse + f * room.k_s.rgb * phong;
+}

@@ -1,0 +1,250 @@
+//! The chain of the light; albedo table and roughness of the material.
+
+use super::{SplitSum, shade};
+use crate::shared::certify;
+use crate::shared::chain::Chain;
+use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::quadric::Quadric;
+use crate::shared::reflectance::Reflectance;
+use crate::shared::turn::Turn;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Part, Technique};
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_brdf::dfg;
+use steradian_light::{Environment, Lights};
+use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Zonal, filter};
+use steradian_sphere::{Layout, SphereImage};
+
+const LEVELS: ParamInfo = ParamInfo {
+    name: "levels",
+    unit: "",
+    min: 2.0,
+    max: 32.0,
+    default: 10.0,
+    integer: true,
+    doc: "levels of the chain, equally spaced in perceptual roughness from 0 to 1",
+};
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 2048.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals per cube edge of level 0; 0: as fine as the environment, at most 256",
+};
+const MULTISCATTER: ParamInfo = ParamInfo {
+    name: "multiscatter",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 0.0,
+    integer: true,
+    doc: "1: give back the energy that single scattering loses (Fdez-Agüera 2019)",
+};
+
+/// The parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// Levels of the chain.
+    pub levels: usize,
+    /// Intervals per cube edge of level 0; 0 takes the environment's own.
+    pub size: usize,
+    /// Fdez-Agüera's compensation?
+    pub multiscatter: bool,
+}
+
+impl steradian_base::Params for Params {
+    const INFO: &'static [ParamInfo] = &[LEVELS, SIZE, MULTISCATTER];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        Ok(Self {
+            levels: values.get(&LEVELS) as usize,
+            size: values.get(&SIZE) as usize,
+            multiscatter: values.get(&MULTISCATTER) == 1.0,
+        })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let multiscatter = if self.multiscatter { 1.0 } else { 0.0 };
+        let pairs = [(LEVELS, self.levels as f64), (SIZE, self.size as f64), (MULTISCATTER, multiscatter)];
+        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+    }
+}
+
+/// Tolerance of the chain where the user gives none.
+const TOLERANCE: f64 = 0.01;
+
+/// The chain, and E/π of order 2.
+pub struct Light {
+    pub(super) chain: Chain,
+    /// E/π over n: bands 0 to 2.
+    pub(super) mean_radiance: Quadric,
+    distant: DistantLight,
+}
+
+impl Light {
+    pub(super) fn bake(lights: &Lights, p: &Params, task: &Task) -> Result<Self, BakeError> {
+        let slug = SplitSum::CARD.slug;
+        let distant = DistantLight::bake(slug, lights, ORDER, task)?;
+        let height = lights.environment.as_ref().map_or(64, |e| e.image.height);
+        let own = (height / 2).next_power_of_two().clamp(64, 256);
+        let size = if p.size > 0 { p.size } else { own };
+        let need = 6 * 16 * ((size + 1) * (size + 1)) as u64 * 2 + 72 * (4 * size * size) as u64;
+        if need > task.max_memory() {
+            return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+        }
+        let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
+        task.begin("prefilter", p.levels as u64);
+        let mut levels = vec![mirror(lights, size)];
+        for k in 1..p.levels {
+            task.advance(1);
+            let kernel = GgxMirror::new((k as f64 / (p.levels - 1) as f64).powi(2));
+            let size = filter::Size::UpTo(size);
+            levels.push(filter(&distant.source, &distant.tree, &kernel, size, tolerance, task)?.cube);
+        }
+        task.end();
+        let chain = Chain::new(levels).ok_or_else(|| BakeError::Light { slug, why: "no levels".into() })?;
+        let k = Cosine.coefficients(2);
+        let scale = std::array::from_fn(|l| k[l] / PI);
+        let mean_radiance = Quadric::new(&distant.source.coefficients(2), [scale; 3]);
+        Ok(Self { chain, mean_radiance, distant })
+    }
+}
+
+/// Level 0: the environment itself, with suns spread over texels (a directional light over those around it).
+fn mirror(lights: &Lights, size: usize) -> EdgeCube {
+    let mut cube = match &lights.environment {
+        Some(e) => EdgeCube::from_image(&e.image, size),
+        None => {
+            EdgeCube::from_image(&Environment { image: SphereImage::new(Layout::LatLong, 8, 4) }.image, size)
+        }
+    };
+    lights.disks.iter().for_each(|d| cube.add(&Beam::from(d)));
+    lights.directionals.iter().for_each(|d| cube.add(&Beam::from(d)));
+    cube
+}
+
+impl Part for Light {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        self.chain.save(to, prefix);
+        self.mean_radiance.save(to, prefix);
+        self.distant.save(to, prefix);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        Ok(Self {
+            chain: Chain::load(from, prefix)?,
+            mean_radiance: Quadric::load(from, prefix)?,
+            distant: DistantLight::load(from, prefix)?,
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        self.chain.bytes()
+    }
+}
+
+/// Samples of A and B over √(n·wo): denser towards grazing, where they bend.
+const ALBEDO: usize = 128;
+
+/// The material: A and B, f0, level of the chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Specular {
+    /// A, B, 0, 0 at √(n·wo) = i/(ALBEDO − 1).
+    pub albedo: Vec<[f32; 4]>,
+    /// f0.
+    pub f0: [f32; 3],
+    /// Factor of the model.
+    pub scale: [f32; 3],
+    /// Level of the chain.
+    pub level: f32,
+    /// 1 with multiple scattering, else 0.
+    pub multiscatter: f32,
+}
+
+/// Joins chain and material; the certificate compares with the model's integral (with `multiscatter`: with the
+/// model plus the diffuse term as Fdez-Agüera defines it).
+pub fn link(
+    light: &Light,
+    m: &Reflectance,
+    p: &Params,
+    _: &Task,
+) -> Result<(Specular, Certificate), BakeError> {
+    let alpha = m.get("alpha").map_or(1.0, |a| a[0]);
+    let at = |i: usize| (i as f64 / (ALBEDO - 1) as f64).powi(2);
+    let texel = |i: usize| {
+        let d = dfg::ggx(at(i), alpha);
+        [d.scale as f32, d.bias as f32, 0.0, 0.0]
+    };
+    let f0 = m.get("f0").unwrap_or([1.0; 3]);
+    let specular = Specular {
+        albedo: (0..ALBEDO).map(texel).collect(),
+        f0: f0.map(|x| x as f32),
+        scale: m.scale().map(|x| x as f32),
+        level: (alpha.sqrt() * (p.levels - 1) as f64) as f32,
+        multiscatter: if p.multiscatter { 1.0 } else { 0.0 },
+    };
+    let frame = (Turn::default(), light.mean_radiance);
+    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
+        shade::shade(&light.chain, &specular, &frame, q, out);
+    };
+    let f_cos = |wi: DVec3, wo: DVec3| {
+        let mut f = m.brdf.f_cos(wi, wo);
+        if p.multiscatter {
+            let ms = shade::multiscatter(&specular, specular.albedo_at(wo.z as f32));
+            (0..3).for_each(|c| f[c] += f64::from(specular.scale[c] * ms[c]) / PI * wi.z.max(0.0));
+        }
+        f
+    };
+    let lobes = |wo| m.brdf.lobes(wo);
+    let error = certify::error(
+        &light.distant.tree,
+        &certify::Model { whole: false, lobes: &lobes, f_cos: &f_cos },
+        shade,
+    );
+    let certificate = Certificate::new(error, Known::Measured)
+        .detail("level", f64::from(specular.level))
+        .detail("size", light.chain.levels()[0].size() as f64);
+    Ok((specular, certificate))
+}
+
+impl Specular {
+    /// A and B at n·wo.
+    #[inline(always)]
+    pub fn albedo_at(&self, cos_o: f32) -> [f32; 2] {
+        let last = self.albedo.len() - 1;
+        let x = cos_o.clamp(0.0, 1.0).sqrt() * last as f32;
+        let i = (x as usize).min(last - 1);
+        let (a, b, w) = (self.albedo[i], self.albedo[i + 1], x - i as f32);
+        [a[0] + (b[0] - a[0]) * w, a[1] + (b[1] - a[1]) * w]
+    }
+}
+
+impl Part for Specular {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        put_f32(to, format!("{prefix}.albedo"), vec![self.albedo.len(), 4], self.albedo.concat());
+        let factors = [&self.f0[..], &self.scale, &[self.level, self.multiscatter]].concat();
+        put_f32(to, format!("{prefix}.factors"), vec![8], factors);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.albedo");
+        let (shape, v) = get_f32(from, &name, 2)?;
+        if shape[0] < 2 || shape[1] != 4 {
+            return Err(PartError::Unexpected(name));
+        }
+        let albedo = v.as_chunks().0.to_vec();
+        let name = format!("{prefix}.factors");
+        let (_, v) = get_f32(from, &name, 1)?;
+        let [a, b, c, d, e, f, level, multiscatter] = v[..] else { return Err(PartError::Unexpected(name)) };
+        Ok(Self { albedo, f0: [a, b, c], scale: [d, e, f], level, multiscatter })
+    }
+
+    fn bytes(&self) -> usize {
+        16 * self.albedo.len() + 32
+    }
+}

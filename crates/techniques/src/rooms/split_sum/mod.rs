@@ -1,0 +1,133 @@
+//! The split sum: GGX by a chain of prefiltered maps and a table of its albedo.
+//!
+//! Karis (2013), *Real Shading in Unreal Engine 4*; Lagarde & de Rousiers (2014), *Moving Frostbite to PBR*;
+//! multiple scattering: Fdez-Agüera (2019), *A Multiple-Scattering Microfacet Model for Real-Time Image-based
+//! Lighting*.
+//!
+//! > L_o ≈ (f0 A(n·wo, α) + B(n·wo, α)) · ∫ L K_α(r·wi) dwi,   K_α = D(n·h)/4 ⟨n·wi⟩ / ∫,  n = wo = r
+//!
+//! The integral of the product is taken as the product of two integrals: ∫ f cos (A and B, exact) times the mean of
+//! L over a lobe that is round about r, whatever the view. So f is approximated by its shape at normal incidence,
+//! without the stretch and the horizon of grazing views; L beyond the tolerance and V = 1. Levels of the chain are
+//! equally spaced in perceptual roughness √α, level 0 is the environment itself, and between levels the maps are
+//! mixed linearly. With `multiscatter`, the energy that single scattering loses comes back as a diffuse term over
+//! the irradiance of order 2. Radiance in W sr⁻¹ m⁻². Refused: anisotropic GGX, α > 1, other reflectances, point
+//! lights.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::shared::reflectance::{self, Reflectance};
+use crate::shared::turn::Turn;
+use crate::shared::{lights, quadric::Quadric};
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::{Light, Params, Specular};
+use steradian_base::{Certificate, Task};
+use steradian_brdf::Brdf;
+use steradian_light::Lights;
+
+/// The room.
+pub struct SplitSum;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    match brdf.info().name {
+        "ggx" if !brdf.is_isotropic() => Err("takes isotropic ggx only (alpha=): use reference".into()),
+        "ggx" if reflectance::get(brdf, "alpha").is_some_and(|a| a[0] > 1.0) => {
+            Err("takes ggx with alpha up to 1: use reference".into())
+        }
+        "ggx" => Ok(()),
+        "lambert" => Err("takes ggx only, not lambert: use sh_irradiance or diffuse_map".into()),
+        "phong" | "phong-map" | "phong-normalized" => {
+            Err(format!("takes ggx only, not {}: use phong_diffuse_maps", brdf.info().name))
+        }
+        other => Err(format!("takes ggx only, not {other}: use reference")),
+    }
+}
+
+impl Technique for SplitSum {
+    const CARD: Card = Card {
+        slug: "split_sum",
+        title: "Split sum: prefiltered chain and GGX albedo",
+        citation: "Karis 2013, Real Shading in Unreal Engine 4; Lagarde & de Rousiers 2014, Moving Frostbite to \
+                   PBR; Fdez-Agüera 2019, A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting",
+        equation: "L_o = (f0 A + B) ∫ L K_α(r·wi) dwi",
+        light: "a chain of cube maps, each convolved with the lobe of one roughness, to the tolerance",
+        visibility: "none: V = 1",
+        reflectance: "ggx: its albedo exact, its lobe as seen from n = wo = r",
+        materials,
+        specimens: &[
+            "ggx:alpha=0.04,f0=0.9/0.6/0.3",
+            "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+            "ggx:alpha=0.64,f0=0.04",
+        ],
+        exact_when: &[
+            Claim {
+                statement: "the light is constant: the albedo is exact",
+                light: lights::furnace,
+                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                params: &[],
+                within: 1e-3,
+            },
+            Claim {
+                statement: "the roughness goes to zero under a smooth light",
+                light: lights::smooth,
+                brdf: "ggx:alpha=0.002,f0=0.9/0.6/0.3",
+                params: &[],
+                within: 0.02,
+            },
+        ],
+        capabilities: Capabilities {
+            global: true,
+            certain_isotropic: true,
+            shift_variant: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = Light;
+    type Material = Reflectance;
+    type Transfer = ();
+    type Linked = Specular;
+    type Frame = (Turn, Quadric);
+
+    fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
+        Light::bake(l, p, task)
+    }
+
+    fn material(m: &Material, _: &Params, _: &Task) -> Result<Reflectance, BakeError> {
+        Ok(Reflectance::of(m))
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Reflectance, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Specular, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(b: &Bake<Self>, v: &View, f: &mut (Turn, Quadric)) {
+        *f = (Turn::new(v.light_rotation), b.light.mean_radiance.turned(v.light_rotation));
+    }
+
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.light.chain.bytes() + b.linked.bytes()
+    }
+
+    fn shade(b: &Bake<Self>, f: &(Turn, Quadric), q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.light.chain, &b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuRoom {
+        shade::gpu(&b.light.chain, &b.linked, f)
+    }
+}

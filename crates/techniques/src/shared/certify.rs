@@ -1,0 +1,106 @@
+//! Measures a room's error: its shading against direct evaluation of the integral at probe points.
+
+use crate::{PointsBuf, Radiance};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_prefilter::{Tree, probe};
+use steradian_sphere::Frame;
+
+/// Probe points: normals spread over the sphere, views from 3° to 80° off them.
+const PROBES: usize = 96;
+
+/// Frame and local view direction of probe `k`.
+fn point(k: usize) -> (Frame, DVec3) {
+    let n = probe::direction(k, PROBES);
+    let cosine = 0.999 - 0.825 * ((k as f64 * 0.754_877_666).fract());
+    let phi = 2.0 * PI * (k as f64 * 0.569_840_291).fract();
+    let s = (1.0 - cosine * cosine).sqrt();
+    (Frame::from_normal(n), DVec3::new(s * phi.cos(), s * phi.sin(), cosine))
+}
+
+/// A reflectance as direct evaluation needs it, in the local frame.
+pub struct Model<'a> {
+    /// May f_cos be non-zero below the horizon?
+    pub whole: bool,
+    /// Where f_cos(·, wo) is concentrated.
+    pub lobes: &'a (dyn Fn(DVec3) -> Vec<Lobe> + Sync),
+    /// f_cos(wi, wo).
+    pub f_cos: &'a (dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync),
+}
+
+/// ∫ L f_cos dwi in `frame` towards local `wo`, by the hierarchy of the light.
+fn radiance(tree: &Tree, m: &Model<'_>, frame: &Frame, wo: DVec3) -> [f64; 3] {
+    if wo.z <= 0.0 {
+        return [0.0; 3];
+    }
+    let lobes = (m.lobes)(wo);
+    let scale = |d: DVec3, radius: f64| {
+        let wi = frame.to_local(d);
+        if !m.whole && wi.z < -1.6 * radius {
+            return f64::INFINITY;
+        }
+        lobes.iter().map(|l| distance(l, wi)).fold(0.6, f64::min)
+    };
+    tree.integrate(scale, |d| (m.f_cos)(frame.to_local(d), wo))
+}
+
+/// Over which angle a lobe varies at `wi`: its width there, and the more the farther away.
+fn distance(lobe: &Lobe, wi: DVec3) -> f64 {
+    let (angle, width) = match *lobe {
+        Lobe::Axis { axis, width } => (axis.angle_between(wi), width),
+        Lobe::Cone { axis, cosine, width } => {
+            (axis.angle_between(wi) - cosine.clamp(-1.0, 1.0).acos(), width)
+        }
+        Lobe::Arc { normal, width } => (normal.dot(wi).clamp(-1.0, 1.0).asin(), width),
+    };
+    // Tails fall like a power of the angle: they vary over a fraction of it.
+    (0.5 * angle.abs()).max(width)
+}
+
+/// Relative RMS error of `shade` against the integral of `brdf`, over normals and views.
+pub fn error_of(
+    tree: &Tree,
+    brdf: &dyn Brdf,
+    shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+) -> f64 {
+    let lobes = |wo| brdf.lobes(wo);
+    let f_cos = |wi, wo| brdf.f_cos(wi, wo);
+    error(tree, &Model { whole: brdf.domain() == Domain::Sphere, lobes: &lobes, f_cos: &f_cos }, shade)
+}
+
+/// Relative RMS error of `shade` against the integral, over normals and views.
+pub fn error(tree: &Tree, m: &Model<'_>, shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> f64 {
+    let exact: Vec<_> = (0..PROBES)
+        .into_par_iter()
+        .map(|k| {
+            let (frame, wo) = point(k);
+            radiance(tree, m, &frame, wo)
+        })
+        .collect();
+    against(&exact, shade)
+}
+
+/// Relative RMS difference of `shade` from `exact` at the probe points.
+fn against(exact: &[[f64; 3]], shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> f64 {
+    let mut buf = PointsBuf::with_capacity(PROBES);
+    for k in 0..PROBES {
+        let (frame, wo) = point(k);
+        let p = glam::Vec3::ZERO;
+        buf.push(frame.n.as_vec3(), frame.t.as_vec3(), frame.to_world(wo).as_vec3(), p);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; PROBES]);
+    shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
+    let got = |k: usize| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from);
+    probe::relative_rms((0..PROBES).map(|k| (got(k), exact[k])))
+}
+
+/// As [`error_of`], for a reflectance so sharp that the integral is `limit(frame, wo)`.
+pub fn error_of_limit(
+    limit: impl Fn(&Frame, DVec3) -> [f64; 3],
+    shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+) -> f64 {
+    let exact: Vec<_> = (0..PROBES).map(point).map(|(frame, wo)| limit(&frame, wo)).collect();
+    against(&exact, shade)
+}

@@ -1,0 +1,84 @@
+//! A chain of cubes from sharp to blurred, packed into one atlas: level 0 at the left, the others in a column
+//! beside it. Cubes with shared edges never read over their border, so levels may touch and may have any size.
+
+use super::tables;
+use crate::Part;
+use crate::gpu::{Format, Level, Shape, Table};
+use crate::tensors::{PartError, TensorFile};
+use steradian_prefilter::EdgeCube;
+
+/// Cubes from sharp to blurred.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain(Vec<EdgeCube>);
+
+impl Chain {
+    /// A chain of at least one cube; `None` for none.
+    pub fn new(levels: Vec<EdgeCube>) -> Option<Self> {
+        (!levels.is_empty()).then_some(Self(levels))
+    }
+
+    /// The cubes.
+    pub fn levels(&self) -> &[EdgeCube] {
+        &self.0
+    }
+
+    /// The two levels around a fractional level, and the weight of the second.
+    #[inline(always)]
+    pub fn around(&self, level: f32) -> (&EdgeCube, &EdgeCube, f32) {
+        let last = self.0.len() - 1;
+        let l = level.clamp(0.0, last as f32);
+        let a = (l as usize).min(last);
+        (&self.0[a], &self.0[(a + 1).min(last)], l - a as f32)
+    }
+
+    /// Where each level lies in the atlas: x, y, size.
+    pub fn places(&self) -> Vec<[u32; 3]> {
+        let x = self.0[0].size() as u32 + 1;
+        let mut y = 0;
+        let place = |(k, c): (usize, &EdgeCube)| {
+            let n = c.size() as u32;
+            if k == 0 {
+                return [0, 0, n];
+            }
+            y += n + 1;
+            [x, y - n - 1, n]
+        };
+        self.0.iter().enumerate().map(place).collect()
+    }
+
+    /// The chain as a GPU table.
+    pub fn table(&self, name: &'static str) -> Table {
+        let places = self.places();
+        let width = places.iter().map(|p| p[0] + p[2] + 1).max().unwrap_or(1) as usize;
+        let height = places.iter().map(|p| p[1] + p[2] + 1).max().unwrap_or(1) as usize;
+        let mut texels = vec![[0.0f32; 4]; 6 * width * height];
+        for (cube, p) in self.0.iter().zip(&places) {
+            let n = cube.size() + 1;
+            for (r, row) in cube.texels().chunks_exact(n).enumerate() {
+                let at = (r / n * height + p[1] as usize + r % n) * width + p[0] as usize;
+                texels[at..at + n].copy_from_slice(row);
+            }
+        }
+        let level = Level { width, height, layers: 6, bytes: tables::texel_bytes(texels.iter()) };
+        Table { name, shape: Shape::EdgeCubeChain(places), format: Format::Rgba32Float, level }
+    }
+}
+
+impl Part for Chain {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        for (k, c) in self.0.iter().enumerate() {
+            tables::save_cube(c, to, format!("{prefix}.level{k:02}"));
+        }
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let names = (0..100).map(|k| format!("{prefix}.level{k:02}"));
+        let there = names.take_while(|n| from.tensors.contains_key(n));
+        let levels = there.map(|n| tables::load_cube(from, &n)).collect::<Result<Vec<_>, _>>()?;
+        Self::new(levels).ok_or_else(|| PartError::Missing(format!("{prefix}.level00")))
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.iter().map(tables::cube_bytes).sum()
+    }
+}

@@ -1,0 +1,119 @@
+//! The light's factor of rooms that take distant light only.
+
+use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use crate::{BakeError, Part};
+use glam::DVec3;
+use steradian_base::Task;
+use steradian_light::Lights;
+use steradian_prefilter::{Beam, Source, Tree};
+use steradian_sphere::{Layout, SphereImage};
+
+/// Highest band of the spectrum that light is analysed to; sharper kernels are filtered in angular space.
+pub const ORDER: usize = 255;
+
+/// Distant light, prepared for filtering and for exact evaluation.
+pub struct DistantLight {
+    /// The light split into a base image and small lights.
+    pub source: Source,
+    /// Its hierarchy.
+    pub tree: Tree,
+}
+
+impl DistantLight {
+    /// Prepares everything in `lights`; refuses point lights.
+    pub fn bake(slug: &'static str, lights: &Lights, order: usize, task: &Task) -> Result<Self, BakeError> {
+        refuse_points(slug, lights)?;
+        if let Some(e) = &lights.environment {
+            let texels = (e.image.width * e.image.height) as u64;
+            // Copy, reduced image with its split, hierarchy.
+            let need = texels * 12 + (2048 * 1024).min(texels) * (12 + 16);
+            if need > task.max_memory() {
+                return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+            }
+        }
+        Ok(Self::of(Source::new(lights, order, task)?, task)?)
+    }
+
+    /// Radiance from direction `d`: the texel that contains it, and the disks that do.
+    pub fn radiance(&self, d: DVec3) -> [f64; 3] {
+        let mut l = self.source.base.as_ref().map_or([0.0; 3], |b| b.nearest(d).map(f64::from));
+        for b in
+            self.source.beams.iter().filter(|b| b.radius > 0.0 && b.direction.angle_between(d) < b.radius)
+        {
+            let omega = 4.0 * std::f64::consts::PI * (0.5 * b.radius).sin().powi(2);
+            (0..3).for_each(|c| l[c] += b.flux[c] / omega);
+        }
+        l
+    }
+
+    fn of(source: Source, task: &Task) -> Result<Self, steradian_base::Cancelled> {
+        let tree = Tree::new(source.base.as_ref(), &source.beams, task)?;
+        Ok(Self { source, tree })
+    }
+}
+
+/// Environment maps have no place for point lights.
+pub fn refuse_points(slug: &'static str, lights: &Lights) -> Result<(), BakeError> {
+    if lights.points.is_empty() {
+        return Ok(());
+    }
+    let why = "takes distant light only (environment, disks, directional lights), not point lights".into();
+    Err(BakeError::Light { slug, why })
+}
+
+impl Part for DistantLight {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let s = &self.source;
+        if let Some(base) = &s.base {
+            let shape = vec![3, base.height, base.width];
+            put_f32(to, format!("{prefix}.base"), shape, base.planes.concat());
+        }
+        let beam = |b: &Beam| {
+            [b.direction.x, b.direction.y, b.direction.z, b.radius, b.flux[0], b.flux[1], b.flux[2]]
+        };
+        let beams = s.beams.iter().flat_map(beam).collect();
+        put_f64(to, format!("{prefix}.beams"), vec![s.beams.len(), 7], beams);
+        put_f64(to, format!("{prefix}.order"), vec![1], vec![s.order() as f64]);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.base");
+        let base = if from.tensors.contains_key(&name) { Some(load_base(from, &name)?) } else { None };
+        let beams = load_beams(from, &format!("{prefix}.beams"))?;
+        let name = format!("{prefix}.order");
+        let (_, order) = get_f64(from, &name, 1)?;
+        let order = order.first().copied().filter(|o| (0.0..=2047.0).contains(o));
+        let order = order.ok_or_else(|| PartError::Unexpected(name.clone()))?;
+        let task = Task::quiet();
+        let source = Source::prepared(base, beams, order as usize);
+        Self::of(source, &task).map_err(|_| PartError::Unexpected(name))
+    }
+
+    fn bytes(&self) -> usize {
+        self.source.base.as_ref().map_or(0, |b| 12 * b.width * b.height) + 56 * self.source.beams.len()
+    }
+}
+
+fn load_base(from: &TensorFile, name: &str) -> Result<SphereImage, PartError> {
+    let (shape, v) = get_f32(from, name, 3)?;
+    if shape[0] != 3 || shape[1] == 0 || shape[2] == 0 {
+        return Err(PartError::Unexpected(name.into()));
+    }
+    let (height, width) = (shape[1], shape[2]);
+    let mut planes = v.chunks(width * height).map(<[f32]>::to_vec);
+    let planes = std::array::from_fn(|_| planes.next().unwrap_or_default());
+    Ok(SphereImage { layout: Layout::LatLong, width, height, planes })
+}
+
+fn load_beams(from: &TensorFile, name: &str) -> Result<Vec<Beam>, PartError> {
+    let (shape, v) = get_f64(from, name, 2)?;
+    if shape[1] != 7 {
+        return Err(PartError::Unexpected(name.into()));
+    }
+    let beam = |b: &[f64]| Beam {
+        direction: DVec3::new(b[0], b[1], b[2]).normalize_or(DVec3::Y),
+        radius: b[3],
+        flux: [b[4], b[5], b[6]],
+    };
+    Ok(v.chunks_exact(7).map(beam).collect())
+}
