@@ -1,11 +1,18 @@
 //! Every room, one line each.
 
-use crate::rooms::*;
+use crate::rooms::{diffuse_map, mirror_map, phong_diffuse_maps, sh_irradiance, split_sum};
 use crate::{AnyTechnique, Erased};
+
+const ROOMS: &[&dyn AnyTechnique] = &[
+    &Erased::<mirror_map::MirrorMap>::new(),
+    &Erased::<sh_irradiance::ShIrradiance>::new(),
+    &Erased::<diffuse_map::DiffuseMap>::new(),
+    &Erased::<phong_diffuse_maps::PhongDiffuseMaps>::new(),
+    &Erased::<split_sum::SplitSum>::new(),
+];
 
 /// Every technique, in the order of menus.
 pub fn registry() -> &'static [&'static dyn AnyTechnique] {
-    const ROOMS: &[&dyn AnyTechnique] = &[&Erased::<sh_irradiance::ShIrradiance>::new()];
     ROOMS
 }
 
