@@ -4,6 +4,7 @@
 mod environment;
 mod lights;
 pub mod load;
+pub mod sky;
 
 pub use environment::Environment;
 pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};

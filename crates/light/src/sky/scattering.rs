@@ -1,0 +1,154 @@
+//! Light scattered along a ray: single scattering split by phase function, and all higher orders.
+
+use super::atmosphere::{Air, GROUND, TOP, cell, density, to_ground, to_top};
+use super::spectrum::{BINS, Spectrum};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_sphere::quadrature::gauss_legendre;
+
+/// Per unit of solar irradiance: light scattered once by air and by aerosol (each to be multiplied by its
+/// phase function), and more than once.
+#[derive(Clone, Copy)]
+pub(super) struct Scattered {
+    pub(super) rayleigh: Spectrum,
+    pub(super) aerosol: Spectrum,
+    pub(super) multiple: Spectrum,
+}
+
+/// A ray from radius `r`: cosines of its zenith angle, the sun's zenith angle, and the angle between them.
+#[derive(Clone, Copy)]
+pub(super) struct Ray {
+    pub(super) r: f64,
+    pub(super) mu: f64,
+    pub(super) mu_s: f64,
+    pub(super) nu: f64,
+}
+
+/// One step of a march.
+struct Step {
+    r: f64,
+    mu_s: f64,
+    density: [f64; 3],
+    /// ∫ over the step of the transmittance to the ray's origin, m.
+    reach: Spectrum,
+}
+
+/// Marches a ray over `length` with steps that grow as the cube, integrating the transmittance within each
+/// step analytically (Hillaire 2015). Returns the transmittance of the whole.
+fn march(air: &Air, ray: Ray, length: f64, steps: usize, mut visit: impl FnMut(Step)) -> Spectrum {
+    let mut transmittance = [1.0; BINS];
+    for i in 0..steps {
+        let end = |i: usize| length * (i as f64 / steps as f64).powi(3);
+        let (start, end) = (end(i), end(i + 1));
+        let (s, ds) = (0.5 * (start + end), end - start);
+        let r = (ray.r * ray.r + s * s + 2.0 * ray.r * ray.mu * s).sqrt().max(GROUND);
+        let d = density(r);
+        let tau = air.optical_depth(d.map(|d| d * ds));
+        let mut reach = [0.0; BINS];
+        for k in 0..BINS {
+            let lost = -(-tau[k]).exp_m1();
+            reach[k] = transmittance[k] * if tau[k] > 1e-9 { lost / tau[k] } else { 1.0 } * ds;
+            transmittance[k] *= 1.0 - lost;
+        }
+        let mu_s = ((ray.r * ray.mu_s + s * ray.nu) / r).clamp(-1.0, 1.0);
+        visit(Step { r, mu_s, density: d, reach });
+    }
+    transmittance
+}
+
+/// Steps of a view ray.
+const VIEW_STEPS: usize = 40;
+
+/// Light scattered towards the origin of a ray that leaves the atmosphere.
+pub(super) fn scattered(air: &Air, multiple: &Multiple, ray: Ray) -> Scattered {
+    let mut out = Scattered { rayleigh: [0.0; BINS], aerosol: [0.0; BINS], multiple: [0.0; BINS] };
+    march(air, ray, to_top(ray.r, ray.mu), VIEW_STEPS, |step| {
+        let sun = air.sunlight(step.r, step.mu_s);
+        let psi = multiple.look_up(step.r, step.mu_s);
+        for k in 0..BINS {
+            let (r, m) = (step.density[0] * air.rayleigh[k], step.density[1] * air.aerosol[k]);
+            out.rayleigh[k] += r * step.reach[k] * sun[k];
+            out.aerosol[k] += m * step.reach[k] * sun[k];
+            out.multiple[k] += (r + m) * step.reach[k] * psi[k];
+        }
+    });
+    out
+}
+
+const HEIGHTS: usize = 16;
+const SUNS: usize = 32;
+/// Lowest and highest elevation of the sun in the table, radians.
+const LOWEST: f64 = -20.0 * PI / 180.0;
+const HIGHEST: f64 = PI / 2.0;
+
+/// Light of all orders above the first, per scattering coefficient and solar irradiance, by height and sun
+/// elevation: Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique",
+/// eqs 5–10: the second order from an isotropic phase function, and a geometric series for the rest.
+pub(super) struct Multiple {
+    table: Vec<Spectrum>,
+}
+
+impl Multiple {
+    /// `albedo` is the ground's, per bin.
+    pub(super) fn new(air: &Air, albedo: f64) -> Self {
+        let (x, w) = gauss_legendre(8);
+        let table = (0..HEIGHTS * SUNS)
+            .into_par_iter()
+            .map(|k| {
+                let r = radius((k / SUNS) as f64 / (HEIGHTS - 1) as f64);
+                let elevation = LOWEST + (HIGHEST - LOWEST) * (k % SUNS) as f64 / (SUNS - 1) as f64;
+                entry(air, albedo, r, elevation.sin(), &x, &w)
+            })
+            .collect();
+        Self { table }
+    }
+
+    fn look_up(&self, r: f64, mu_s: f64) -> Spectrum {
+        let y = ((r - GROUND).max(0.0) / (TOP - GROUND)).sqrt();
+        let (j, u) = cell(y * (HEIGHTS - 1) as f64, HEIGHTS);
+        let (i, v) = cell((mu_s.asin() - LOWEST) / (HIGHEST - LOWEST) * (SUNS - 1) as f64, SUNS);
+        let at = |j: usize, i: usize| &self.table[j * SUNS + i];
+        let (a, b, c, d) = (at(j, i), at(j, i + 1), at(j + 1, i), at(j + 1, i + 1));
+        std::array::from_fn(|k| (1.0 - u) * ((1.0 - v) * a[k] + v * b[k]) + u * ((1.0 - v) * c[k] + v * d[k]))
+    }
+}
+
+/// Heights are denser near the ground.
+fn radius(x: f64) -> f64 {
+    (GROUND + 1.0).max(GROUND + (TOP - GROUND - 1.0) * x * x)
+}
+
+fn entry(air: &Air, albedo: f64, r: f64, mu_s: f64, x: &[f64], w: &[f64]) -> Spectrum {
+    const AZIMUTHS: usize = 8;
+    const STEPS: usize = 16;
+    let sin_s = (1.0 - mu_s * mu_s).max(0.0).sqrt();
+    let (mut second, mut factor) = ([0.0; BINS], [0.0; BINS]);
+    for (mu, w) in x.iter().zip(w) {
+        let sin = (1.0 - mu * mu).sqrt();
+        // The azimuth's other half mirrors this one.
+        for a in 0..AZIMUTHS / 2 {
+            let nu = mu * mu_s + sin * sin_s * (2.0 * PI * (a as f64 + 0.5) / AZIMUTHS as f64).cos();
+            let ray = Ray { r, mu: *mu, mu_s, nu };
+            let ground = to_ground(r, *mu);
+            let length = ground.unwrap_or_else(|| to_top(r, *mu));
+            // Share of this direction in the mean over the sphere.
+            let share = 0.5 * w * 2.0 / AZIMUTHS as f64;
+            let through = march(air, ray, length, STEPS, |step| {
+                let sun = air.sunlight(step.r, step.mu_s);
+                for k in 0..BINS {
+                    let s = step.density[0] * air.rayleigh[k] + step.density[1] * air.aerosol[k];
+                    second[k] += share * s * step.reach[k] * sun[k] / (4.0 * PI);
+                    factor[k] += share * s * step.reach[k];
+                }
+            });
+            if ground.is_some() {
+                let mu_g = ((r * mu_s + length * nu) / GROUND).clamp(-1.0, 1.0);
+                let sun = air.sunlight(GROUND, mu_g);
+                for k in 0..BINS {
+                    second[k] += share * through[k] * albedo / PI * mu_g.max(0.0) * sun[k];
+                }
+            }
+        }
+    }
+    std::array::from_fn(|k| second[k] / (1.0 - factor[k]))
+}
