@@ -22,7 +22,7 @@ use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::AnyTechnique;
 
 /// The light of commands that are given none.
-pub const DEFAULT_SKY: &str = "sky:clear";
+pub const DEFAULT_SKY: &str = "sky";
 
 /// How the file of a light is read, turned and scaled.
 #[derive(Debug, Clone, Default, Args)]
@@ -96,16 +96,24 @@ pub fn parameters(given: &[(String, f64)]) -> ParamValues {
     ParamValues(given.iter().cloned().collect())
 }
 
-/// Is this a sky spec rather than a file?
+/// Is this the spec of an environment by formula rather than a file?
 pub fn is_sky(spec: &str) -> bool {
-    spec.starts_with("sky:")
+    steradian_light::sky::is_name(spec)
 }
 
-/// The lights of a sky spec; the image is turned and scaled by the formula's own directions.
+/// Size of the images of skies.
+const SKY_SIZE: (usize, usize) = (1024, 512);
+
+/// The lights of a sky spec.
 fn sky(spec: &str) -> Result<Lights, Failure> {
-    let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| [0.2 + d.y.max(0.0) as f32, 0.3 + d.y.max(0.0) as f32, 0.5+ d.y.max(0.0) as f32]);
-    let _ = spec;
-    Ok(Environment { image }.into())
+    sky_of(spec, SKY_SIZE)
+}
+
+/// The lights of a sky spec with an image of `size`.
+pub fn sky_of(spec: &str, size: (usize, usize)) -> Result<Lights, Failure> {
+    let sky = steradian_light::sky::by_name(spec, size.0, size.1).map_err(Failure::usage)?;
+    let environment = Some(Arc::new(Environment { image: sky.image }));
+    Ok(Lights { environment, disks: sky.sun.into_iter().collect(), ..Lights::default() })
 }
 
 /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a

@@ -12,6 +12,7 @@ mod layouts;
 mod progress;
 mod scene;
 mod studio;
+mod study;
 
 use clap::Parser;
 use context::{Common, Context};

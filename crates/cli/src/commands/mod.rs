@@ -1,6 +1,8 @@
 //! One file per command.
 
+mod compare;
 mod convert;
+mod demo;
 mod eval;
 mod inspect;
 mod irradiance;
@@ -14,6 +16,8 @@ use clap::Subcommand;
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// The README's first picture: materials, skies and techniques beside the reference; needs no files
+    Demo(demo::Options),
     /// Render a mesh, a built-in shape or a scene file under an environment
     Render(Box<render::Options>),
     /// Evaluate radiance at points of a CSV file by any technique or by the reference
@@ -21,6 +25,8 @@ pub enum Command {
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
     #[command(alias = "sh")]
     Irradiance(irradiance::Options),
+    /// Compare techniques with the reference: table, contact sheet, report
+    Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
     Inspect(inspect::Options),
     /// Convert an environment from one layout, format, size or orientation to another
@@ -33,6 +39,8 @@ impl Command {
     /// Runs the command.
     pub fn run(self, context: &mut Context) -> Outcome {
         match self {
+            Self::Demo(o) => demo::run(o, context),
+            Self::Compare(o) => compare::run(o, context),
             Self::Render(o) => render::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),

@@ -18,7 +18,7 @@
 //! brdf = "lambert:albedo=0.6/0.5/0.4"
 //!
 //! [light]
-//! environment = "sky:clear" # or a file
+//! environment = "sky:elevation=35" # or a file
 //! rotation = 90             # degrees about +Y
 //!
 //! [output]

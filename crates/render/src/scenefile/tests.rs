@@ -18,7 +18,7 @@ scale = 2
 brdf = "lambert:albedo=0.5"
 
 [light]
-environment = "sky:clear"
+environment = "sky:elevation=35"
 rotation = 90
 [[light.disk]]
 direction = [0, 2, 0]

@@ -4,9 +4,9 @@ use crate::commands::render::save_display;
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use glam::DVec3;
-use std::fmt::Write;
 use std::path::Path;
 use steradian_brdf::Brdf;
+use steradian_brdf::plots::{PlotOptions, polar_svg};
 use steradian_render::Display;
 use steradian_render::sheet::Pen;
 
@@ -20,7 +20,7 @@ const RADIUS: f64 = 380.0;
 const INK: [u8; 3] = [60, 62, 66];
 const FAINT: [u8; 3] = [208, 210, 214];
 
-/// Things that both file formats draw.
+/// What is drawn.
 enum Mark {
     Line { points: Vec<(f64, f64)>, colour: [u8; 3], width: f64 },
     Text { at: (f64, f64), text: String, colour: [u8; 3] },
@@ -28,10 +28,9 @@ enum Mark {
 
 /// Writes `path`: .svg or .png.
 pub fn draw(brdf: &dyn Brdf, path: &Path, context: &Context) -> Outcome {
-    let marks = marks(brdf);
     match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("svg") => context.write_text(Some(path), &svg(&marks)),
-        Some("png") => save_display(path, &png(&marks), Vec::new(), context),
+        Some("svg") => context.write_text(Some(path), &polar_svg(brdf, &PlotOptions::default())),
+        Some("png") => save_display(path, &png(&marks(brdf)), Vec::new(), context),
         _ => Err(Failure::usage(format!("{}: plots are .svg or .png", path.display()))),
     }
 }
@@ -93,33 +92,6 @@ fn axes() -> Vec<Mark> {
         out.push(Mark::Text { at: (x - 10.0, y - 4.0), text: format!("{degrees}°"), colour: INK });
     }
     out
-}
-
-fn svg(marks: &[Mark]) -> String {
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-    );
-    let hex = |c: &[u8; 3]| format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
-    for m in marks {
-        // Writing to a string cannot fail.
-        let _ = match m {
-            Mark::Line { points, colour, width } => {
-                let list: Vec<String> = points.iter().map(|p| format!("{:.2},{:.2}", p.0, p.1)).collect();
-                let (points, colour) = (list.join(" "), hex(colour));
-                writeln!(out, "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"/>")
-            }
-            Mark::Text { at, text, colour } => {
-                let (x, y, colour) = (at.0, at.1 + 10.0, hex(colour));
-                writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{colour}\">{}</text>", escaped(text))
-            }
-        };
-    }
-    out.push_str("</svg>\n");
-    out
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn png(marks: &[Mark]) -> Display {

@@ -1,0 +1,183 @@
+//! `steradian demo`: the first picture, from nothing but formulas.
+
+use crate::commands::render::save_display;
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use crate::inputs::{self, Method};
+use crate::study::{self, Answer, Case, Plan};
+use clap::Args;
+use glam::Vec3;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+use steradian_render::{Row, Settings, Sheet, ToneMapper};
+use steradian_scene::{Bvh, Camera};
+
+/// Options of `steradian demo`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// The contact sheet
+    #[arg(short, long, value_name = "OUT.png", default_value = "steradian-demo.png")]
+    output: PathBuf,
+    /// Side of each picture in pixels
+    #[arg(long, value_name = "N", default_value_t = 224, value_parser = clap::value_parser!(u16).range(32..=2048))]
+    size: u16,
+}
+
+/// One row of the sheet.
+struct Scene {
+    material: &'static str,
+    place: &'static str,
+    shape: &'static str,
+    sky: &'static str,
+    brdf: &'static str,
+    /// Where the camera stands as seen from the shape: azimuth from +X towards +Z and elevation, degrees.
+    view: (f32, f32),
+    /// Distance in bounding radii.
+    distance: f32,
+    /// Blur of the background, degrees.
+    blur: f64,
+    /// Exposure value on top of the automatic one.
+    ev: f32,
+}
+
+const SCENES: [Scene; 4] = [
+    Scene {
+        material: "clay",
+        place: "clear sky",
+        shape: "teapot",
+        sky: "sky:elevation=32,azimuth=30,turbidity=3,ground=0.22/0.2/0.16",
+        brdf: "lambert:albedo=0.62/0.42/0.32",
+        view: (75.0, 14.0),
+        distance: 4.0,
+        blur: 1.5,
+        ev: 0.0,
+    },
+    Scene {
+        material: "gold",
+        place: "studio",
+        shape: "knot",
+        sky: "studio",
+        brdf: "ggx:alpha=0.15,f0=1.0/0.77/0.34",
+        view: (75.0, 14.0),
+        distance: 4.0,
+        blur: 1.5,
+        ev: 0.0,
+    },
+    Scene {
+        material: "blue plastic",
+        place: "overcast sky",
+        shape: "teapot",
+        sky: "overcast",
+        brdf: "phong:n=40",
+        view: (75.0, 14.0),
+        distance: 4.0,
+        blur: 1.5,
+        ev: 0.0,
+    },
+    Scene {
+        material: "brushed steel",
+        place: "evening sky",
+        shape: "torus",
+        sky: "sky:elevation=8,azimuth=200,turbidity=4,ground=0.15",
+        brdf: "ggx:alpha=0.35,f0=0.56/0.57/0.58",
+        view: (75.0, 14.0),
+        distance: 4.0,
+        blur: 1.5,
+        ev: 0.0,
+    },
+];
+
+/// Columns beside the reference.
+const TECHNIQUES: usize = 3;
+/// Size of the skies' images.
+const SKY_SIZE: (usize, usize) = (512, 256);
+/// Relative error of the reference at each sample: below what eight bits show.
+const TOLERANCE: f64 = 1e-2;
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let start = Instant::now();
+    let side = usize::from(o.size);
+    let plan = Plan {
+        settings: Settings { inner: 1, edge: 3, ..Settings::new(side, side) },
+        tone_mapper: ToneMapper::Aces,
+        tolerance: TOLERANCE,
+    };
+    let mut rows = Vec::new();
+    for scene in &SCENES {
+        context.say(format_args!("{} in {} …", scene.material, scene.place));
+        let case = case(scene, side)?;
+        rows.push((case.label.clone(), study::run(&case, &methods(&case), &plan, context)?));
+    }
+    save_display(&o.output, &sheet(&rows).draw(), Vec::new(), context)?;
+    finish(&o, &rows, start, context)
+}
+
+fn case(scene: &Scene, side: usize) -> Result<Case, Failure> {
+    let mesh = inputs::shape(scene.shape)?;
+    let (low, high) = mesh.bounds().ok_or_else(|| Failure::failed("a shape without triangles"))?;
+    let (azimuth, elevation) = (scene.view.0.to_radians(), scene.view.1.to_radians());
+    let away =
+        Vec3::new(elevation.cos() * azimuth.cos(), elevation.sin(), elevation.cos() * azimuth.sin());
+    let at = 0.5 * (low + high);
+    let from = at + away * (0.5 * (high - low).length() * scene.distance);
+    let camera = Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 28f32.to_radians() };
+    let lights = Arc::new(inputs::sky_of(scene.sky, SKY_SIZE)?);
+    let background = Arc::new(study::backdrop(&lights, &camera, side, scene.blur.to_radians()));
+    let bvh = Bvh::build(&mesh);
+    Ok(Case {
+        label: vec![scene.material.into(), scene.place.into()],
+        mesh: Arc::new((mesh, bvh)),
+        camera,
+        lights,
+        brdf: steradian_brdf::parse(scene.brdf)?,
+        background,
+        ev: scene.ev,
+    })
+}
+
+/// The first techniques of the registry that take the material.
+fn methods(case: &Case) -> Vec<Method> {
+    steradian_techniques::registry()
+        .iter()
+        .filter(|t| (t.card().materials)(&*case.brdf).is_ok() && !t.card().needs.sites)
+        .take(TECHNIQUES)
+        .map(|t| Method::Technique(*t))
+        .collect()
+}
+
+fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
+    let mut columns = vec!["the integral".to_string()];
+    let most = rows.iter().map(|r| r.1.len()).max().unwrap_or(1);
+    columns.extend((1..most).map(|_| String::new()));
+    let cells = |answers: &[Answer]| {
+        let mut cells: Vec<_> = answers.iter().map(|a| a.cell(true)).collect();
+        cells.resize(most, None);
+        cells
+    };
+    Sheet {
+        title: "Steradian".into(),
+        subtitle: "environment lighting of any reflectance: each technique beside the reference, with its error".into(),
+        columns,
+        rows: rows.iter().map(|(label, answers)| Row { label: label.clone(), cells: cells(answers) }).collect(),
+        text_scale: 1.5,
+    }
+}
+
+fn finish(o: &Options, rows: &[(Vec<String>, Vec<Answer>)], start: Instant, context: &Context) -> Outcome {
+    let seconds = start.elapsed().as_secs_f64();
+    if context.common.json {
+        let scenes: Vec<Value> = rows
+            .iter()
+            .map(|(label, answers)| {
+                json!({"scene": label.join(", "), "techniques": answers.iter().map(Answer::json).collect::<Vec<_>>()})
+            })
+            .collect();
+        let name = o.output.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({"output": name, "seconds": seconds, "scenes": scenes}));
+    }
+    context.say(format_args!("{}: {} scenes in {seconds:.1} s", o.output.display(), rows.len()));
+    context.say("next: steradian render teapot --environment sky --brdf ggx:alpha=0.1,f0=1/0.77/0.34 -o teapot.png");
+    Ok(())
+}
