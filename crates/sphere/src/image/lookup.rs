@@ -142,7 +142,7 @@ impl SphereImage {
     }
 
     /// The value that stands for lattice point (i, j) of a face, inside it or beyond its border.
-    fn fetch(&self, filter: Filter, face: usize, i: isize, j: isize) -> [f64; 3] {
+    pub(super) fn fetch(&self, filter: Filter, face: usize, i: isize, j: isize) -> [f64; 3] {
         let (w, h) = (self.width as isize, self.height as isize);
         if (0..w).contains(&i) && (0..h).contains(&j) {
             return self.texel_f64(face, i as usize, j as usize);

@@ -1,6 +1,11 @@
 //! RGB images on the sphere.
 
+mod coverage;
+mod latlong;
 mod lookup;
+mod patch;
+mod refine;
+mod resample;
 #[cfg(test)]
 mod tests;
 
@@ -108,14 +113,17 @@ impl SphereImage {
     }
 
     /// The same function in another layout or size: area-exact where texels grow, bicubic where they shrink.
+    ///
+    /// ∫ L dω is kept to about 1e-6 unless every texel shrinks, when it is kept as well as the interpolation is
+    /// good. The same result whatever the number of threads.
     pub fn resample(&self, layout: Layout, width: usize, height: usize) -> Self {
-        Self::from_fn(layout, width, height, |d| self.bicubic(d))
+        resample::remap(self, layout, width, height, DMat3::IDENTITY)
     }
 
-    /// The function turned by `rotation`: out(d) = self(rotation⁻¹ d).
+    /// The function turned by `rotation`: out(d) = self(rotation⁻¹ d); `rotation` may mirror. Quality and
+    /// energy as with [`SphereImage::resample`].
     pub fn rotate(&self, rotation: DMat3) -> Self {
-        let back = rotation.transpose();
-        Self::from_fn(self.layout, self.width, self.height, |d| self.bicubic(back * d))
+        resample::remap(self, self.layout, self.width, self.height, rotation.transpose())
     }
 
     /// Solid angles of the texels of row `j` of `face`.

@@ -203,3 +203,50 @@ fn tiny_images_and_odd_directions_do_not_panic() {
         }
     }
 }
+
+/// A dim floor with a few single texels 10⁴ times brighter, on borders and in corners too.
+fn suns(layout: Layout, n: usize) -> SphereImage {
+    let (w, h) = size(layout, n);
+    let mut image = SphereImage::from_fn(layout, w, h, |_| [0.5, 1.0, 0.0]);
+    for d in directions(40).chain([DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z, DVec3::ONE / 3f64.sqrt()]) {
+        let (face, i, j) = image.texel_of(d);
+        let k = image.index(face, i, j);
+        image.planes[0][k] = 1e4;
+        image.planes[2][k] = 1e4;
+    }
+    image
+}
+
+#[test]
+fn resampling_keeps_energy_and_constants() {
+    for from in Layout::ALL {
+        let source = suns(from, 48);
+        let before = source.integral();
+        for to in Layout::ALL {
+            for n in [12, 31, 40] {
+                let (w, h) = size(to, n);
+                let out = source.resample(to, w, h);
+                let after = out.integral();
+                for c in 0..3 {
+                    let gap = (after[c] / before[c] - 1.0).abs();
+                    println!("{from:?} {to:?} {n} {c}: {gap:e}");
+                }
+                let low = out.planes[1].iter().zip(0..).filter(|(_, k)| {
+                    let (i, j) = (k % w, k / w % h);
+                    to.solid_angle(w, h, k / (w * h), i, j) > 0.0
+                });
+                for (v, k) in low {
+                    assert!((v - 1.0).abs() < 1e-5, "{from:?} {to:?} {n}: {v} at {k}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn speed() {
+    let source = SphereImage::from_fn(Layout::LatLong, 2048, 1024, smooth);
+    let t = std::time::Instant::now();
+    let cube = source.resample(Layout::Cube, 512, 512);
+    println!("{:?} {:?} {:?}", t.elapsed(), source.integral(), cube.integral());
+}

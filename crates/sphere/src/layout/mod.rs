@@ -2,7 +2,7 @@
 
 mod angular;
 pub(crate) mod cube;
-mod disc;
+pub(crate) mod disc;
 mod latlong;
 mod octahedral;
 pub(crate) mod paraboloid;
