@@ -156,10 +156,11 @@ pub(crate) fn plain(error: &io::Error) -> String {
         io::ErrorKind::IsADirectory => "is a folder, not a file".into(),
         io::ErrorKind::NotADirectory => "a part of its path is not a folder".into(),
         io::ErrorKind::StorageFull => "no space left on the disk".into(),
-        _ => {
+        _ if error.raw_os_error().is_some() => {
             let text = error.to_string();
             text.split(" (os error").next().unwrap_or(&text).to_lowercase()
         }
+        _ => error.to_string().replace(['\n', '\r'], " "),
     }
 }
 

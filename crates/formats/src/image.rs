@@ -32,9 +32,12 @@ pub fn read_image(path: &Path, limits: &Limits) -> Result<Raster, FormatError> {
 pub fn read_image_with(path: &Path, options: &ReadOptions) -> Result<Raster, FormatError> {
     let unreadable = |e: io::Error| FormatError::Unreadable { path: path.into(), why: plain(&e) };
     let (mut file, length) = open(path)?;
-    let mut head = [0u8; 4];
+    let mut head = [0u8; HEAD];
     let n = read_up_to(&mut file, &mut head).map_err(unreadable)?;
-    if openexr::is_exr(&head[..n]) && file.seek(SeekFrom::Start(0)).is_ok() {
+    not_empty(path, &head[..n])?;
+    // Before the rest is read: a device may have no end.
+    let format = Format::of(path, &head[..n]).ok_or_else(|| unknown(path))?;
+    if matches!(format, Format::Exr) && file.seek(SeekFrom::Start(0)).is_ok() {
         // Straight from the disk: the compressed bytes never lie in memory as a whole.
         return openexr::decode(path, BufReader::with_capacity(1 << 18, file), length, options);
     }
@@ -54,20 +57,48 @@ pub fn decode_image(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Raster
 /// [`decode_image`] with options.
 pub fn decode_image_with(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Raster, FormatError> {
     not_empty(name, bytes)?;
-    if openexr::is_exr(bytes) {
-        openexr::decode(name, io::Cursor::new(bytes), bytes.len() as u64, options)
-    } else if hdr::is_hdr(bytes) {
-        hdr::decode(name, bytes, &options.limits)
-    } else if pfm::is_pfm(bytes) {
-        pfm::decode(name, bytes, &options.limits)
-    } else if let Some(format) = ldr::format(bytes) {
-        ldr::decode(name, bytes, format, options)
-    } else if tga::is_tga(name) {
-        tga::decode(name, bytes, options)
-    } else {
-        let why = "its first bytes are those of no image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
-        Err(FormatError::invalid(name, why))
+    match Format::of(name, bytes) {
+        Some(Format::Exr) => openexr::decode(name, io::Cursor::new(bytes), bytes.len() as u64, options),
+        Some(Format::Hdr) => hdr::decode(name, bytes, &options.limits),
+        Some(Format::Pfm) => pfm::decode(name, bytes, &options.limits),
+        Some(Format::Ldr(format)) => ldr::decode(name, bytes, format, options),
+        Some(Format::Tga) => tga::decode(name, bytes, options),
+        None => Err(unknown(name)),
     }
+}
+
+/// The formats that are read.
+enum Format {
+    Exr,
+    Hdr,
+    Pfm,
+    Ldr(::image::ImageFormat),
+    Tga,
+}
+
+impl Format {
+    /// By the first bytes, of which [`HEAD`] suffice; a Targa by its name.
+    fn of(name: &Path, head: &[u8]) -> Option<Self> {
+        if openexr::is_exr(head) {
+            Some(Self::Exr)
+        } else if hdr::is_hdr(head) {
+            Some(Self::Hdr)
+        } else if pfm::is_pfm(head) {
+            Some(Self::Pfm)
+        } else if let Some(format) = ldr::format(head) {
+            Some(Self::Ldr(format))
+        } else {
+            tga::is_tga(name).then_some(Self::Tga)
+        }
+    }
+}
+
+/// Bytes that tell the formats apart.
+const HEAD: usize = 8;
+
+fn unknown(name: &Path) -> FormatError {
+    let why = "its first bytes are those of no image that is read here (Radiance .hdr, .exr, .pfm, .png, .jpg, .tga)";
+    FormatError::invalid(name, why)
 }
 
 /// Refuses a file without bytes.

@@ -197,3 +197,64 @@ fn text_chunk(name: &str, value: &str) -> Vec<u8> {
     chunk.extend(crc.sum().to_be_bytes());
     chunk
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{decode_image, decode_image_with, write_image};
+
+    fn round_trip(raster: &Raster, options: &WriteOptions, data: bool) -> Raster {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.png");
+        write_image(&path, raster, options).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        decode_image_with(&path, &bytes, &ReadOptions { data, ..ReadOptions::default() }).unwrap()
+    }
+
+    /// All codes of `max` as linear values, in both directions.
+    fn ramp(max: u32) -> Raster {
+        let plane: Vec<f32> = (0..=max).map(|i| srgb_to_linear(i as f32 / max as f32)).collect();
+        Raster::rgb(plane.len(), 1, [plane.clone(), plane.iter().rev().copied().collect(), plane])
+    }
+
+    #[test]
+    fn every_code_comes_back() {
+        for (bits, max) in [(8, 255u32), (16, 65535)] {
+            let options = WriteOptions { png_bits: bits, ..WriteOptions::default() };
+            let back = round_trip(&ramp(max), &options, true);
+            assert!(back.low_range);
+            let codes = back.channel("G").unwrap().iter().map(|v| (v * max as f32).round() as u32);
+            assert!(codes.eq((0..=max).rev()), "{bits} bits");
+        }
+    }
+
+    #[test]
+    fn alpha_is_straight_and_clipping_is_counted() {
+        let mut raster = Raster::rgb(2, 1, [vec![0.5, 2.0], vec![-1.0, 0.0], vec![1.0, 0.0]]);
+        raster.channels.push(Channel { name: "A".into(), data: vec![0.5, 1.0] });
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.png");
+        let report = write_image(&path, &raster, &WriteOptions::default()).unwrap();
+        assert_eq!(report, WriteReport { clipped: 2, lost: 2.0 });
+        let back = decode_image(&path, &std::fs::read(&path).unwrap(), &crate::Limits::default()).unwrap();
+        assert!((back.channel("A").unwrap()[0] - 0.5).abs() < 1.0 / 255.0);
+        assert!((back.channel("R").unwrap()[0] - 0.5).abs() < 0.005);
+    }
+
+    #[test]
+    fn encoded_values_are_taken_as_they_are() {
+        let raster = Raster::rgb(1, 1, [vec![0.2], vec![0.4], vec![0.6]]);
+        let back =
+            round_trip(&raster, &WriteOptions { already_encoded: true, ..WriteOptions::default() }, true);
+        assert_eq!(back.into_rgb().unwrap().map(|p| (p[0] * 255.0).round()), [51.0, 102.0, 153.0]);
+    }
+
+    #[test]
+    fn text_is_a_chunk_with_its_checksum() {
+        let chunk = text_chunk("steradian.version", "0.1 ε");
+        assert_eq!(&chunk[4..8], b"iTXt");
+        let mut crc = flate2::Crc::new();
+        crc.update(&chunk[4..chunk.len() - 4]);
+        assert_eq!(chunk[chunk.len() - 4..], crc.sum().to_be_bytes());
+    }
+}
