@@ -33,6 +33,7 @@ const SPECS: &[&str] = &[
     "lafortune:cx=-0.9,cy=-0.6,cz=0.8,n=12,kd=0.2",
     "lafortune:@skin",
     "lafortune:@skin-mahesh",
+    "lafortune:@krylon-blue",
     "lafortune:@blue-paint",
     "lafortune:@clay",
     "lafortune:@felt",
@@ -221,7 +222,7 @@ fn points(n: usize) -> impl Iterator<Item = DVec2> {
 fn samples_follow_their_density() {
     for spec in SPECS {
         let b = brdf(spec);
-        for wo in views().into_iter().skip(1) {
+        for wo in views().into_iter().skip(1).step_by(2) {
             let n = 20_000;
             let mut mean = [0.0; 3];
             let mut given = 0;
@@ -233,8 +234,8 @@ fn samples_follow_their_density() {
             let total = n as f64;
             let hints: Vec<Lobe> = b.lobes(wo);
             let p = |w: DVec3| w.to_array().map(|x| x * b.pdf(w, wo));
-            let want = integral(&hints, Domain::Sphere, wo, 1e-4, &mut |w| p(w));
-            let mass = integral(&hints, Domain::Sphere, wo, 1e-5, &mut |w| [b.pdf(w, wo); 3])[0];
+            let want = integral(&hints, Domain::Sphere, wo, 1e-3, &mut |w| p(w));
+            let mass = integral(&hints, Domain::Sphere, wo, 1e-4, &mut |w| [b.pdf(w, wo); 3])[0];
             assert!(
                 (mass - f64::from(given) / total).abs() < 1e-3,
                 "{spec}: ∫ pdf = {mass}, {given} of {total}"
@@ -354,6 +355,7 @@ fn errors_say_what_is_accepted() {
         ("lafortune:@skin,n=3", "a set takes no 'n='"),
         ("lafortune:lobes=no-such-file.csv", "no-such-file.csv: "),
         ("sgd:gold-metallic-pain", "did you mean 'gold-metallic-paint'?"),
+        ("merl:gold.binary", "'merl:' is not available in this version"),
         ("sgd", "has no set ''"),
     ] {
         let e = parse(spec).expect_err(spec).to_string();

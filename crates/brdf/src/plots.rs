@@ -105,6 +105,16 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Three significant digits.
+fn short(x: f64) -> String {
+    let digits = 2 - x.abs().max(1e-300).log10().floor() as i32;
+    match digits {
+        0..=4 => format!("{x:.*}", digits as usize),
+        -2..0 => format!("{x:.0}"),
+        _ => format!("{x:.2e}"),
+    }
+}
+
 /// Lines of at most `width` characters.
 fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
@@ -189,10 +199,10 @@ impl Plot {
                     "<path d=\"M{x0:.1},{cy:.1} A{r:.1},{r:.1} 0 0 0 {x1:.1},{cy:.1}\" fill=\"none\" stroke=\"#eee\"/>"
                 ));
             }
-            let label = share * self.peak;
+            let label = short(share * self.peak);
             let y = cy + 14.0;
             self.add(format_args!(
-                "<text x=\"{x1:.1}\" y=\"{y:.1}\" font-size=\"10\" text-anchor=\"middle\" fill=\"#777\">{label:.3e}</text>"
+                "<text x=\"{x1:.1}\" y=\"{y:.1}\" font-size=\"10\" text-anchor=\"middle\" fill=\"#777\">{label}</text>"
             ));
         }
         for degrees in [-90, -60, -30, 0, 30, 60, 90] {
@@ -211,10 +221,10 @@ impl Plot {
     fn curve(&mut self, curve: &[(f64, f64)], view: f64, i: usize) {
         let colour = COLOURS[i % COLOURS.len()];
         let (cx, cy) = self.centre();
-        let mut path = format!("M{cx:.1},{cy:.1}");
+        let mut path = if self.full { String::new() } else { format!("M{cx:.1},{cy:.1}") };
         for (theta, value) in curve {
             let (x, y) = self.point(*theta, self.radius(*value));
-            let _ = write!(path, " L{x:.1},{y:.1}");
+            let _ = write!(path, "{}{x:.1},{y:.1}", if path.is_empty() { "M" } else { " L" });
         }
         self.add(format_args!(
             "<path d=\"{path} Z\" fill=\"{colour}\" fill-opacity=\"0.08\" stroke=\"{colour}\" stroke-width=\"1.8\"/>"
@@ -230,13 +240,13 @@ impl Plot {
         for (i, (curve, view)) in curves.iter().zip(views).enumerate() {
             let x = 20.0 + 160.0 * i as f64;
             let colour = COLOURS[i % COLOURS.len()];
-            let peak = curve.iter().map(|p| p.1).fold(0.0, f64::max);
+            let peak = short(curve.iter().map(|p| p.1).fold(0.0, f64::max));
             let (box_y, text_x) = (y - 9.0, x + 16.0);
             self.add(format_args!(
                 "<rect x=\"{x}\" y=\"{box_y}\" width=\"10\" height=\"10\" fill=\"{colour}\"/>"
             ));
             self.add(format_args!(
-                "<text x=\"{text_x}\" y=\"{y}\" font-size=\"11\">θ_o = {view}°, peak {peak:.3e}</text>"
+                "<text x=\"{text_x}\" y=\"{y}\" font-size=\"11\">θ_o = {view}°, peak {peak}</text>"
             ));
         }
     }
@@ -260,6 +270,10 @@ mod tests {
                 assert!(svg.contains(source));
             }
         }
+        assert_eq!(
+            [0.125, 3.5551, 27.0, 12345.0, 0.0].map(short),
+            ["0.125", "3.56", "27.0", "12345", "0.00e0"]
+        );
         assert_eq!(escape("<a & \"b\">"), "&lt;a &amp; &quot;b&quot;&gt;");
     }
 }

@@ -20,6 +20,13 @@ pub fn models() -> &'static [&'static Info] {
     &INFOS
 }
 
+/// Names that are reserved for files of measurements and fits.
+const RESERVED: [(&str, &str); 3] = [
+    ("merl", "measured isotropic tables, .binary"),
+    ("rgl", "adaptively measured materials, .bsdf"),
+    ("lobes", "fitted Gaussian lobes; for Lafortune lobes from a file write lafortune:lobes=FILE"),
+];
+
 /// The reflectance that `spec` names: `name:key=value,…`, values scalars or `r/g/b` triples; the key `scale`
 /// multiplies any model.
 pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
@@ -28,6 +35,9 @@ pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
     let name = name.trim().to_ascii_lowercase().replace('_', "-");
     let Some(entry) = model::ENTRIES.iter().find(|e| e.info.name == name) else {
         let available: Vec<_> = models().iter().map(|i| i.name).collect();
+        if let Some(&(name, what)) = RESERVED.iter().find(|r| r.0 == name) {
+            return Err(SpecError::NotAvailable { name, what, available });
+        }
         return Err(SpecError::UnknownModel { nearest: nearest(&name, &available), name, available });
     };
     let args = Args::new(entry.info, entry.takes_name, body)?;

@@ -28,7 +28,7 @@ pub static INFO: Info = Info {
     parameters: &[
         (
             "@SET",
-            "a published set instead of keys: skin, skin-steve, skin-mahesh, blue-paint, clay, felt, primer, bluish, brushed-metal",
+            "a published set instead of keys: skin, skin-steve, skin-mahesh, blue-paint, krylon-blue, clay, felt, primer, bluish, brushed-metal",
         ),
         ("cx", "coefficient along the tangent, −1 … forward, +1 … back to the light"),
         ("cy", "coefficient along the bitangent"),
@@ -38,7 +38,7 @@ pub static INFO: Info = Info {
         ("kd", "diffuse albedo, scalar or r/g/b in 0 … 1, default 0"),
         (
             "lobes",
-            "file of lobes instead of the other keys: CSV, header lobe,channel,cx,cy,cz,n,ks; channel 0, 1, 2 or *; a row 'diffuse,channel,kd'",
+            "file of lobes instead of the other keys: CSV lines lobe,CHANNEL,cx,cy,cz,n[,ks] and diffuse,CHANNEL,kd with CHANNEL 0, 1, 2 or *",
         ),
     ],
     reciprocity: "reciprocal",
@@ -93,15 +93,15 @@ pub struct Cosine {
 impl Cosine {
     fn value(&self, wi: DVec3, wo: DVec3) -> f64 {
         let o = self.c * wo;
+        let c = o.dot(wi);
+        if c <= 0.0 || self.ks == 0.0 {
+            return 0.0;
+        }
+        if self.n < 1e3 {
+            return self.ks * c.powf(self.n);
+        }
         let length = o.length();
-        if length <= 0.0 || self.ks == 0.0 {
-            return 0.0;
-        }
-        let direction = o / length;
-        if direction.dot(wi) <= 0.0 {
-            return 0.0;
-        }
-        self.ks * (self.n * length.ln()).exp() * power_cosine(direction, wi, self.n)
+        self.ks * (self.n * length.ln()).exp() * power_cosine(o / length, wi, self.n)
     }
 
     fn draw(&self, wo: DVec3) -> Draw {
