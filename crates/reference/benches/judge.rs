@@ -64,9 +64,9 @@ const SPECS: [&str; 24] = [
     "banks-map:n=200",
     "kajiya-kay:s=100",
     "lafortune:@skin",
-    "oren-nayar",
-    "minnaert",
-    "poulin-fournier",
+    "oren-nayar:sigma=0.5",
+    "minnaert:k=0.5",
+    "poulin-fournier:n=20",
 ];
 
 fn main() {

@@ -71,7 +71,7 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
     // Where the checks contradict the decay, the decay is not believed.
     let rho = if missed > 4.0 * decayed { 1.0 } else { rx.max(ry) };
     let loose = decayed.max(missed);
-    Fit { c, loose, tight: loose * rho.powi(4), tight_at_border: loose * rho * rho, share }
+    Fit { c, loose, tight: loose * rho.powi(3), tight_at_border: loose * rho, share }
 }
 
 fn coefficients(g: &Square) -> Square {

@@ -1,3 +1,4 @@
+#![allow(clippy::print_stderr, clippy::unwrap_used)]
 //! The judge against closed forms, against an independent brute-force sum, and against itself.
 
 mod brute;

@@ -125,10 +125,10 @@ pub fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Every kind of reflectance there is: smooth, narrow, jumping at the horizon, creased, brushed.
-pub const SPECS: [&str; 34] = [
+pub const SPECS: [&str; 37] = [
     "lambert",
-    "oren-nayar",
-    "minnaert",
+    "oren-nayar:sigma=0.5",
+    "minnaert:k=0.5",
     "phong:n=20",
     "phong:n=1000",
     "phong-map:n=1",
@@ -145,6 +145,9 @@ pub const SPECS: [&str; 34] = [
     "ggx:alpha=0.3",
     "ggx:alpha=0.1",
     "ggx:alpha=0.04",
+    "ggx:alpha=0.005",
+    "ggx:ax=0.01,ay=0.5",
+    "phong:n=100000",
     "ggx:ax=0.05,ay=0.4",
     "ashikhmin-shirley:nu=1000,nv=10,rs=0.5,rd=0.5",
     "ashikhmin-shirley:nu=50,nv=50",
@@ -158,6 +161,6 @@ pub const SPECS: [&str; 34] = [
     "kajiya-kay:s=100",
     "lafortune:@skin",
     "lafortune:cx=-1,cy=-1,cz=0.9,n=30",
-    "poulin-fournier",
+    "poulin-fournier:n=20",
     "sgd:gold-metallic-paint",
 ];
