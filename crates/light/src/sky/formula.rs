@@ -11,18 +11,20 @@ fn fill(width: usize, height: usize, n: usize, f: impl Fn(DVec3) -> [f64; 3] + S
     if width == 0 {
         return image;
     }
+    let azimuths: Vec<(f64, f64)> =
+        (0..width * n).map(|i| (2.0 * PI * (i as f64 + 0.5) / (width * n) as f64 - PI).sin_cos()).collect();
     let [r, g, b] = image.planes.each_mut().map(|p| p.par_chunks_mut(width));
     r.zip(g).zip(b).enumerate().for_each(|(j, ((r, g), b))| {
+        let rows: Vec<(f64, f64)> =
+            (0..n).map(|k| (PI * ((j * n + k) as f64 + 0.5) / (height * n) as f64).sin_cos()).collect();
         for i in 0..width {
             let (mut sum, mut weight) = ([0.0; 3], 0.0);
-            for s in 0..n * n {
-                let (x, y) = ((s % n) as f64 + 0.5, (s / n) as f64 + 0.5);
-                let theta = PI * (j as f64 + y / n as f64) / height as f64;
-                let phi = 2.0 * PI * (i as f64 + x / n as f64) / width as f64 - PI;
-                let (sin, cos) = theta.sin_cos();
-                let v = f(DVec3::new(sin * phi.cos(), cos, sin * phi.sin()));
-                sum.iter_mut().zip(v).for_each(|(s, v)| *s += sin * v);
-                weight += sin;
+            for (sin, cos) in &rows {
+                for (sin_phi, cos_phi) in &azimuths[i * n..(i + 1) * n] {
+                    let v = f(DVec3::new(sin * cos_phi, *cos, sin * sin_phi));
+                    sum.iter_mut().zip(v).for_each(|(s, v)| *s += sin * v);
+                    weight += sin;
+                }
             }
             [r[i], g[i], b[i]] = sum.map(|s| (s / weight) as f32);
         }
@@ -93,20 +95,25 @@ const BOXES: [SoftBox; 6] = [
 ];
 
 impl SoftBox {
-    fn radiance(&self, d: DVec3) -> [f64; 3] {
+    /// The box with its axes: towards it, to its right, and up.
+    fn placed(&self) -> (&Self, [DVec3; 3]) {
         let n = self.towards.normalize();
-        let cos = d.dot(n);
-        if cos <= 0.05 {
-            return [0.0; 3];
-        }
         let up = if n.y.abs() < 0.95 { DVec3::Y } else { DVec3::Z };
         let right = up.cross(n).normalize();
-        let p = d / cos;
+        (self, [n, right, n.cross(right)])
+    }
+
+    fn radiance(&self, [n, right, up]: [DVec3; 3], d: DVec3) -> [f64; 3] {
+        let cos = d.dot(n);
+        let (x, y) = (d.dot(right), d.dot(up));
         let inside = |x: f64, half: f64| {
             let t = ((half - x.abs()) / self.edge + 0.5).clamp(0.0, 1.0);
             t * t * (3.0 - 2.0 * t)
         };
-        let (x, y) = (p.dot(right), p.dot(n.cross(right)));
+        if cos <= 0.05 || x.abs() > cos * (self.half[0] + self.edge) {
+            return [0.0; 3];
+        }
+        let (x, y) = (x / cos, y / cos);
         // A little brighter in the middle, as behind cloth.
         let hot = 1.0 - 0.25 * ((x / self.half[0]).powi(2) + (y / self.half[1]).powi(2)).min(2.0) / 2.0;
         let k = hot * inside(x, self.half[0]) * inside(y, self.half[1]);
@@ -117,13 +124,14 @@ impl SoftBox {
 /// A photographer's studio: a key, a fill, an overhead light, two rim strips and a kicker as soft boxes,
 /// before a backdrop that runs from a dark floor through a lit horizon to a dim ceiling.
 pub(super) fn studio(scale: f64, width: usize, height: usize) -> SphereImage {
-    fill(width, height, 3, |d| {
+    let boxes = BOXES.each_ref().map(SoftBox::placed);
+    fill(width, height, 2, |d| {
         let y = d.y;
         let wall = 0.10 + 0.42 * (-(y / 0.28).powi(2)).exp() * (0.75 + 0.25 * -d.z);
         let floor = if y < 0.0 { 0.16 * (1.0 - (1.0 + y).powi(3)) } else { 0.0 };
         let mut sum = [0.98, 1.0, 1.04].map(|tint| tint * (wall + floor));
-        for light in &BOXES {
-            sum.iter_mut().zip(light.radiance(d)).for_each(|(s, v)| *s += v);
+        for (light, axes) in &boxes {
+            sum.iter_mut().zip(light.radiance(*axes, d)).for_each(|(s, v)| *s += v);
         }
         sum.map(|v| scale * v)
     })

@@ -38,7 +38,9 @@ fn the_clear_sky_has_daylights_magnitudes() {
     assert!((80e3..115e3).contains(&direct), "direct {direct}");
     assert!((8e3..22e3).contains(&diffuse), "diffuse {diffuse}");
     let zenith = texel(&sky, DVec3::Y);
-    assert!(zenith[2] > 1.8 * zenith[0], "blue zenith {zenith:?}");
+    assert!(zenith[2] > 1.5 * zenith[0], "blue zenith {zenith:?}");
+    let away = texel(&sky, DVec3::new(-1.0, 1.0, 0.0).normalize());
+    assert!(away[2] > 2.2 * away[0] && away[1] > away[0], "bluer away from the sun {away:?}");
     let horizon = texel(&sky, DVec3::new(-1.0, 0.03, 0.3).normalize());
     assert!(luminance(horizon) > 1.5 * luminance(zenith), "{horizon:?} {zenith:?}");
     let sun = sky.sun.unwrap();

@@ -11,12 +11,15 @@ use std::sync::Arc;
 /// Even part (north + south) as (cosine, sine) of red, green, blue and two zeros, then the odd part.
 pub(super) type PairRow = [f64; 16];
 
+/// Forward and inverse FFT of one ring.
+type Plans = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
+
 pub(super) struct Fourier {
     order: usize,
     pub(super) width: usize,
     pub(super) height: usize,
     /// None for an empty grid.
-    plans: Option<(Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>)>,
+    plans: Option<Plans>,
     /// e^{imφ0}, times the norm of the azimuthal functions: 1 for m = 0, else √2.
     phase: Vec<Complex<f64>>,
 }
