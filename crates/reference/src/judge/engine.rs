@@ -171,7 +171,10 @@ impl<'a, 'b> Engine<'a, 'b> {
             if side == Side::Below || self.is_dark(&place) {
                 continue;
             }
-            if self.g.evaluations < self.budget && self.scene.hints.must_cut(&view.chart, &rect) {
+            let hints = &self.scene.hints;
+            let large = hints.must_cut(&view.chart, &rect)
+                || (side == Side::Crossing && hints.must_cut_at_horizon(&rect));
+            if self.g.evaluations < self.budget && large {
                 let [a, b] = self.halves(&place, rect.long_axis());
                 stack.extend([b, a]);
                 continue;

@@ -21,9 +21,12 @@ struct Ridge {
     width: f64,
 }
 
-/// All ridges of f_cos(·, wo).
+/// All ridges of f_cos(·, wo), and how thick the layer at the horizon is where it rises.
 #[derive(Debug, Clone)]
-pub(super) struct Hints(Vec<Ridge>);
+pub(super) struct Hints {
+    ridges: Vec<Ridge>,
+    layer: f64,
+}
 
 impl Hints {
     /// From a reflectance's lobes; those that are not finite are dropped.
@@ -43,7 +46,9 @@ impl Hints {
             r.axis.is_finite() && r.axis != DVec3::ZERO && r.angle.is_finite() && r.width.is_finite()
         };
         let made = lobes.iter().map(ridge).filter(sound);
-        Self(made.map(|r| Ridge { axis: r.axis.normalize(), width: r.width.max(FINEST), ..r }).collect())
+        let ridges =
+            made.map(|r| Ridge { axis: r.axis.normalize(), width: r.width.max(FINEST), ..r }).collect();
+        Self { ridges, layer: cosine.max(0.02) }
     }
 
     /// Is this rectangle too large to be sampled?
@@ -53,16 +58,23 @@ impl Hints {
         if size > LARGEST || (rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
             return true;
         }
-        if size <= FACTOR * FINEST || self.0.is_empty() {
+        if size <= FACTOR * FINEST || self.ridges.is_empty() {
             return false;
         }
         let [phi, theta] = rect.centre();
         let centre = chart.direction(phi, theta);
         let radius = 0.5 * a.hypot(b);
-        self.0.iter().any(|r| {
+        self.ridges.iter().any(|r| {
             let distance = (angle_between(centre, r.axis) - r.angle).abs() - radius;
             size > FACTOR * r.width.max(distance)
         })
+    }
+
+    /// Is this rectangle, which the horizon crosses, too large to be sampled? Shadowing by V-cavities creases
+    /// where n·wi = n·wo, and so does much else at grazing views.
+    pub fn must_cut_at_horizon(&self, rect: &Rect) -> bool {
+        let [a, b] = rect.angular();
+        a.max(b) > FACTOR * self.layer
     }
 }
 

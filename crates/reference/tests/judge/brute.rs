@@ -31,10 +31,8 @@ impl<'a> Brute<'a> {
 
     fn piece(&self, p: [f64; 2], t: [f64; 2], depth: u32, light: Light<'_>, sum: &mut [f64; 3]) {
         if self.brdf.domain() == Domain::Hemisphere {
-            let mut sides = [0, 0];
             let radius = 0.5 * (p[1] - p[0]).hypot(t[1] - t[0]);
             let z = self.local(0.5 * (p[0] + p[1]), 0.5 * (t[0] + t[1])).z;
-            sides[usize::from(z > 0.0)] += 1;
             if z.abs() > radius.sin() {
                 if z < 0.0 {
                     return;

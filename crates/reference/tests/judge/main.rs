@@ -4,4 +4,5 @@
 mod brute;
 mod closed_forms;
 mod honesty;
+mod real;
 mod support;
