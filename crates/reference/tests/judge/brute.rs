@@ -4,8 +4,10 @@
 use crate::support::{difference, judge, stormy, view};
 use glam::DVec3;
 use std::f64::consts::PI;
+use steradian_base::Task;
 use steradian_brdf::{Brdf, Domain};
-use steradian_reference::Lookup;
+use steradian_light::{DiskLight, Lights};
+use steradian_reference::{Judge, Lookup};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::{Frame, SphereImage};
 
@@ -157,6 +159,42 @@ fn bilinear_lookup() {
             let e = judge(sky.clone(), Lookup::Bilinear).radiance(brdf.as_ref(), &frame, wo, None, 1e-5);
             let d = difference(e.rgb, truth);
             assert!(d <= e.error + 2e-5, "{spec} {n}: off by {d:.1e}, said {:.1e}", e.error);
+        }
+    }
+}
+
+/// A half-degree sun in and beside narrow highlights, against Gauss rules on 64 × 64 pieces of its disk.
+#[test]
+fn suns() {
+    let rho = 0.00465;
+    let rule = gauss_legendre(4);
+    for spec in ["ggx:alpha=0.04", "ggx:alpha=0.005", "ward:ax=0.02,ay=0.2", "cook-torrance:m=0.05"] {
+        let brdf = steradian_brdf::parse(spec).expect("a known model");
+        for (degrees, off) in [(0.0, 0.0), (60.0, 0.004), (85.0, 0.0), (85.0, 0.01)] {
+            let (frame, wo) = view(DVec3::new(0.5, 0.7, -0.2), degrees, 1.0);
+            let l = frame.to_local(wo);
+            let sun = DVec3::new(-l.x + off, -l.y - 0.5 * off, l.z).normalize();
+            let (a, b) = sun.any_orthonormal_pair();
+            let mut sum = 0.0;
+            for k in 0..64 * 4 {
+                for m in 0..64 * 4 {
+                    let at = |k: usize| ((k / 4) as f64 + 0.5 + 0.5 * rule.0[k % 4]) / 64.0;
+                    let (r, psi) = (rho * at(k), 2.0 * PI * at(m));
+                    let w = rule.1[k % 4] * rule.1[m % 4] / (4.0 * 64.0 * 64.0) * rho * 2.0 * PI * r.sin();
+                    let wi = sun * r.cos() + (a * psi.cos() + b * psi.sin()) * r.sin();
+                    sum += w * brdf.f_cos(wi, l)[0];
+                }
+            }
+            let mut lights = Lights::default();
+            lights.disks.push(DiskLight {
+                direction: frame.to_world(sun),
+                angular_radius: rho,
+                radiance: [1e4; 3],
+            });
+            let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
+            let e = judge.radiance(brdf.as_ref(), &frame, wo, None, 1e-4);
+            let d = (e.rgb[0] / (1e4 * sum) - 1.0).abs();
+            assert!(d <= e.error + 1e-9 && e.error <= 1e-4, "{spec} {degrees}: off by {d:.1e}, {e:?}");
         }
     }
 }

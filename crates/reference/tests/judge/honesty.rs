@@ -48,7 +48,7 @@ fn stated_errors_bound_the_true_ones() {
                 let a = f64::from(k) * 2.1 + angle;
                 let (frame, wo) =
                     view(DVec3::new(a.cos(), 0.8 - 0.5 * f64::from(k), a.sin()), angle, a * 1.7);
-                if chosen(&mut count, 13) {
+                if chosen(&mut count, 23) {
                     worst = worst.max(worst_ratio(
                         &sky,
                         brdf.as_ref(),
@@ -106,7 +106,7 @@ fn stated_errors_bound_the_true_ones_for_single_lights() {
                 let n = DVec3::new(noise.next() - 0.5, noise.next() - 0.5, noise.next() - 0.5);
                 let (frame, wo) = view(n, angle, noise.next() * 6.0);
                 let d = frame.to_world(aimed(&mut noise, frame.to_local(wo), k >= 6));
-                if !chosen(&mut count, 17) {
+                if !chosen(&mut count, 31) {
                     continue;
                 }
                 let lights =
