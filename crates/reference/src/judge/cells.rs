@@ -246,3 +246,49 @@ pub(super) fn corner_moments(corners: &Corners, rect: &Rect) -> Moments {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::geometry::Chart;
+    use super::*;
+    use glam::DVec3;
+    use steradian_sphere::Layout;
+
+    #[test]
+    fn cells_read_the_image_as_lookups_do() {
+        let world = Chart { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
+        for (w, h) in [(8, 4), (7, 5), (1, 1), (2, 3)] {
+            let mut image = SphereImage::new(Layout::LatLong, w, h);
+            for (c, plane) in image.planes.iter_mut().enumerate() {
+                for (k, v) in plane.iter_mut().enumerate() {
+                    *v = ((k * 37 + c * 11) % 17) as f32;
+                }
+            }
+            for lookup in [Lookup::Constant, Lookup::Bilinear] {
+                let cells = Cells::new(&image, lookup);
+                let all = cells.all();
+                for j in 0..all.j[1] {
+                    for i in 0..all.i[1] {
+                        let rect = cells.rect(&Block { i: [i, i + 1], j: [j, j + 1] });
+                        for (u, v) in [(0.3, 0.6), (0.9, 0.1), (0.5, 0.99)] {
+                            let phi = rect.phi[0] + u * rect.size()[0];
+                            let theta = rect.theta[0] + v * rect.size()[1];
+                            let d = world.direction(phi, theta);
+                            let looked = match lookup {
+                                Lookup::Constant => image.nearest(d),
+                                Lookup::Bilinear => image.bilinear(d),
+                            };
+                            for (c, corners) in cells.corners(i, j, &rect).iter().enumerate() {
+                                let mine = bilinear(corners, u, v);
+                                assert!(
+                                    (mine - f64::from(looked[c])).abs() < 1e-4,
+                                    "{w}x{h} {lookup:?} {i} {j}"
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
