@@ -8,7 +8,7 @@ use steradian_brdf::SharedBrdf;
 use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_reference::path::{PathEstimate, PathOptions, PathPoint, PathScene, trace_image, trace_points};
 use steradian_reference::{Judge, Lookup};
-use steradian_scene::{Bvh, Camera, Mesh, shapes};
+use steradian_scene::{Bvh, Camera, Mesh, Surface, shapes};
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 fn sky(w: usize, h: usize, f: impl Fn(usize, usize) -> f32) -> SphereImage {
@@ -50,8 +50,14 @@ fn an_open_point_agrees_with_the_judge() {
     let mesh =
         shapes::sphere(8).transformed(&glam::Affine3A::from_translation(glam::Vec3::new(0.0, -50.0, 0.0)));
     let bvh = Bvh::build(&mesh);
-    let scene =
-        PathScene { mesh: &mesh, bvh: &bvh, materials: &[], lights: &lights, offset: PathScene::OFFSET };
+    let scene = PathScene {
+        mesh: &mesh,
+        bvh: &bvh,
+        materials: &[],
+        tint: None,
+        lights: &lights,
+        offset: PathScene::OFFSET,
+    };
     let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
     let frame = Frame::from_normal(DVec3::new(0.2, 1.0, -0.3).normalize());
     for spec in ["lambert:albedo=0.8/0.5/0.2", "ggx:alpha=0.3", "ggx:alpha=0.05", "ward:ax=0.1,ay=0.4"] {
@@ -81,11 +87,13 @@ fn an_integrating_sphere_sums_its_series() {
         points: vec![PointLight { position: glam::Vec3::ZERO, intensity: [1.0, 2.0, 0.0] }],
         ..Lights::default()
     };
-    let materials = [brdf("lambert:albedo=0.5")];
+    let materials = [brdf("lambert:albedo=0.8")];
+    let tint = |_: &Surface| [0.625; 3];
     let scene = PathScene {
         mesh: &mesh,
         bvh: &bvh,
         materials: &materials,
+        tint: Some(&tint),
         lights: &lights,
         offset: PathScene::OFFSET,
     };
@@ -120,6 +128,7 @@ fn a_white_furnace_hides_what_reflects_everything() {
         mesh: &mesh,
         bvh: &bvh,
         materials: &materials,
+        tint: None,
         lights: &lights,
         offset: PathScene::OFFSET,
     };
@@ -142,6 +151,7 @@ fn threads_and_seeds() {
         mesh: &mesh,
         bvh: &bvh,
         materials: &materials,
+        tint: None,
         lights: &lights,
         offset: PathScene::OFFSET,
     };

@@ -17,9 +17,12 @@ use sampler::Sampler;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
-use steradian_scene::{Bvh, Camera, Mesh};
+use steradian_scene::{Bvh, Camera, Mesh, Surface};
 use steradian_sphere::Frame;
 use tracer::{Tracer, Vertex};
+
+/// Base colour at a point of a surface, linear Rec. 709.
+pub type Tint = dyn Fn(&Surface) -> [f64; 3] + Sync;
 
 /// What is to be lit.
 #[derive(Clone, Copy)]
@@ -30,6 +33,8 @@ pub struct PathScene<'a> {
     pub bvh: &'a Bvh,
     /// Reflectances by material slot; slots beyond the last take the first.
     pub materials: &'a [SharedBrdf],
+    /// Multiplies the net reflectance at a point of the mesh (a base-colour texture).
+    pub tint: Option<&'a Tint>,
     /// All light. Environments are lat-long images.
     pub lights: &'a Lights,
     /// How far off the surface rays start, metres; see [`PathScene::OFFSET`].
@@ -108,6 +113,7 @@ pub fn trace_points(
             frame: p.frame,
             wo: p.frame.to_local(p.wo),
             brdf: p.brdf,
+            tint: [1.0; 3],
         };
         let path = |random: &mut Random| tracer.reflected(v, options.bounces, random);
         let e = mean(options, k as u64, path);

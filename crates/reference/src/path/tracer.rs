@@ -21,6 +21,8 @@ pub(super) struct Vertex<'a> {
     pub wo: DVec3,
     /// Reflectance.
     pub brdf: &'a dyn Brdf,
+    /// Multiplies it.
+    pub tint: [f64; 3],
 }
 
 /// Follows paths through one scene.
@@ -51,6 +53,7 @@ impl<'a> Tracer<'a> {
             wo: frame.to_local(-ray.direction.as_dvec3()),
             frame,
             brdf: brdf.as_ref(),
+            tint: self.scene.tint.map_or([1.0; 3], |tint| tint(&s)),
         })
     }
 
@@ -62,7 +65,8 @@ impl<'a> Tracer<'a> {
             if v.wo.is_nan() || v.wo.z <= 0.0 {
                 break;
             }
-            add(&mut sum, self.by_light(&v, random), throughput);
+            let lit = self.by_light(&v, random);
+            add(&mut sum, lit, std::array::from_fn(|c| throughput[c] * v.tint[c]));
             let Some(drawn) = v.brdf.sample(v.wo, random.pair()) else { break };
             if !(drawn.pdf > 0.0 && drawn.pdf.is_finite()) {
                 break;
@@ -71,7 +75,7 @@ impl<'a> Tracer<'a> {
             if f.iter().any(|x| !x.is_finite()) || f == [0.0; 3] {
                 break;
             }
-            throughput = std::array::from_fn(|c| throughput[c] * f[c]);
+            throughput = std::array::from_fn(|c| throughput[c] * f[c] * v.tint[c]);
             let d = v.frame.to_world(drawn.wi);
             match self.hit(&self.ray(&v, d)) {
                 Some(next) if bounce + 1 < bounces => v = next,
