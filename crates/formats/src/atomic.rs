@@ -63,12 +63,23 @@ pub fn write_dir_atomic(
     }
     let temporary = Temporary(beside(path));
     fs::create_dir(&temporary.0).map_err(unwritable)?;
-    body(&temporary.0)?;
+    body(&temporary.0).map_err(|e| relocated(e, &temporary.0, path))?;
     if path.is_dir() {
         move_into(&temporary.0, path).map_err(unwritable)
     } else {
         fs::rename(&temporary.0, path).map_err(unwritable)
     }
+}
+
+/// The error with the name that the user knows instead of the temporary one.
+fn relocated(mut error: FormatError, from: &Path, to: &Path) -> FormatError {
+    let (FormatError::Unreadable { path, .. }
+    | FormatError::Invalid { path, .. }
+    | FormatError::Unwritable { path, .. }) = &mut error;
+    if let Ok(rest) = path.strip_prefix(from) {
+        *path = if rest.as_os_str().is_empty() { to.into() } else { to.join(rest) };
+    }
+    error
 }
 
 enum Sink<'a> {
@@ -253,9 +264,10 @@ mod tests {
         assert_eq!(fs::read_to_string(p.join("s/mine")).unwrap(), "kept");
         let failed = write_dir_atomic(&p, |t| {
             fs::write(t.join("b"), "x").unwrap();
-            Err(FormatError::Unwritable { path: t.into(), why: "broken".into() })
+            Err(FormatError::Unwritable { path: t.join("b"), why: "broken".into() })
         });
-        assert!(failed.is_err());
+        let expected = format!("{}: cannot write: broken", p.join("b").display());
+        assert_eq!(failed.unwrap_err().to_string(), expected);
         assert_eq!(names(&p), ["s"]);
         assert_eq!(names(d.path()), ["out"]);
     }

@@ -32,6 +32,9 @@ pub(crate) fn decode(
     if let Some((width, height)) = png_size(bytes) {
         options.limits.image(name, width, height, 1, bytes.len() as u64)?;
     }
+    if !has_end(bytes, format) {
+        return Err(FormatError::invalid(name, "truncated: the end marker is missing"));
+    }
     let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(invalid)?;
     let (width, height) = decoder.dimensions();
     let planes = u64::from(decoder.color_type().channel_count());
@@ -50,6 +53,12 @@ fn png_size(bytes: &[u8]) -> Option<(u64, u64)> {
     let ihdr = bytes.strip_prefix(PNG_MAGIC)?.get(..16)?;
     let number = |i: usize| u64::from(u32::from_be_bytes([ihdr[i], ihdr[i + 1], ihdr[i + 2], ihdr[i + 3]]));
     (&ihdr[4..8] == b"IHDR").then(|| (number(8), number(12)))
+}
+
+/// Decoders fill up what is missing; a complete file ends with IEND or EOI, whatever may follow.
+fn has_end(bytes: &[u8], format: ImageFormat) -> bool {
+    let marker: &[u8] = if format == ImageFormat::Png { b"IEND" } else { b"\xff\xd9" };
+    bytes.windows(marker.len()).rev().any(|w| w == marker)
 }
 
 /// The library's message on one line.

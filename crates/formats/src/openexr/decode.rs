@@ -328,3 +328,58 @@ fn finish(raster: &mut Raster, header: &Header, selection: &Selection) -> Result
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Limits, WriteOptions, decode_image, write_image};
+    use exr::image::write::WritableImage;
+    use exr::image::{Image, SpecificChannels};
+    use exr::meta::attribute::Chromaticities;
+
+    /// A picture whose display window is another one.
+    fn windowed(display: [i32; 4]) -> Result<Raster, FormatError> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.exr");
+        let plane = |s: f32| (0..6).map(|i| s + i as f32).collect();
+        write_image(
+            &path,
+            &Raster::rgb(3, 2, [plane(1.0), plane(11.0), plane(21.0)]),
+            &WriteOptions::default(),
+        )?;
+        let mut bytes = std::fs::read(&path).unwrap();
+        let name = b"displayWindow\0box2i\0\x10\0\0\0";
+        let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+        bytes[at..at + 16].copy_from_slice(&display.map(i32::to_le_bytes).concat());
+        decode_image(Path::new("a.exr"), &bytes, &Limits::default())
+    }
+
+    #[test]
+    fn the_image_is_the_display_window() {
+        let larger = windowed([-1, -1, 3, 1]).unwrap();
+        assert_eq!((larger.width, larger.height), (5, 3));
+        let want = [0., 0., 0., 0., 0., 0., 1., 2., 3., 0., 0., 4., 5., 6., 0.];
+        assert_eq!(larger.channel("R").unwrap(), want);
+        let smaller = windowed([1, 1, 2, 1]).unwrap();
+        assert_eq!(smaller.channel("G").unwrap(), [15., 16.]);
+        assert!(windowed([3, 0, 5, 1]).unwrap_err().to_string().contains("outside the display window"));
+    }
+
+    #[test]
+    fn other_primaries_become_rec709() {
+        let mut image = Image::from_channels((1, 1), SpecificChannels::rgb(|_| (1.0f32, 0.0f32, 0.0f32)));
+        image.attributes.chromaticities = Some(Chromaticities {
+            red: Vec2(0.713, 0.293),
+            green: Vec2(0.165, 0.83),
+            blue: Vec2(0.128, 0.044),
+            white: Vec2(0.32168, 0.33767),
+        });
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        let raster = decode_image(Path::new("a.exr"), bytes.get_ref(), &Limits::default()).unwrap();
+        assert!(raster.metadata.iter().any(|(k, v)| k == "converted" && v.starts_with("to linear Rec. 709")));
+        for (got, want) in raster.into_rgb().unwrap().iter().zip([1.705, -0.130, -0.024]) {
+            assert!((got[0] - want).abs() < 2e-3, "{got:?}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::{FORMATS, decode, files, name};
 
 /// Formats whose every strict prefix is an error; of the others a prefix may be a smaller valid file.
-const STRICT: [&str; 5] = ["hdr", "exr", "pfm", "ktx2", "safetensors"];
+const STRICT: [&str; 8] = ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "safetensors"];
 
 /// Changed files per format; `STERADIAN_FULL=1` makes a hundred times as many.
 const MUTATIONS: usize = 4000;
@@ -11,8 +11,10 @@ const MUTATIONS: usize = 4000;
 #[test]
 fn truncated_anywhere() {
     for format in FORMATS {
+        // The checksum behind a PNG's end marker may be missing.
+        let spare = if format == "png" { 4 } else { 0 };
         for (path, bytes) in files(format, "valid") {
-            for n in 0..bytes.len() {
+            for n in 0..bytes.len() - spare {
                 let result = decode(format, name(&path), &bytes[..n]);
                 // What lies behind the part and the level that are read may be missing.
                 let may_be_whole = !STRICT.contains(&format)

@@ -1,6 +1,6 @@
 //! What the corpus holds.
 
-use crate::{generate_exr, generate_mesh};
+use crate::generate_exr;
 use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
 use steradian_formats::*;
 
@@ -20,9 +20,6 @@ pub fn all() -> Vec<Entry> {
         ("ktx2", ktx2()),
         ("safetensors", safetensors()),
         ("csv", csv()),
-        ("gltf", generate_mesh::gltf()),
-        ("obj", generate_mesh::obj()),
-        ("ply", generate_mesh::ply()),
     ] {
         all.extend(entries.into_iter().map(|(name, bytes)| (format!("{format}/{name}"), bytes)));
     }
