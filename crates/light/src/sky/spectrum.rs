@@ -78,9 +78,9 @@ const REC709: [[f64; 3]; 3] = [
     [0.055_643_4, -0.204_025_9, 1.057_225_2],
 ];
 
-/// Luminance of linear Rec. 709.
+/// Luminance of linear Rec. 709 (weights sum to 1, so that a grey is its own luminance).
 pub fn luminance(rgb: [f64; 3]) -> f64 {
-    0.212_672_9 * rgb[0] + 0.715_152_2 * rgb[1] + 0.072_175_0 * rgb[2]
+    0.212_672_8 * rgb[0] + 0.715_152_2 * rgb[1] + 0.072_175_0 * rgb[2]
 }
 
 /// Linear Rec. 709 of a spectrum per nm, so that [`EFFICACY`]·luminance is its luminance (or illuminance). It
