@@ -72,7 +72,9 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
     // Where the checks contradict the decay, the decay is not believed.
     let rho = if missed > 4.0 * decayed { 1.0 } else { rx.max(ry) };
     let loose = decayed.max(missed);
-    Fit { c, loose, tight: loose * rho * rho, tight_at_border: loose * rho, share }
+    // The sum of a geometric tail; near ρ = 1 nothing is resolved, and anything may lie beyond the last node.
+    let tail = loose * rho / (1.0 - rho.min(0.9));
+    Fit { c, loose, tight: tail * rho, tight_at_border: tail, share }
 }
 
 fn coefficients(g: &Square) -> Square {

@@ -220,10 +220,13 @@ fn radius(r: f64) -> f64 {
     r.clamp(0.0, std::f64::consts::PI)
 }
 
-/// Absolute → relative error. Radiance so small that doubles are no longer dense has none to speak of.
+/// Below this, products underflow on the way: an absolute error that every radiance has.
+const UNDERFLOW: f64 = 1e-290;
+
+/// Absolute → relative error.
 fn relative(error: f64, rgb: [f64; 3]) -> f64 {
     let top = rgb.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    if error == 0.0 { 0.0 } else { (error + f64::MIN_POSITIVE) / top }
+    if error == 0.0 { 0.0 } else { (error + UNDERFLOW) / top }
 }
 
 fn check(lights: &Lights) -> Result<(), JudgeError> {
