@@ -193,7 +193,8 @@ impl Context {
 
     fn provenance_json(&self) -> Value {
         let p = &self.provenance;
-        let inputs: Vec<Value> = p.inputs.iter().map(|i| json!({"name": i.name, "sha256": i.sha256})).collect();
+        let inputs: Vec<Value> =
+            p.inputs.iter().map(|i| json!({"name": i.name, "sha256": i.sha256})).collect();
         json!({"version": p.version, "arguments": p.arguments, "inputs": inputs, "error": p.error})
     }
 }

@@ -56,7 +56,15 @@ impl Adjust {
 
 fn layout(text: &str) -> Result<FileLayout, String> {
     const NAMES: [&str; 9] = [
-        "latlong", "angular", "sphere-map", "octahedral", "cross", "vertical-cross", "strip", "vertical-strip", "paraboloid",
+        "latlong",
+        "angular",
+        "sphere-map",
+        "octahedral",
+        "cross",
+        "vertical-cross",
+        "strip",
+        "vertical-strip",
+        "paraboloid",
     ];
     FileLayout::from_name(text).ok_or_else(|| unknown("layout", text, &NAMES))
 }
@@ -154,11 +162,19 @@ fn is_ktx2(path: &Path) -> bool {
 }
 
 /// One level of a KTX2 texture as an image on the sphere. Where the file records its profile, that is undone.
-fn texture_map(path: &Path, level: usize, options: &LoadOptions, context: &Context) -> Result<Loaded, Failure> {
+fn texture_map(
+    path: &Path,
+    level: usize,
+    options: &LoadOptions,
+    context: &Context,
+) -> Result<Loaded, Failure> {
     let t = read_ktx2(path, &context.limits())?;
     let name = path.display();
     let Some(texels) = t.levels.get(level) else {
-        return Err(Failure::usage(format!("{name}: has no level {level}; there are 0 to {}", t.levels.len() - 1)));
+        return Err(Failure::usage(format!(
+            "{name}: has no level {level}; there are 0 to {}",
+            t.levels.len() - 1
+        )));
     };
     let (w, h) = t.size(level);
     let plane = |c: usize| -> Vec<f32> { texels.iter().skip(c).step_by(4).copied().collect() };
@@ -172,11 +188,8 @@ fn texture_map(path: &Path, level: usize, options: &LoadOptions, context: &Conte
 
 /// Loads a light: a file as [`map`] takes it, or a sky spec.
 pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Lights, Failure> {
-    let mut lights = if is_sky(spec) {
-        sky(spec)?
-    } else {
-        map(spec, adjust, 0, context)?.into_environment().into()
-    };
+    let mut lights =
+        if is_sky(spec) { sky(spec)? } else { map(spec, adjust, 0, context)?.into_environment().into() };
     turn(&mut lights, adjust);
     Ok(lights)
 }
@@ -380,10 +393,14 @@ fn splat(image: &mut SphereImage, disk: &DiskLight) {
             let inside = |k: usize| {
                 let x = i as f64 + ((k % N) as f64 + 0.5) / N as f64;
                 let y = j as f64 + ((k / N) as f64 + 0.5) / N as f64;
-                image.layout.direction(w, h, Position { face: 0, x, y }).is_some_and(|d| d.dot(disk.direction) >= cosine)
+                image
+                    .layout
+                    .direction(w, h, Position { face: 0, x, y })
+                    .is_some_and(|d| d.dot(disk.direction) >= cosine)
             };
             let centre = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
-            let near = image.layout.direction(w, h, centre).is_some_and(|d| d.angle_between(disk.direction) < reach);
+            let near =
+                image.layout.direction(w, h, centre).is_some_and(|d| d.angle_between(disk.direction) < reach);
             if !near {
                 continue;
             }

@@ -60,7 +60,8 @@ fn guarded(cli: Cli) -> failure::Outcome {
         let mut slot = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
         slot.get_or_insert_with(|| info.to_string().replace('\n', " "));
     }));
-    let arguments: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
+    let arguments: Vec<String> =
+        std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     catch_unwind(AssertUnwindSafe(|| {
         let mut context = Context::new(cli.common, arguments)?;
         cli.command.run(&mut context)

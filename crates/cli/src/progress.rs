@@ -21,7 +21,10 @@ impl Bars {
 
 impl Progress for Bars {
     fn begin(&self, label: &str, total: u64) {
-        let bar = ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr_with_hz(8));
+        let bar = ProgressBar::with_draw_target(
+            (total > 0).then_some(total),
+            ProgressDrawTarget::stderr_with_hz(8),
+        );
         if let Ok(style) = ProgressStyle::with_template("{msg:>12} {wide_bar} {pos}/{len} {eta}") {
             bar.set_style(style);
         }

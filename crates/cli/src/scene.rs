@@ -18,8 +18,10 @@ const DEFAULT_TECHNIQUE: &str = "reference";
 
 /// Loads the scene file `path` and all that it refers to.
 pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> Result<Plan, Failure> {
-    let bytes = std::fs::read(path).map_err(|e| Failure::input(format!("{}: {}", path.display(), plain(&e))))?;
-    let text = String::from_utf8(bytes).map_err(|_| Failure::input(format!("{}: not UTF-8 text", path.display())))?;
+    let bytes =
+        std::fs::read(path).map_err(|e| Failure::input(format!("{}: {}", path.display(), plain(&e))))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Failure::input(format!("{}: not UTF-8 text", path.display())))?;
     context.note_input(path);
     let file = SceneFile::parse(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -29,7 +31,11 @@ pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> R
     }
     complete(&mut meshes);
     let mesh = Mesh::merged(&meshes);
-    let looks = file.materials.iter().map(|m| look(&file, m, &folder, overrides, context)).collect::<Result<_, _>>()?;
+    let looks = file
+        .materials
+        .iter()
+        .map(|m| look(&file, m, &folder, overrides, context))
+        .collect::<Result<_, _>>()?;
     let output = &file.output;
     Ok(Plan {
         mesh,
@@ -120,7 +126,12 @@ fn look(
     Ok(Look { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()? })
 }
 
-fn lights(file: &SceneFile, folder: &Path, o: &SceneOverrides, context: &mut Context) -> Result<Lights, Failure> {
+fn lights(
+    file: &SceneFile,
+    folder: &Path,
+    o: &SceneOverrides,
+    context: &mut Context,
+) -> Result<Lights, Failure> {
     let l = &file.light;
     let adjust = Adjust {
         rotate: l.rotation.to_degrees() + o.adjust.rotate,

@@ -11,7 +11,9 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::metrics::{DEFAULT_PPD, Errors, errors, flip_displays};
-use steradian_render::{Backdrop, Background, Cell, Develop, Display, Film, Settings, Stage, ToneMapper, render};
+use steradian_render::{
+    Backdrop, Background, Cell, Develop, Display, Film, Settings, Stage, ToneMapper, render,
+};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// One light, one material, one mesh.
@@ -143,12 +145,20 @@ impl Answer {
     /// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
     pub fn cell(&self, named: bool) -> Option<Cell> {
         let Self::Shown(s) = self else { return None };
-        let error = match &s.errors {
-            Some((e, flip)) => format!("{:.1} %  FLIP {flip:.3}", 100.0 * e.relative_rms),
-            None => String::new(),
+        let error = s.errors.as_ref().map(|(e, flip)| {
+            let percent = 100.0 * e.relative_rms;
+            if percent < 9.95 {
+                format!("{percent:.1} %  FLIP {flip:.3}")
+            } else {
+                format!("{percent:.0} %  FLIP {flip:.3}")
+            }
+        });
+        let name = match (named, &error) {
+            (false, _) => None,
+            (true, Some(_)) => Some(s.slug.replace('_', " ")),
+            (true, None) => Some("reference".into()),
         };
-        let caption = if named { format!("{}  {error}", s.slug.replace('_', " ")) } else { error };
-        Some(Cell { picture: s.picture.clone(), caption: caption.trim().into() })
+        Some(Cell { picture: s.picture.clone(), caption: name.into_iter().chain(error).collect() })
     }
 
     /// The entry of a JSON document.

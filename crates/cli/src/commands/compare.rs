@@ -88,7 +88,7 @@ fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
     let bvh = Bvh::build(&mesh);
     let mesh = Arc::new((mesh, bvh));
     let plan = Plan {
-        settings: Settings { inner: 1, edge: 2, ..Settings::new(o.size.0, o.size.1) },
+        settings: Settings { inner: 1, share: true, ..Settings::new(o.size.0, o.size.1) },
         tone_mapper: o.tone_mapper.unwrap_or_default(),
         tolerance: o.reference_tolerance,
     };
@@ -144,7 +144,10 @@ fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
         .collect();
     Sheet {
         title: "Techniques and the reference".into(),
-        subtitle: format!("{}: relative RMS error of radiance, and FLIP, over the pixels of the mesh", short(&o.mesh)),
+        subtitle: format!(
+            "{}: relative RMS error of radiance, and FLIP, over the pixels of the mesh",
+            short(&o.mesh)
+        ),
         columns: columns.iter().map(|c| c.replace('_', " ")).collect(),
         rows,
         text_scale: 1.2,
@@ -204,7 +207,8 @@ fn line(f: &Finding, a: &Answer) -> [String; 8] {
     }
 }
 
-const HEAD: [&str; 8] = ["environment", "brdf", "technique", "rel. RMS", "FLIP", "bake s", "shade s", "bytes"];
+const HEAD: [&str; 8] =
+    ["environment", "brdf", "technique", "rel. RMS", "FLIP", "bake s", "shade s", "bytes"];
 
 fn table(findings: &[Finding]) -> String {
     let mut lines = vec![HEAD.map(String::from)];
@@ -256,7 +260,10 @@ fn gate(o: &Options, findings: &[Finding]) -> Outcome {
                 && let Some((e, _)) = &s.errors
                 && !(e.relative_rms <= t)
             {
-                let why = format!("{} on {} under {}: error {:.4} is above {t}", s.slug, f.brdf, f.environment, e.relative_rms);
+                let why = format!(
+                    "{} on {} under {}: error {:.4} is above {t}",
+                    s.slug, f.brdf, f.environment, e.relative_rms
+                );
                 return Err(Failure::missed(why));
             }
         }

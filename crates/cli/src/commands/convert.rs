@@ -49,7 +49,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let cube = six || extension == "ktx2";
     let target = o.to.unwrap_or(if cube { Target::Cube } else { Target::of(image.layout) });
     if cube && target != Target::Cube {
-        return Err(Failure::usage(format!("{}: holds cube faces; --to is another layout", o.output.display())));
+        return Err(Failure::usage(format!(
+            "{}: holds cube faces; --to is another layout",
+            o.output.display()
+        )));
     }
     context.task.check()?;
     let image = layouts::shaped(image, target, o.size.map(|s| layouts::side(s, target)).transpose()?);
@@ -118,8 +121,7 @@ fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<(
         .collect();
     let mut metadata = context.provenance_pairs();
     metadata.push(("steradian.profile".into(), "steradian".into()));
-    let texture =
-        TextureLevels { width: size.0, height: size.1, faces: 6, levels: vec![texels], metadata };
+    let texture = TextureLevels { width: size.0, height: size.1, faces: 6, levels: vec![texels], metadata };
     let report = write_ktx2(&o.output, &texture, o.half)?;
     if report.clipped > 0 {
         context.warn(format_args!("{}: {} samples clipped", o.output.display(), report.clipped));

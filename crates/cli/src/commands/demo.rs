@@ -21,7 +21,7 @@ pub struct Options {
     #[arg(short, long, value_name = "OUT.png", default_value = "steradian-demo.png")]
     output: PathBuf,
     /// Side of each picture in pixels
-    #[arg(long, value_name = "N", default_value_t = 224, value_parser = clap::value_parser!(u16).range(32..=2048))]
+    #[arg(long, value_name = "N", default_value_t = 160, value_parser = clap::value_parser!(u16).range(32..=2048))]
     size: u16,
 }
 
@@ -47,12 +47,12 @@ const SCENES: [Scene; 4] = [
         material: "clay",
         place: "clear sky",
         shape: "teapot",
-        sky: "sky:elevation=32,azimuth=30,turbidity=3,ground=0.22/0.2/0.16",
-        brdf: "lambert:albedo=0.62/0.42/0.32",
-        view: (75.0, 14.0),
-        distance: 4.0,
-        blur: 1.5,
-        ev: 0.0,
+        sky: "sky:elevation=38,azimuth=15,turbidity=2.5,ground=0.2/0.17/0.13",
+        brdf: "lambert:albedo=0.65/0.4/0.28",
+        view: (75.0, 4.0),
+        distance: 3.4,
+        blur: 2.0,
+        ev: 0.1,
     },
     Scene {
         material: "gold",
@@ -60,32 +60,32 @@ const SCENES: [Scene; 4] = [
         shape: "knot",
         sky: "studio",
         brdf: "ggx:alpha=0.15,f0=1.0/0.77/0.34",
-        view: (75.0, 14.0),
-        distance: 4.0,
-        blur: 1.5,
-        ev: 0.0,
+        view: (75.0, 10.0),
+        distance: 3.2,
+        blur: 2.0,
+        ev: 0.1,
     },
     Scene {
-        material: "blue plastic",
-        place: "overcast sky",
-        shape: "teapot",
-        sky: "overcast",
-        brdf: "phong:n=40",
-        view: (75.0, 14.0),
-        distance: 4.0,
-        blur: 1.5,
-        ev: 0.0,
-    },
-    Scene {
-        material: "brushed steel",
+        material: "chrome",
         place: "evening sky",
+        shape: "teapot",
+        sky: "sky:elevation=7,azimuth=140,turbidity=4,ground=0.16/0.14/0.12",
+        brdf: "ggx:alpha=0.04,f0=0.9/0.92/0.94",
+        view: (75.0, 4.0),
+        distance: 3.4,
+        blur: 2.0,
+        ev: -0.2,
+    },
+    Scene {
+        material: "blue gloss",
+        place: "overcast sky",
         shape: "torus",
-        sky: "sky:elevation=8,azimuth=200,turbidity=4,ground=0.15",
-        brdf: "ggx:alpha=0.35,f0=0.56/0.57/0.58",
-        view: (75.0, 14.0),
-        distance: 4.0,
-        blur: 1.5,
-        ev: 0.0,
+        sky: "overcast:ground=0.3/0.26/0.2",
+        brdf: "phong:n=60,scale=0.12/0.3/1",
+        view: (75.0, 16.0),
+        distance: 3.2,
+        blur: 2.0,
+        ev: -0.7,
     },
 ];
 
@@ -100,7 +100,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let start = Instant::now();
     let side = usize::from(o.size);
     let plan = Plan {
-        settings: Settings { inner: 1, edge: 3, ..Settings::new(side, side) },
+        settings: Settings { inner: 1, share: true, ..Settings::new(side, side) },
         tone_mapper: ToneMapper::Aces,
         tolerance: TOLERANCE,
     };
@@ -118,8 +118,7 @@ fn case(scene: &Scene, side: usize) -> Result<Case, Failure> {
     let mesh = inputs::shape(scene.shape)?;
     let (low, high) = mesh.bounds().ok_or_else(|| Failure::failed("a shape without triangles"))?;
     let (azimuth, elevation) = (scene.view.0.to_radians(), scene.view.1.to_radians());
-    let away =
-        Vec3::new(elevation.cos() * azimuth.cos(), elevation.sin(), elevation.cos() * azimuth.sin());
+    let away = Vec3::new(elevation.cos() * azimuth.cos(), elevation.sin(), elevation.cos() * azimuth.sin());
     let at = 0.5 * (low + high);
     let from = at + away * (0.5 * (high - low).length() * scene.distance);
     let camera = Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 28f32.to_radians() };
@@ -148,9 +147,8 @@ fn methods(case: &Case) -> Vec<Method> {
 }
 
 fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
-    let mut columns = vec!["the integral".to_string()];
     let most = rows.iter().map(|r| r.1.len()).max().unwrap_or(1);
-    columns.extend((1..most).map(|_| String::new()));
+    let columns = vec![String::new(); most];
     let cells = |answers: &[Answer]| {
         let mut cells: Vec<_> = answers.iter().map(|a| a.cell(true)).collect();
         cells.resize(most, None);
@@ -158,10 +156,15 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
     };
     Sheet {
         title: "Steradian".into(),
-        subtitle: "environment lighting of any reflectance: each technique beside the reference, with its error".into(),
+        subtitle:
+            "environment lighting of any reflectance: each technique beside the reference, with its error"
+                .into(),
         columns,
-        rows: rows.iter().map(|(label, answers)| Row { label: label.clone(), cells: cells(answers) }).collect(),
-        text_scale: 1.5,
+        rows: rows
+            .iter()
+            .map(|(label, answers)| Row { label: label.clone(), cells: cells(answers) })
+            .collect(),
+        text_scale: 1.4,
     }
 }
 
@@ -178,6 +181,8 @@ fn finish(o: &Options, rows: &[(Vec<String>, Vec<Answer>)], start: Instant, cont
         return context.print_json(json!({"output": name, "seconds": seconds, "scenes": scenes}));
     }
     context.say(format_args!("{}: {} scenes in {seconds:.1} s", o.output.display(), rows.len()));
-    context.say("next: steradian render teapot --environment sky --brdf ggx:alpha=0.1,f0=1/0.77/0.34 -o teapot.png");
+    context.say(
+        "next: steradian render teapot --environment sky --brdf ggx:alpha=0.1,f0=1/0.77/0.34 -o teapot.png",
+    );
     Ok(())
 }

@@ -6,9 +6,9 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Arc;
-use serde_json::json;
 use steradian_brdf::SharedBrdf;
 use steradian_formats::CsvTable;
 use steradian_light::Lights;
@@ -77,7 +77,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let brdf = inputs::brdf(&o.brdf, context)?;
     let method = Method::find(&o.technique)?;
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
-        return Err(Failure::usage("--lookup belongs to --technique reference; techniques fix their own lookup"));
+        return Err(Failure::usage(
+            "--lookup belongs to --technique reference; techniques fix their own lookup",
+        ));
     }
     let lights = inputs::light(&o.environment, &o.adjust, context)?;
     context.note_input(&o.points);
@@ -90,9 +92,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     write(&o, table, &answers, context)?;
     let worst = answers.iter().map(|a| a.1).fold(0.0, f64::max);
     match o.tolerance {
-        Some(t) if !(worst <= t) => {
-            Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e} (column err)")))
-        }
+        Some(t) if !(worst <= t) => Err(Failure::missed(format!(
+            "tolerance {t} missed: the error reached is {worst:.3e} (column err)"
+        ))),
         _ => Ok(()),
     }
 }

@@ -47,7 +47,8 @@ fn rows(sh: &ShRgb) -> Vec<[f64; 3]> {
 }
 
 fn table(radiance: &ShRgb, irradiance: &ShRgb) -> String {
-    let mut out = String::from("l,m,radiance_r,radiance_g,radiance_b,irradiance_r,irradiance_g,irradiance_b\n");
+    let mut out =
+        String::from("l,m,radiance_r,radiance_g,radiance_b,irradiance_r,irradiance_g,irradiance_b\n");
     let all = rows(radiance).into_iter().zip(rows(irradiance)).enumerate();
     for (i, (a, b)) in all {
         let l = i.isqrt();

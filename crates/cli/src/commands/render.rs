@@ -94,7 +94,8 @@ pub fn size(text: &str) -> Result<(usize, usize), String> {
 
 pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
     let names = ToneMapper::ALL.map(ToneMapper::name);
-    ToneMapper::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("tone mapper", text, &names))
+    ToneMapper::from_name(text)
+        .ok_or_else(|| steradian_render::scenefile::unknown("tone mapper", text, &names))
 }
 
 fn background(text: &str) -> Result<SceneBackground, String> {
@@ -136,9 +137,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let ev = plan.exposure.unwrap_or_else(|| expose(&picture.film));
     save(&o.output, picture.film, Develop { ev, mapper: plan.tone_mapper }, context)?;
     report(&o, &plan, &picture.baked, picture.seconds, ev, context)?;
-    let worst = picture.baked.iter().filter_map(|b| b.certificate.as_ref()).map(|c| c.error).fold(0.0, f64::max);
+    let worst =
+        picture.baked.iter().filter_map(|b| b.certificate.as_ref()).map(|c| c.error).fold(0.0, f64::max);
     match o.tolerance {
-        Some(t) if worst > t => Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}"))),
+        Some(t) if worst > t => {
+            Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}")))
+        }
         _ => Ok(()),
     }
 }
@@ -147,7 +151,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 fn check_output(path: &Path) -> Outcome {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !["png", "exr", "hdr", "pfm"].contains(&extension.as_str()) && path.extension().is_some() {
-        let why = format!("{}: no picture format is called '.{extension}'; there are .png .exr .hdr .pfm", path.display());
+        let why = format!(
+            "{}: no picture format is called '.{extension}'; there are .png .exr .hdr .pfm",
+            path.display()
+        );
         return Err(Failure::usage(why));
     }
     Ok(())
@@ -238,9 +245,12 @@ fn camera(o: &Options, plan: &mut Plan) -> Outcome {
             up,
             fov_y: fov.map_or(fov_y, f32::to_radians),
         },
-        Camera::Orthographic { from, at, up, height } => {
-            Camera::Orthographic { from: o.from.map_or(from, vector), at: o.at.map_or(at, vector), up, height }
-        }
+        Camera::Orthographic { from, at, up, height } => Camera::Orthographic {
+            from: o.from.map_or(from, vector),
+            at: o.at.map_or(at, vector),
+            up,
+            height,
+        },
     });
     Ok(())
 }
@@ -254,15 +264,18 @@ fn paint(plan: &Plan, context: &Context) -> Result<Picture, Failure> {
     let footprint = studio::footprint(&camera, plan.settings.height);
     let background = match plan.background {
         SceneBackground::Colour(c) => Background::Colour(c),
-        SceneBackground::Environment(blur) => Background::Sky(Backdrop::new(&plan.lights, footprint.max(blur))),
+        SceneBackground::Environment(blur) => {
+            Background::Sky(Backdrop::new(&plan.lights, footprint.max(blur)))
+        }
     };
     let bvh = Bvh::build(&plan.mesh);
     let surfaces: Vec<_> = baked.iter().map(|b| b.surface.clone()).collect();
     let stage = Stage { mesh: &plan.mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
     let mut settings = plan.settings;
     if plan.looks.iter().any(|l| matches!(l.method, Method::Reference)) {
-        // The judge integrates each sample on its own: one inside surfaces is enough, edges get theirs.
+        // The judge integrates each point on its own: one in a pixel and surface is enough, coverage gets its samples.
         settings.inner = 1;
+        settings.share = true;
     }
     let start = Instant::now();
     let film = steradian_render::render(&stage, &settings, &context.task)?;
@@ -296,8 +309,13 @@ pub fn save_display(
     context: &Context,
 ) -> Outcome {
     let plane = |c: usize| picture.rgb.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0).collect();
-    let raster = steradian_formats::Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
-    context.write_image(path, &raster, WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() })
+    let raster =
+        steradian_formats::Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
+    context.write_image(
+        path,
+        &raster,
+        WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() },
+    )
 }
 
 fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, context: &Context) -> Outcome {
@@ -330,6 +348,8 @@ fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, cont
     let bake: f64 = baked.iter().map(|b| b.seconds).sum();
     let (w, h) = (plan.settings.width, plan.settings.height);
     let path = o.output.display();
-    context.say(format_args!("{path}: {w} x {h}, bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"));
+    context.say(format_args!(
+        "{path}: {w} x {h}, bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"
+    ));
     Ok(())
 }

@@ -12,6 +12,9 @@ mod tile;
 
 pub use shader::{BakeShader, JudgeShader, Shader};
 
+#[cfg(test)]
+mod tests;
+
 use crate::{Background, Film, Texture};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -53,12 +56,15 @@ pub struct Settings {
     pub inner: usize,
     /// Samples per pixel and axis where the samples of a pixel, or of two neighbours, disagree.
     pub edge: usize,
+    /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point: for
+    /// radiance that costs more than visibility, such as the reference's.
+    pub share: bool,
 }
 
 impl Settings {
-    /// A picture with 1 sample inside surfaces and 4 × 4 on edges.
+    /// A picture with 2 × 2 samples inside surfaces and 4 × 4 on edges.
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, inner: 2, edge: 4 }
+        Self { width, height, inner: 2, edge: 4, share: false }
     }
 }
 

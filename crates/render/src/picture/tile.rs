@@ -34,8 +34,16 @@ struct Sample {
 #[derive(Default)]
 struct Group {
     points: PointsBuf,
-    sample: Vec<u32>,
     tint: Vec<[f32; 3]>,
+    /// Sample and point.
+    pairs: Vec<(u32, u32)>,
+}
+
+/// A point of the present pixel that further samples may share.
+struct Shared {
+    surface: usize,
+    point: u32,
+    n: Vec3,
 }
 
 /// A tile with a border of one pixel, which the filter reaches.
@@ -48,6 +56,8 @@ struct Job<'a> {
     height: usize,
     samples: Vec<Sample>,
     groups: Vec<Group>,
+    /// Points of the present pixel.
+    shared: Vec<Shared>,
 }
 
 impl Tile {
@@ -67,6 +77,7 @@ impl Tile {
             height: size.1 + 2,
             samples: Vec::new(),
             groups: (0..stage.surfaces.len()).map(|_| Group::default()).collect(),
+            shared: Vec::new(),
         };
         job.place_samples();
         job.shade(task)?;
@@ -100,6 +111,7 @@ impl Job<'_> {
         let edge = self.settings.edge.max(n);
         for pixel in 0..pixels {
             let found = &first[pixel * per..(pixel + 1) * per];
+            self.shared.clear();
             if sharp[pixel] && edge > n {
                 for k in 0..edge * edge {
                     let at = position(k, edge);
@@ -178,31 +190,42 @@ impl Job<'_> {
     }
 
     fn gather(&mut self, f: Found, sample: u32, area: f32) {
+        let point = match self.shared.iter().find(|s| s.surface == f.surface && !creased(s.n, f.n)) {
+            Some(s) if self.settings.share => s.point,
+            _ => self.new_point(&f, area),
+        };
+        self.groups[f.surface].pairs.push((sample, point));
+    }
+
+    fn new_point(&mut self, f: &Found, area: f32) -> u32 {
         let spacing = self.spacing(f.t) * area.sqrt();
-        let surface = &self.stage.surfaces[f.surface];
         let group = &mut self.groups[f.surface];
+        let point = group.points.len() as u32;
         group.points.push(f.n, f.tangent, f.wo, f.p);
-        group.sample.push(sample);
-        if let Some(texture) = &surface.base_colour {
+        if let Some(texture) = &self.stage.surfaces[f.surface].base_colour {
             // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
             let side = spacing * f.uv_density / f.ng.dot(f.wo).max(0.05).sqrt();
             group.tint.push(texture.sample(f.uv.x, f.uv.y, side));
         }
+        self.shared.push(Shared { surface: f.surface, point, n: f.n });
+        point
     }
 
     fn shade(&mut self, task: &Task) -> Result<(), Cancelled> {
-        let mut out: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; BATCH]);
         for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
-            for start in (0..group.points.len()).step_by(BATCH) {
-                let q = group.points.slice(start..start + BATCH);
-                let mut rgb = out.each_mut().map(|o| &mut o[..q.len()]);
-                let mut radiance = Radiance { rgb: rgb.each_mut().map(|p| &mut **p) };
-                surface.shader.shade(&q, &mut radiance, task)?;
-                for i in 0..q.len() {
-                    let tint = group.tint.get(start + i).copied().unwrap_or([1.0; 3]);
-                    let to = &mut self.samples[group.sample[start + i] as usize].value;
-                    (0..3).for_each(|c| to[c] = out[c][i] * tint[c]);
-                }
+            let n = group.points.len();
+            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; n]);
+            for start in (0..n).step_by(BATCH) {
+                let end = (start + BATCH).min(n);
+                let mut radiance = Radiance { rgb: rgb.each_mut().map(|p| &mut p[start..end]) };
+                surface.shader.shade(&group.points.slice(start..end), &mut radiance, task)?;
+            }
+            for (plane, c) in rgb.iter_mut().zip(0..3) {
+                plane.iter_mut().zip(&group.tint).for_each(|(v, t)| *v *= t[c]);
+            }
+            for &(sample, point) in &group.pairs {
+                let to = &mut self.samples[sample as usize].value;
+                (0..3).for_each(|c| to[c] = rgb[c][point as usize]);
             }
         }
         Ok(())

@@ -197,7 +197,8 @@ fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
         && out.directionals.is_empty()
         && out.points.is_empty();
     if nothing {
-        let why = "[light]: no light; write environment = \"sky:elevation=35\", or a disk, directional or point";
+        let why =
+            "[light]: no light; write environment = \"sky:elevation=35\", or a disk, directional or point";
         return Err(source.error(source.text.len(), why));
     }
     Ok(out)

@@ -12,8 +12,8 @@ use crate::Display;
 pub struct Cell {
     /// The picture.
     pub picture: Display,
-    /// The line below; empty for none.
-    pub caption: String,
+    /// The lines below; the first is bright where there are several.
+    pub caption: Vec<String>,
 }
 
 /// One row: a label and its cells, `None` where nothing belongs.
@@ -94,16 +94,16 @@ impl Sheet {
         let side = widest(&mut self.rows.iter().flat_map(|r| r.label.iter()));
         let lines = |text: &str, height: f32| if text.is_empty() { 0.0 } else { height };
         let head = lines(&self.title, title.line()) + lines(&self.subtitle, pen.line());
-        let words = widest(&mut self.columns.iter()).max(widest(&mut cells().map(|c| &c.caption)));
+        let words = widest(&mut self.columns.iter()).max(widest(&mut cells().flat_map(|c| &c.caption)));
         let width = cells().map(|c| c.picture.width).max().unwrap_or(0).max(words as usize + 1);
-        let captions = cells().any(|c| !c.caption.is_empty());
+        let captions = cells().map(|c| c.caption.len()).max().unwrap_or(0);
         Metrics {
             margin: (12.0 * scale) as usize,
             gap: (8.0 * scale) as usize,
             label: if side > 0.0 { (side + 10.0 * scale) as usize } else { 0 },
             head: if head > 0.0 { (head + 6.0 * scale) as usize } else { 0 },
             column_head: if self.columns.iter().all(String::is_empty) { 0 } else { (13.0 * scale) as usize },
-            caption: if captions { (15.0 * scale) as usize } else { 0 },
+            caption: if captions > 0 { (4.0 * scale + pen.line() * captions as f32) as usize } else { 0 },
             cell: (width, cells().map(|c| c.picture.height).max().unwrap_or(0)),
         }
     }
@@ -122,7 +122,10 @@ fn draw_row(page: &mut Display, row: &Row, m: &Metrics, at: (usize, usize), pens
         let x = at.0 + c * (m.cell.0 + m.gap);
         page.paste(&cell.picture, x + (m.cell.0 - cell.picture.width.min(m.cell.0)) / 2, at.1);
         let y = (at.1 + m.cell.1) as f32 + 4.0 * dim.scale;
-        dim.centred(page, (x + m.cell.0 / 2) as f32, y, &cell.caption);
+        for (k, text) in cell.caption.iter().enumerate() {
+            let pen = if k == 0 && cell.caption.len() > 1 { bright } else { dim };
+            pen.centred(page, (x + m.cell.0 / 2) as f32, y + line * k as f32, text);
+        }
     }
 }
 
@@ -133,7 +136,7 @@ mod tests {
     #[test]
     fn the_page_holds_every_cell_and_an_empty_sheet_is_fine() {
         assert!(Sheet::default().draw().width > 0);
-        let cell = Cell { picture: Display::filled(40, 30, [200, 10, 10]), caption: "0.1 %".into() };
+        let cell = Cell { picture: Display::filled(40, 30, [200, 10, 10]), caption: vec!["0.1 %".into()] };
         let sheet = Sheet {
             title: "Title".into(),
             columns: vec!["one".into(), "two".into()],

@@ -103,8 +103,11 @@ impl Develop {
     }
 }
 
-/// The exposure value that brings the mean logarithm of the luminance to middle grey, 0.18 (Reinhard et al.
-/// 2002, eqs 1–2), over the pixels that `weight` counts.
+/// Where automatic exposure puts the mean: a lit object is brighter than the 0.18 of a whole scene.
+const KEY: f64 = 0.3;
+
+/// The exposure value that brings the mean logarithm of the luminance to 0.3 (Reinhard et al. 2002, eqs 1–2; their
+/// key of 0.18 is that of a whole scene), over the pixels that `weight` counts.
 pub fn auto_exposure(film: &Film, weight: impl Fn(usize) -> f32) -> f32 {
     let (mut sum, mut total) = (0.0f64, 0.0f64);
     for i in 0..film.len() {
@@ -115,7 +118,7 @@ pub fn auto_exposure(film: &Film, weight: impl Fn(usize) -> f32) -> f32 {
             total += w;
         }
     }
-    if total == 0.0 { 0.0 } else { (0.18f64.log2() - sum / total / std::f64::consts::LN_2) as f32 }
+    if total == 0.0 { 0.0 } else { (KEY.log2() - sum / total / std::f64::consts::LN_2) as f32 }
 }
 
 /// Rec. 709 luminance, Y = 0.2126 R + 0.7152 G + 0.0722 B.
@@ -154,9 +157,9 @@ mod tests {
     }
 
     #[test]
-    fn auto_exposure_brings_grey_to_middle_grey() {
+    fn auto_exposure_brings_the_mean_to_the_key() {
         let mut f = Film::new(4, 4);
-        f.rgb.iter_mut().for_each(|p| p.fill(0.72));
+        f.rgb.iter_mut().for_each(|p| p.fill(1.2));
         assert!((auto_exposure(&f, |_| 1.0) + 2.0).abs() < 1e-5);
     }
 }

@@ -219,11 +219,15 @@ fn lines(
         .collect();
     let place = |d: DVec3| {
         let (elevation, azimuth) = (d.y.clamp(-1.0, 1.0).asin().to_degrees(), d.z.atan2(d.x).to_degrees());
-        format!("({:.3}, {:.3}, {:.3}), elevation {elevation:.1}°, azimuth {azimuth:.1}° from +X to +Z", d.x, d.y, d.z)
+        format!(
+            "({:.3}, {:.3}, {:.3}), elevation {elevation:.1}°, azimuth {azimuth:.1}° from +X to +Z",
+            d.x, d.y, d.z
+        )
     };
-    let stated = json.get("layout_stated").and_then(Value::as_bool).map_or("", |s| {
-        if s { "" } else { " (by its shape)" }
-    });
+    let stated = json
+        .get("layout_stated")
+        .and_then(Value::as_bool)
+        .map_or("", |s| if s { "" } else { " (by its shape)" });
     let size = match image.layout.faces() {
         1 => format!("{} x {}", image.width, image.height),
         n => format!("{n} faces of {} x {}", image.width, image.height),

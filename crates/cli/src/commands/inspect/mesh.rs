@@ -55,7 +55,10 @@ fn describe(what: &str, mesh: &Mesh, notes: &[String], materials: &[String], par
     let yes = |b: bool| if b { "yes" } else { "no" };
     let mut lines = vec![
         ("name", file_name(what)),
-        ("triangles", format!("{} over {} vertices in {parts} parts", mesh.triangles.len(), mesh.positions.len())),
+        (
+            "triangles",
+            format!("{} over {} vertices in {parts} parts", mesh.triangles.len(), mesh.positions.len()),
+        ),
         ("area", format!("{:.6} m²", mesh.area())),
         ("uv", format!("{}, tangents {}", yes(!mesh.uvs.is_empty()), yes(!mesh.tangents.is_empty()))),
         ("edges", format!("{open} open, {shared} with more than two triangles")),
@@ -76,7 +79,9 @@ fn edges(mesh: &Mesh) -> (usize, usize) {
         .iter()
         .enumerate()
         // −0 and 0 are one place.
-        .map(|(i, p)| *of_position.entry((*p + glam::Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(i as u32))
+        .map(|(i, p)| {
+            *of_position.entry((*p + glam::Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(i as u32)
+        })
         .collect();
     let mut count: HashMap<(u32, u32), u32> = HashMap::new();
     for t in &mesh.triangles {

@@ -55,11 +55,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return context.print_json(document);
     }
     let width = report.lines.iter().map(|l| l.0.len()).max().unwrap_or(0);
-    let text: String = report
-        .lines
-        .iter()
-        .map(|(name, value)| format!("{name:width$}  {value}\n"))
-        .collect();
+    let text: String = report.lines.iter().map(|(name, value)| format!("{name:width$}  {value}\n")).collect();
     context.print(&text)
 }
 
