@@ -66,7 +66,11 @@ fn main() {
     println!("{} triangles, {} rays, {}", mesh.triangles.len(), rays.len(), steradian_simd::isa().name());
     let start = Instant::now();
     let ours = Bvh::build(&mesh);
-    println!("build: ours {:.0} ms, {:.1} MB", 1e3 * start.elapsed().as_secs_f64(), ours.bytes() as f64 / 1e6);
+    println!(
+        "build: ours {:.0} ms, {:.1} MB",
+        1e3 * start.elapsed().as_secs_f64(),
+        ours.bytes() as f64 / 1e6
+    );
     let (params, mut time) = (BvhBuildParams::medium_build(), Duration::ZERO);
     let two = bvh2::builder::build_bvh2_from_tris(&triangles, params, &mut time);
     println!("build: obvhs Bvh2 {:.0} ms", 1e3 * time.as_secs_f64());
@@ -87,5 +91,8 @@ fn main() {
     let start = Instant::now();
     let blocked = ours.occluded_many(&rays, f32::INFINITY).iter().filter(|b| **b).count();
     let rate = rays.len() as f64 / start.elapsed().as_secs_f64() / 1e6;
-    println!("ours, batch on all cores     {rate:7.2} Mray/s  occluded {:.5}", blocked as f64 / rays.len() as f64);
+    println!(
+        "ours, batch on all cores     {rate:7.2} Mray/s  occluded {:.5}",
+        blocked as f64 / rays.len() as f64
+    );
 }

@@ -30,7 +30,8 @@ fn elements<R: Records>(
     source: &mut Source,
 ) -> Result<MeshData, FormatError> {
     let mut builder = Builder::default();
-    for element in &header.elements {
+    // An element without properties takes no bytes, whatever its count.
+    for element in header.elements.iter().filter(|e| !e.properties.is_empty()) {
         check_count(element, records.bytes_left(), header.encoding, source)?;
         builder.reserve(element, source)?;
         for i in 0..element.count {
