@@ -59,8 +59,8 @@ impl Source {
 
     /// A base image and beams that [`Source::of`] split, as they were saved.
     pub fn prepared(base: Option<SphereImage>, beams: Vec<Beam>, order: usize) -> Self {
-        let order = base.as_ref().map_or(order, |b| order.min(b.height.saturating_sub(1).max(1)));
-        let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project(b, order));
+        let order = base.as_ref().map_or(order, |b| order.min(2 * b.height.max(2)));
+        let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project_exact(b, order));
         let base_energy = base.as_ref().map_or(0.0, energy);
         let negative = base.as_ref().is_some_and(|b| b.planes.iter().flatten().any(|&l| l < 0.0));
         let bands = bands(&spectrum, &beams);
@@ -188,7 +188,7 @@ mod tests {
         let s = Source::of(Some(image), Vec::new(), 8, &Task::quiet()).unwrap();
         assert!(s.beams.is_empty());
         assert!((s.base_energy - 12.0 * std::f64::consts::PI).abs() < 1e-5);
-        assert!(s.bands[1..].iter().all(|b| *b < 1e-4 * s.bands[0]), "{:?}", s.bands);
+        assert!(s.bands[1..].iter().all(|b| *b < 1e-20 * s.bands[0]), "{:?}", s.bands);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::tables;
 use crate::Part;
 use crate::gpu::{Format, Level, Shape, Table};
-use crate::tensors::{PartError, TensorFile};
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use steradian_prefilter::EdgeCube;
 
 /// Cubes from sharp to blurred.
@@ -66,16 +66,22 @@ impl Chain {
 
 impl Part for Chain {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
+        put_f64(to, format!("{prefix}.levels"), vec![1], vec![self.0.len() as f64]);
         for (k, c) in self.0.iter().enumerate() {
             tables::save_cube(c, to, format!("{prefix}.level{k:02}"));
         }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let names = (0..100).map(|k| format!("{prefix}.level{k:02}"));
-        let there = names.take_while(|n| from.tensors.contains_key(n));
-        let levels = there.map(|n| tables::load_cube(from, &n)).collect::<Result<Vec<_>, _>>()?;
-        Self::new(levels).ok_or_else(|| PartError::Missing(format!("{prefix}.level00")))
+        let name = format!("{prefix}.levels");
+        let (_, count) = get_f64(from, &name, 1)?;
+        let count = match count[..] {
+            [n] if (1.0..=100.0).contains(&n) => n as usize,
+            _ => return Err(PartError::Unexpected(name)),
+        };
+        let cube = |k| tables::load_cube(from, &format!("{prefix}.level{k:02}"));
+        let levels = (0..count).map(cube).collect::<Result<Vec<_>, _>>()?;
+        Self::new(levels).ok_or(PartError::Unexpected(name))
     }
 
     fn bytes(&self) -> usize {

@@ -52,7 +52,7 @@ pub fn value(m: &Mat4, n: [f32; 3]) -> f32 {
 /// Eqs 11–12 with the basis's constants where the paper has rounded c1 … c5, and −c5/3 of Y_20 spread over
 /// xx and yy by 1 = x² + y² + z².
 fn matrix(c: &[f64], scale: [f64; 3]) -> Mat4 {
-    let e = |l: usize, m: isize| scale[l] * c[sh::index(l, m)];
+    let e = |l: usize, m: isize| scale[l] * c.get(sh::index(l, m)).copied().unwrap_or(0.0);
     let (y0, y1) = ((0.25 / PI).sqrt(), (0.75 / PI).sqrt());
     let (y2, y20) = ((15.0 / (4.0 * PI)).sqrt(), (5.0 / (16.0 * PI)).sqrt());
     let xx = 0.5 * y2 * e(2, 2) - y20 * e(2, 0);

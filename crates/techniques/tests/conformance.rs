@@ -1,0 +1,143 @@
+//! The checks that every registered room gets without asking, as its Card's claims make them meaningful.
+//!
+//! What a Card waives is printed with its reason. `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test
+//! conformance` records the error table anew.
+
+#[path = "conformance/harness.rs"]
+mod harness;
+#[path = "conformance/robust.rs"]
+mod robust;
+#[path = "conformance/table.rs"]
+mod table;
+
+use glam::DMat3;
+use harness::*;
+use steradian_base::Task;
+use steradian_light::Lights;
+use steradian_techniques::shared::lights;
+use steradian_techniques::{Check, View, find, registry};
+
+#[test]
+fn slugs_are_unique_module_names_and_both_spellings_find_them() {
+    let mut slugs: Vec<_> = registry().iter().map(|t| t.card().slug).collect();
+    for s in &slugs {
+        assert!(s.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_'), "{s}");
+        assert_eq!(find(&s.replace('_', "-")).map(|t| t.card().slug), Some(*s));
+    }
+    slugs.sort_unstable();
+    slugs.dedup();
+    assert_eq!(slugs.len(), registry().len());
+    assert!(find("no such room").is_none());
+}
+
+/// Specimens are taken, and defaults are in their ranges.
+#[test]
+fn cards_keep_their_word() {
+    for t in registry() {
+        let card = t.card();
+        assert!(!card.specimens.is_empty(), "{}", card.slug);
+        let claimed = card.exact_when.iter().map(|c| c.brdf);
+        for spec in card.specimens.iter().copied().chain(claimed) {
+            assert_eq!((card.materials)(&*material(spec).brdf), Ok(()), "{}: {spec}", card.slug);
+        }
+        for p in t.params() {
+            assert!((p.min..=p.max).contains(&p.default), "{}: {}", card.slug, p.name);
+        }
+    }
+}
+
+/// Under constant light the result is the directional albedo, within what the certificate says.
+#[test]
+fn white_furnace() {
+    let points = points(24);
+    for t in rooms(Check::Furnace) {
+        let light = lights::furnace();
+        for spec in t.card().specimens {
+            let b = bake(t, &light, spec, &[]);
+            let error = difference(&shade(&*b, &points), &judged(&light, spec, &points));
+            let bound = (2.0 * b.certificate().error).max(2e-3);
+            assert!(error <= bound, "{}: {spec}: {error:.5} > {bound:.5}", t.card().slug);
+        }
+    }
+}
+
+#[test]
+fn linearity_in_the_light() {
+    let points = points(64);
+    for t in rooms(Check::Linearity) {
+        let spec = t.card().specimens[0];
+        let [a, b] = [lights::sunny(), lights::studio()];
+        let of = |l: &Lights| shade(&*bake(t, l, spec, &[]), &points);
+        let (one, two) = (of(&a), of(&doubled(&a)));
+        let twice: Vec<_> = one.iter().map(|l| l.map(|x| 2.0 * x)).collect();
+        assert!(difference(&two, &twice) < 1e-5, "{}: twice the light", t.card().slug);
+        let added: Vec<_> =
+            one.iter().zip(of(&b)).map(|(x, y)| std::array::from_fn(|c| x[c] + y[c])).collect();
+        let error = difference(&of(&sum(&a, &b)), &added);
+        // Each of the three maps meets its own tolerance.
+        assert!(error < 0.02, "{}: sum of two lights: {error}", t.card().slug);
+    }
+}
+
+#[test]
+fn turning_light_and_frame_together_changes_nothing() {
+    let r = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0) * DMat3::from_rotation_x(0.4);
+    let points = points(64);
+    let moved = turned(&points, r);
+    let mut worst = 0.0_f64;
+    for t in rooms(Check::Rotation) {
+        let spec = t.card().specimens[0];
+        let light = lights::smooth();
+        let mut b = bake(t, &light, spec, &[]);
+        let still = shade(&*b, &points);
+        // Turned at bake time: up to the resampling of the image and the tables.
+        let environment = light.environment.as_ref().expect("an image").rotated(r);
+        let error = difference(&shade(&*bake(t, &environment.into(), spec, &[]), &moved), &still);
+        println!("{}: baked turned: {error:.5}", t.card().slug);
+        worst = worst.max(error);
+        // Turned in the frame: up to rounding.
+        b.frame(&View { light_rotation: r.as_mat3(), ..View::default() });
+        let error = difference(&shade(&*b, &moved), &still);
+        assert!(error < 1e-5, "{}: frame turned: {error}", t.card().slug);
+    }
+    assert!(worst < 0.012, "{worst}");
+}
+
+#[test]
+fn exact_where_the_card_says_so() {
+    let points = points(24);
+    let mut failures = Vec::new();
+    for t in rooms(Check::ExactWhen) {
+        for c in t.card().exact_when {
+            let light = (c.light)();
+            let got = shade(&*bake(t, &light, c.brdf, c.params), &points);
+            let error = difference(&got, &judged(&light, c.brdf, &points));
+            let line = format!("{}: {}: {error:.6} (at most {})", t.card().slug, c.statement, c.within);
+            println!("{line}");
+            if error > c.within {
+                failures.push(line);
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains.
+#[test]
+fn errors_are_the_recorded_ones() {
+    let points = points(96);
+    let mut lines = Vec::new();
+    for t in rooms(Check::ErrorBound) {
+        for (name, light) in LIGHTS {
+            let light = light();
+            let mut b = bake(t, &light, t.card().specimens[0], &[]);
+            for spec in t.card().specimens {
+                b.set_material(&material(spec), &Task::quiet()).expect("a specimen");
+                let error = difference(&shade(&*b, &points), &judged(&light, spec, &points));
+                let claimed = b.certificate().error;
+                lines.push(table::Line::new(t.card().slug, spec, name, error, claimed));
+            }
+        }
+    }
+    table::compare(&lines);
+}

@@ -1,0 +1,109 @@
+//! What the checks share: probe points, bakes, the judge.
+
+use glam::{DMat3, DVec3, Vec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use steradian_base::{ParamValues, Task};
+use steradian_light::{DiskLight, Environment, Lights};
+use steradian_prefilter::probe;
+use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_sphere::Frame;
+use steradian_techniques::shared::lights;
+use steradian_techniques::{AnyBake, AnyTechnique, Check, Material, PointsBuf, Radiance, registry};
+
+/// Rooms that are put to `check`; the others are printed with their Card's reason.
+pub fn rooms(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
+    registry().iter().copied().filter(move |t| match t.card().waived(check) {
+        Some(why) => {
+            println!("{}: {check:?} left out: {why}", t.card().slug);
+            false
+        }
+        None => true,
+    })
+}
+
+/// The material of a spec.
+pub fn material(spec: &str) -> Material {
+    Material::new(steradian_brdf::parse(spec).expect("a specimen's spec"))
+}
+
+/// A bake with some parameters.
+pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
+    let params = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    t.bake(lights, &material(spec), None, &params, &Task::quiet()).expect("a bake that the Card promises")
+}
+
+/// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.
+pub fn points(n: usize) -> Vec<JudgePoint> {
+    let point = |k: usize| {
+        // Another spiral than that of the rooms' own certificates.
+        let normal = DMat3::from_rotation_x(0.7) * probe::direction(k, n);
+        let frame = Frame::from_normal(normal);
+        let cosine = 1.0 - 0.83 * (k as f64 * 0.618_034 + 0.2).fract();
+        let phi = 2.0 * PI * (k as f64 * 0.3247 + 0.1).fract();
+        let s = (1.0 - cosine * cosine).sqrt();
+        let wo = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
+        JudgePoint { frame, wo, position: None }
+    };
+    (0..n).map(point).collect()
+}
+
+/// The same points turned by `r`.
+pub fn turned(points: &[JudgePoint], r: DMat3) -> Vec<JudgePoint> {
+    let turn = |p: &JudgePoint| JudgePoint {
+        frame: Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n },
+        wo: r * p.wo,
+        position: None,
+    };
+    points.iter().map(turn).collect()
+}
+
+/// What a bake shades at `points`.
+pub fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+    let mut q = PointsBuf::with_capacity(points.len());
+    for p in points {
+        q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; points.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
+}
+
+/// The judge's values at `points`.
+pub fn judged(lights: &Lights, spec: &str, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+    let judge = Judge::new(lights, Lookup::Constant, &Task::quiet()).expect("a sound light");
+    let brdf = steradian_brdf::parse(spec).expect("a specimen's spec");
+    let values = judge.radiance_batch(&*brdf, points, 1e-3, &Task::quiet()).expect("nobody cancels");
+    values.iter().map(|e| e.rgb).collect()
+}
+
+/// Relative RMS difference.
+pub fn difference(got: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
+    probe::relative_rms(got.iter().copied().zip(expected.iter().copied()))
+}
+
+/// The lights of the error tables.
+pub const LIGHTS: [(&str, fn() -> Lights); 3] =
+    [("smooth", lights::smooth), ("studio", lights::studio), ("sunny", lights::sunny)];
+
+/// Twice the light.
+pub fn doubled(l: &Lights) -> Lights {
+    let image = l.environment.as_ref().map(|e| {
+        let mut image = e.image.clone();
+        image.planes.iter_mut().flatten().for_each(|x| *x *= 2.0);
+        Arc::new(Environment { image })
+    });
+    let disk = |d: &DiskLight| DiskLight { radiance: d.radiance.map(|l| 2.0 * l), ..*d };
+    Lights { environment: image, disks: l.disks.iter().map(disk).collect(), ..Lights::default() }
+}
+
+/// Both lights; their images have one size.
+pub fn sum(a: &Lights, b: &Lights) -> Lights {
+    let (x, y) = (a.environment.as_ref().expect("an image"), b.environment.as_ref().expect("an image"));
+    let mut image = x.image.clone();
+    for (p, q) in image.planes.iter_mut().zip(&y.image.planes) {
+        p.iter_mut().zip(q).for_each(|(p, q)| *p += q);
+    }
+    let disks = a.disks.iter().chain(&b.disks).copied().collect();
+    Lights { environment: Some(Arc::new(Environment { image })), disks, ..Lights::default() }
+}

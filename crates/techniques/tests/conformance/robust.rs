@@ -1,0 +1,193 @@
+//! Checks that need no judge: extremes, shaders, determinism, files, live changes.
+
+use super::harness::*;
+use glam::{DVec3, Vec3};
+use std::path::Path;
+use std::sync::Arc;
+use steradian_base::{ParamValues, Task};
+use steradian_formats::{Limits, decode_tensors};
+use steradian_light::{DiskLight, Environment, Lights};
+use steradian_sphere::{Layout, SphereImage};
+use steradian_techniques::shared::lights;
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Check, PointsBuf, Radiance, gpu, registry};
+
+/// Poles, axes, cube corners; views at the normal, at grazing, below the horizon.
+fn extreme_points() -> PointsBuf {
+    let mut q = PointsBuf::default();
+    for x in [-1.0f32, 0.0, 1.0] {
+        for y in [-1.0f32, 0.0, 1.0] {
+            for z in [-1.0f32, 0.0, 1.0] {
+                let Some(n) = Vec3::new(x, y, z).try_normalize() else { continue };
+                let t = n.any_orthonormal_vector();
+                for c in [1.0f32, 0.5, 1e-3, 1e-7, 0.0, -0.5, -1.0] {
+                    q.push(n, t, n * c + t * (1.0 - c * c).max(0.0).sqrt(), Vec3::ZERO);
+                }
+            }
+        }
+    }
+    q
+}
+
+fn bright() -> Lights {
+    let mut l = lights::studio();
+    let mut image =
+        l.environment.take().map_or_else(|| SphereImage::new(Layout::LatLong, 8, 4), |e| e.image.clone());
+    let k = image.index(0, 40, 50);
+    image.planes.iter_mut().for_each(|p| p[k] = 1e5);
+    let disk = DiskLight { direction: DVec3::Y, angular_radius: 1e-4, radiance: [1e5; 3] };
+    Lights { environment: Some(Arc::new(Environment { image })), disks: vec![disk], ..Lights::default() }
+}
+
+fn tiny() -> Lights {
+    Environment { image: SphereImage::from_fn(Layout::LatLong, 2, 1, |_| [0.3; 3]) }.into()
+}
+
+#[test]
+fn finite_on_extremes() {
+    let q = extreme_points();
+    for t in rooms(Check::Extremes) {
+        for (light, specs) in [(bright(), true), (tiny(), false), (Lights::default(), false)] {
+            // The sharpest and the roughest that the room takes.
+            let more = ["ggx:alpha=0.0001,f0=1", "ggx:alpha=1,f0=0", "phong:n=100000", "phong-map:n=0.01"];
+            let taken = more.iter().filter(|s| specs && (t.card().materials)(&*material(s).brdf).is_ok());
+            for spec in t.card().specimens.iter().take(1).chain(taken) {
+                let b = bake(t, &light, spec, &[]);
+                let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+                b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+                for i in 0..q.len() {
+                    let facing: f32 = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum();
+                    for c in &rgb {
+                        assert!(c[i].is_finite(), "{}: {spec}: point {i}: {}", t.card().slug, c[i]);
+                        assert!(facing > 0.0 || c[i] == 0.0, "{}: light from behind", t.card().slug);
+                    }
+                }
+                assert!(b.certificate().error.is_finite(), "{}: {spec}", t.card().slug);
+            }
+        }
+    }
+}
+
+#[test]
+fn batches_that_do_not_fit_give_zero() {
+    let q = extreme_points();
+    for t in registry() {
+        let b = bake(*t, &tiny(), t.card().specimens[0], &[]);
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0; 5]);
+        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        assert!(rgb.iter().flatten().all(|x| *x == 0.0));
+    }
+}
+
+/// Every room's module is valid WGSL. That it computes the same numbers needs an adapter: the gpu crate's tests.
+#[test]
+fn shaders_are_valid() {
+    for t in rooms(Check::Shader) {
+        for spec in t.card().specimens {
+            let room = bake(t, &lights::furnace(), spec, &[]).gpu();
+            let text = gpu::module(&room);
+            let module = naga::front::wgsl::parse_str(&text)
+                .unwrap_or_else(|e| panic!("{}:\n{}", room.slug, e.emit_to_string(&text)));
+            let mut validator = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            );
+            let valid = validator.validate(&module);
+            assert!(valid.is_ok(), "{}: {:?}", room.slug, valid.err());
+            for t in &room.tables {
+                let texels = t.level.width * t.level.height * t.level.layers;
+                assert_eq!(t.level.bytes.len(), texels * t.format.bytes(), "{}", t.name);
+            }
+        }
+        println!("{}: shader valid; CPU = WGSL is compared by the gpu crate, with an adapter", t.card().slug);
+    }
+}
+
+#[test]
+fn bakes_are_bit_identical_whatever_the_thread_count() {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    for t in rooms(Check::Determinism) {
+        let spec = t.card().specimens[0];
+        let many = bake(t, &bright(), spec, &[]).save();
+        let single = one.install(|| bake(t, &bright(), spec, &[])).save();
+        assert!(many == single, "{}", t.card().slug);
+    }
+}
+
+fn round_trip(t: &dyn AnyTechnique, b: &dyn AnyBake) -> Box<dyn AnyBake> {
+    let mut bytes = Vec::new();
+    b.save().encode(&mut bytes).expect("memory takes it");
+    let file = decode_tensors(Path::new("bake.safetensors"), &bytes, &Limits::default()).expect("own file");
+    t.load(&file).expect("own file")
+}
+
+#[test]
+fn saved_and_loaded_it_shades_the_same_bits() {
+    let points = points(300);
+    for t in rooms(Check::RoundTrip) {
+        for spec in t.card().specimens {
+            let b = bake(t, &lights::sunny(), spec, &[]);
+            let mut loaded = round_trip(t, &*b);
+            assert_eq!(shade(&*loaded, &points), shade(&*b, &points), "{}: {spec}", t.card().slug);
+            assert_eq!(loaded.certificate(), b.certificate());
+            assert_eq!(loaded.params(), b.params());
+            assert_eq!(loaded.bytes(), b.bytes());
+            // A loaded bake still takes another material.
+            loaded.set_material(&material(spec), &Task::quiet()).expect("its own specimen");
+            assert_eq!(shade(&*loaded, &points), shade(&*b, &points), "{}: {spec}", t.card().slug);
+        }
+    }
+}
+
+#[test]
+fn foreign_and_damaged_bakes_are_refused() {
+    for t in registry() {
+        let whole = bake(*t, &tiny(), t.card().specimens[0], &[]).save();
+        for other in registry().iter().filter(|o| o.card().slug != t.card().slug) {
+            assert!(matches!(other.load(&whole), Err(BakeError::Load { .. })));
+        }
+        for name in whole.tensors.keys() {
+            let mut file = whole.clone();
+            file.tensors.remove(name);
+            // Light without an image is a light, hence the exception.
+            assert!(t.load(&file).is_err() || name.ends_with(".base"), "{}: {name}", t.card().slug);
+            let mut file = whole.clone();
+            if let Some(x) = file.tensors.get_mut(name) {
+                x.shape = vec![1, 1];
+            }
+            assert!(t.load(&file).is_err(), "{}: {name}", t.card().slug);
+        }
+    }
+}
+
+/// A changed factor rebaked alone gives what a whole bake gives.
+#[test]
+fn a_changed_factor_rebakes_alone() {
+    let points = points(300);
+    for t in registry() {
+        let specs = t.card().specimens;
+        let (first, last) = (specs[0], specs[specs.len() - 1]);
+        let mut b = bake(*t, &lights::studio(), first, &[]);
+        b.set_light(&lights::smooth(), &Task::quiet()).expect("a light");
+        b.set_material(&material(last), &Task::quiet()).expect("a specimen");
+        let fresh = bake(*t, &lights::smooth(), last, &[]);
+        assert_eq!(shade(&*b, &points), shade(&*fresh, &points), "{}", t.card().slug);
+        assert_eq!(b.certificate(), fresh.certificate());
+        // Refused: the bake stays as it was.
+        assert!(b.set_material(&material("oren-nayar:sigma=0.3"), &Task::quiet()).is_err());
+        assert_eq!(shade(&*b, &points), shade(&*fresh, &points));
+    }
+}
+
+#[test]
+fn memory_limits_and_cancellation_come_first() {
+    for t in registry() {
+        let m = material(t.card().specimens[0]);
+        let values = ParamValues::default();
+        let stopped = Task::quiet().with_cancel(Arc::new(true.into()));
+        let e = t.bake(&lights::studio(), &m, None, &values, &stopped);
+        assert!(matches!(e, Err(BakeError::Cancelled(_))) || e.is_ok(), "{}", t.card().slug);
+        let small = Task::quiet().with_max_memory(1000);
+        let e = t.bake(&lights::studio(), &m, None, &values, &small);
+        assert!(matches!(e, Err(BakeError::Memory { .. })) || e.is_ok(), "{}", t.card().slug);
+    }
+}

@@ -1,0 +1,56 @@
+//! The recorded error table: `tests/conformance/errors.txt`.
+
+use std::path::PathBuf;
+
+/// One measurement against the judge.
+pub struct Line {
+    key: String,
+    error: f64,
+    claimed: f64,
+}
+
+impl Line {
+    /// Room, reflectance, light, error against the judge, error that the certificate states.
+    pub fn new(slug: &str, spec: &str, light: &str, error: f64, claimed: f64) -> Self {
+        Self { key: format!("{slug} | {spec} | {light}"), error, claimed }
+    }
+
+    fn text(&self) -> String {
+        format!("{} | {:.5} | {:.5}\n", self.key, self.error, self.claimed)
+    }
+}
+
+fn path() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/conformance/errors.txt")
+}
+
+const HEAD: &str =
+    "# room | reflectance | light | relative RMS error against the reference | as the certificate states\n";
+
+/// Compares with the recorded table, or records it where `STERADIAN_BLESS` is set.
+pub fn compare(lines: &[Line]) {
+    let text: String = lines.iter().map(Line::text).collect();
+    println!("{HEAD}{text}");
+    if std::env::var_os("STERADIAN_BLESS").is_some() {
+        std::fs::write(path(), format!("{HEAD}{text}")).expect("the table can be written");
+        return;
+    }
+    let recorded = std::fs::read_to_string(path()).expect("the recorded table (STERADIAN_BLESS=1 makes it)");
+    let mut failures = Vec::new();
+    for l in lines {
+        let row = recorded.lines().find_map(|r| r.strip_prefix(l.key.as_str())?.strip_prefix(" | "));
+        let before = row.and_then(|r| r.split(" | ").next()?.trim().parse::<f64>().ok());
+        let Some(before) = before else {
+            failures.push(format!("{}: not recorded", l.key));
+            continue;
+        };
+        if (l.error - before).abs() > 0.05 * before + 5e-4 {
+            failures.push(format!("{}: {:.5}, recorded {before:.5}", l.key, l.error));
+        }
+        // A certificate is honest where it is within a factor of two of what the judge finds.
+        if l.error > 2.0 * l.claimed + 2e-3 {
+            failures.push(format!("{}: {:.5}, certificate {:.5}", l.key, l.error, l.claimed));
+        }
+    }
+    assert!(failures.is_empty(), "better or worse than recorded (STERADIAN_BLESS=1 records): {failures:#?}");
+}
