@@ -5,6 +5,7 @@ mod environment;
 mod lights;
 pub mod load;
 pub mod sky;
+pub mod stats;
 
 pub use environment::Environment;
 pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};

@@ -12,12 +12,12 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Calls `visit(column, row, area)` for every cell that the polygon covers; areas are positive whichever way
+    /// Calls `visit(column, row, area)` for every cell that the polygon, times `scale`, covers; areas are positive whichever way
     /// round it goes.
     ///
     /// Each edge adds its signed area to the right of it, within the cells that it crosses, as font rasterisers
     /// do; a running sum along the row does the rest.
-    pub fn polygon(&mut self, points: &[(f64, f64)], mut visit: impl FnMut(isize, isize, f64)) {
+    pub fn polygon(&mut self, points: &[(f64, f64)], scale: f64, mut visit: impl FnMut(isize, isize, f64)) {
         if points.len() < 3 || points.iter().any(|p| !(p.0.abs() < 1e9 && p.1.abs() < 1e9)) {
             return;
         }
@@ -25,6 +25,7 @@ impl Coverage {
             points.iter().map(f).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
         };
         let ((xa, xb), (ya, yb)) = (bound(|p| p.0), bound(|p| p.1));
+        let (xa, xb, ya, yb) = (xa * scale, xb * scale, ya * scale, yb * scale);
         (self.x0, self.y0) = (xa.floor() as isize, ya.floor() as isize);
         self.stride = (xb.floor() as isize - self.x0) as usize + 3;
         self.rows = (yb.floor() as isize - self.y0) as usize + 1;
@@ -33,8 +34,8 @@ impl Coverage {
         let mut area = 0.0;
         for k in 0..points.len() {
             let (p, q) = (points[k], points[(k + 1) % points.len()]);
-            let ((px, py), (qx, qy)) =
-                ((p.0 - self.x0 as f64, p.1 - self.y0 as f64), (q.0 - self.x0 as f64, q.1 - self.y0 as f64));
+            let local = |p: (f64, f64)| (p.0 * scale - self.x0 as f64, p.1 * scale - self.y0 as f64);
+            let ((px, py), (qx, qy)) = (local(p), local(q));
             area += px * qy - qx * py;
             self.edge((px, py), (qx, qy));
         }
@@ -95,7 +96,7 @@ mod tests {
 
     fn areas(points: &[(f64, f64)]) -> Vec<(isize, isize, f64)> {
         let mut out = Vec::new();
-        Coverage::default().polygon(points, |i, j, a| out.push((i, j, a)));
+        Coverage::default().polygon(points, 1.0, |i, j, a| out.push((i, j, a)));
         out
     }
 

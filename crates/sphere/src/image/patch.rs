@@ -45,8 +45,14 @@ impl Patches {
                 usize::from(d.x < 0.0) + 2 * usize::from(d.y < 0.0) + 4 * usize::from(d.z < 0.0)
             }
             _ => {
+                // The eighth that holds the azimuth, counted from −π.
                 let (a, b) = self.around(d);
-                (((b.atan2(a) + PI) / FRAC_PI_4) as usize).min(7)
+                match (b < 0.0, a < 0.0) {
+                    (true, true) => usize::from(b < a),
+                    (true, false) => 2 + usize::from(a >= -b),
+                    (false, false) => 4 + usize::from(b >= a),
+                    (false, true) => 6 + usize::from(b < -a),
+                }
             }
         }
     }
@@ -102,16 +108,14 @@ impl Patches {
             return None;
         }
         // The azimuth, without a jump inside the patch or at its borders.
-        let middle = (patch as f64 + 0.5) * FRAC_PI_4 - PI;
-        let (s, c) = middle.sin_cos();
+        let (middle, s, c) = middle(patch);
         Some(self.at(middle + (b * c - a * s).atan2(a * c + b * s), self.polar(d)))
     }
 
     /// The place on the axis' line that a neighbour at `d` sees: its azimuth at the axis' polar angle.
     pub fn map_axis(self, patch: usize, axis: DVec3, d: DVec3) -> (f64, f64) {
         let (a, b) = self.around(d);
-        let middle = (patch as f64 + 0.5) * FRAC_PI_4 - PI;
-        let (s, c) = middle.sin_cos();
+        let (middle, s, c) = middle(patch);
         self.at(middle + (b * c - a * s).atan2(a * c + b * s), self.polar(axis))
     }
 
@@ -150,4 +154,13 @@ impl Patches {
         };
         (0.5 * (s + 1.0) * self.w, 0.5 * (t + 1.0) * self.h)
     }
+}
+
+/// Azimuth in the middle of an eighth, its sine and cosine.
+fn middle(patch: usize) -> (f64, f64, f64) {
+    const C: f64 = 0.923_879_532_511_286_8;
+    const S: f64 = 0.382_683_432_365_089_8;
+    const SINES: [f64; 8] = [-S, -C, -C, -S, S, C, C, S];
+    let k = patch & 7;
+    ((k as f64 + 0.5) * FRAC_PI_4 - PI, SINES[k], SINES[(k + 2) & 7])
 }

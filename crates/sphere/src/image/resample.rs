@@ -48,6 +48,16 @@ struct Job<'a> {
     steps: usize,
 }
 
+/// What the source's texels add up to in a cell.
+struct Sum {
+    /// Σ weight · value.
+    total: [f64; 3],
+    /// Σ weight.
+    weight: f64,
+    /// The smallest value.
+    least: [f64; 3],
+}
+
 /// Buffers of one thread.
 #[derive(Default)]
 struct Scratch {
@@ -77,9 +87,10 @@ impl<'a> Job<'a> {
             let at = Position { face, x: middle(a, width), y: middle(b, height) };
             let Some(d) = layout.direction(width, height, at) else { continue };
             let there = source.position(back * d);
-            let (Some(t), Some(s)) =
-                (extent(layout, width, height, at), extent(source.layout, source.width, source.height, there))
-            else {
+            let (Some(t), Some(s)) = (
+                extent(layout, width, height, at),
+                extent(source.layout, source.width, source.height, there),
+            ) else {
                 continue;
             };
             span = span.max(t);
@@ -112,13 +123,19 @@ impl<'a> Job<'a> {
     }
 
     fn texel(&self, grid: &Grid, scratch: &mut Scratch, face: usize, i: usize, j: usize) -> [f32; 3] {
-        let mut sum = [0.0; 4];
+        let mut sum = Sum { total: [0.0; 3], weight: 0.0, least: [f64::INFINITY; 3] };
         self.outline(scratch, face, i, j);
         if scratch.outline.len() >= 3 {
             self.gather(grid, scratch, &mut sum);
         }
-        if sum[3] > 0.0 {
-            return std::array::from_fn(|c| (sum[c] / sum[3]) as f32);
+        if sum.weight > 0.0 {
+            // What exceeds the smallest value is dealt out by the exact solid angle, which keeps its energy;
+            // the weights' own sum differs from it by the density's change within texels.
+            let omega = self.layout.solid_angle(self.width, self.height, face, i, j);
+            return std::array::from_fn(|c| {
+                let m = sum.least[c];
+                (m + (sum.total[c] - m * sum.weight) / omega) as f32
+            });
         }
         // No area: corners of a paraboloid show the other face, corners of a probe nothing.
         let d = self.layout.texel_direction(self.width, self.height, face, i, j);
@@ -147,22 +164,25 @@ impl<'a> Job<'a> {
             // A rim point may fall, by rounding, on a texel outside the disc.
             let inwards = |v: f64, n: f64| v + (0.5 * n + o - v) * 1e-12;
             let at = Position { face, x: inwards(x, w), y: inwards(y, h) };
-            let d = if self.layout.is_disc() { self.layout.direction(self.width, self.height, at) } else {
+            let d = if self.layout.is_disc() {
+                self.layout.direction(self.width, self.height, at)
+            } else {
                 self.layout.direction(self.width, self.height, Position { face, x, y })
             };
             scratch.outline.extend(d.map(|d| self.back * d));
         }
     }
 
-    /// Adds Σ weight · value per channel, and Σ weight.
-    fn gather(&self, grid: &Grid, scratch: &mut Scratch, sum: &mut [f64; 4]) {
+    /// Adds the cell's part in every source texel.
+    fn gather(&self, grid: &Grid, scratch: &mut Scratch, sum: &mut Sum) {
         let p = self.patches;
         let home = p.home(scratch.outline[0]);
         let near = 5.0 * self.span;
         let plain = scratch.outline.iter().all(|&d| p.home(d) == home && !p.singular(d, near));
         if plain {
-            scratch.mapped.clear();
-            scratch.mapped.extend(scratch.outline.iter().filter_map(|&d| p.map(home, d)));
+            // On a disc circles of latitude stay circles: their pieces must be as fine as beside the seams.
+            let steps = if self.source.layout.is_disc() { 8 } else { 1 };
+            map_part(p, home, &scratch.outline, steps, &mut scratch.mapped);
             grid.add(p.face(home), &scratch.mapped, &mut scratch.coverage, sum);
             return;
         }
@@ -174,8 +194,7 @@ impl<'a> Job<'a> {
                 clip(&mut scratch.part, &mut scratch.spare, *plane);
             }
             if scratch.part.len() >= 3 {
-                let singular = scratch.part.iter().any(|&d| p.singular(d, near));
-                let steps = if p.straight() { 1 } else if singular { 16 } else { 1 };
+                let steps = if p.straight() { 1 } else { 16 };
                 map_part(p, patch, &scratch.part, steps, &mut scratch.mapped);
                 grid.add(p.face(patch), &scratch.mapped, &mut scratch.coverage, sum);
             }
@@ -204,23 +223,21 @@ fn clip(part: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, normal: DVec3) {
 fn map_part(p: Patches, patch: usize, part: &[DVec3], steps: usize, out: &mut Vec<(f64, f64)>) {
     out.clear();
     let n = part.len();
-    for k in 0..n {
+    // The apex where two planes cut may come twice.
+    let same = |a: DVec3, b: DVec3| p.map(patch, a).is_none() && p.map(patch, b).is_none();
+    let twin = |k: usize| same(part[k], part[(k + 1) % n]);
+    let behind = |k: usize| (1..n).map(|s| part[(k + n - s) % n]).find(|&d| p.map(patch, d).is_some());
+    for k in (0..n).filter(|&k| !twin(k)) {
         let (d, next) = (part[k], part[(k + 1) % n]);
         match p.map(patch, d) {
             Some(at) => out.push(at),
             None => {
-                let (before, after) = (part[(k + n - 1) % n], next);
-                if p.map(patch, before).is_some() {
-                    out.push(p.map_axis(patch, d, before));
-                }
-                if p.map(patch, after).is_some() {
-                    arc(p, patch, d, before, after, out);
-                    out.push(p.map_axis(patch, d, after));
-                }
-                // Both neighbours see this corner along their own meridian.
+                let Some(before) = behind(k) else { continue };
+                out.push(p.map_axis(patch, d, before));
+                arc(p, patch, d, before, next, out);
+                out.push(p.map_axis(patch, d, next));
             }
         }
-        // Quadratic spacing towards a nearby axis does no harm elsewhere.
         for step in 1..steps {
             let f = step as f64 / steps as f64;
             out.extend(p.map(patch, d + (next - d) * f));
@@ -232,7 +249,7 @@ fn map_part(p: Patches, patch: usize, part: &[DVec3], steps: usize, out: &mut Ve
 fn arc(p: Patches, patch: usize, axis: DVec3, from: DVec3, to: DVec3, out: &mut Vec<(f64, f64)>) {
     let (a, b) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
     let (a, b) = (a.normalize_or_zero(), b.normalize_or_zero());
-    out.extend((1..8).map(|k| p.map_axis(patch, axis, axis + a + (b - a) * (f64::from(k) / 8.0))));
+    out.extend((1..48).map(|k| p.map_axis(patch, axis, axis + a + (b - a) * (f64::from(k) / 48.0))));
 }
 
 /// The source's texels and what they weigh.
@@ -262,26 +279,28 @@ fn weights(source: &SphereImage) -> Vec<f64> {
 
 impl Grid<'_> {
     /// Adds the texels that the polygon covers; it is in texels of the unrefined source.
-    fn add(&self, face: usize, polygon: &[(f64, f64)], coverage: &mut Coverage, sum: &mut [f64; 4]) {
+    fn add(&self, face: usize, polygon: &[(f64, f64)], coverage: &mut Coverage, sum: &mut Sum) {
         let (w, h, k) = (self.source.width as isize, self.source.height as isize, self.factor as isize);
         let planes = self.fine.unwrap_or(&self.source.planes);
         let lat_long = self.source.layout == Layout::LatLong;
-        let scaled: Vec<(f64, f64)>;
-        let polygon = if k == 1 {
-            polygon
-        } else {
-            scaled = polygon.iter().map(|p| (p.0 * k as f64, p.1 * k as f64)).collect();
-            &scaled
-        };
-        coverage.polygon(polygon, |i, j, area| {
+        let share = 1.0 / (k * k) as f64;
+        coverage.polygon(polygon, k as f64, |i, j, area| {
             let i = if lat_long { i.rem_euclid(w * k) } else { i.clamp(0, w * k - 1) };
             let j = j.clamp(0, h * k - 1);
-            let weight = area * if lat_long { self.weights[(j / k) as usize] } else { self.weights[(j / k * w + i / k) as usize] };
+            let weight = share
+                * area
+                * if lat_long {
+                    self.weights[(j / k) as usize]
+                } else {
+                    self.weights[(j / k * w + i / k) as usize]
+                };
             let at = ((face as isize * h * k + j) * w * k + i) as usize;
             for c in 0..3 {
-                sum[c] += weight * f64::from(planes[c][at]);
+                let v = f64::from(planes[c][at]);
+                sum.total[c] += weight * v;
+                sum.least[c] = sum.least[c].min(v);
             }
-            sum[3] += weight;
+            sum.weight += weight;
         });
     }
 }

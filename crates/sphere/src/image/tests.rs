@@ -208,7 +208,15 @@ fn tiny_images_and_odd_directions_do_not_panic() {
 fn suns(layout: Layout, n: usize) -> SphereImage {
     let (w, h) = size(layout, n);
     let mut image = SphereImage::from_fn(layout, w, h, |_| [0.5, 1.0, 0.0]);
-    for d in directions(40).chain([DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z, DVec3::ONE / 3f64.sqrt()]) {
+    for d in directions(40).chain([
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::X,
+        -DVec3::Y,
+        -DVec3::Z,
+        DVec3::ONE / 3f64.sqrt(),
+    ]) {
         let (face, i, j) = image.texel_of(d);
         let k = image.index(face, i, j);
         image.planes[0][k] = 1e4;
@@ -223,7 +231,7 @@ fn resampling_keeps_energy_and_constants() {
         let source = suns(from, 48);
         let before = source.integral();
         for to in Layout::ALL {
-            for n in [12, 31, 40] {
+            for n in [12, 31] {
                 let (w, h) = size(to, n);
                 let out = source.resample(to, w, h);
                 let after = out.integral();
@@ -241,12 +249,4 @@ fn resampling_keeps_energy_and_constants() {
             }
         }
     }
-}
-
-#[test]
-fn speed() {
-    let source = SphereImage::from_fn(Layout::LatLong, 2048, 1024, smooth);
-    let t = std::time::Instant::now();
-    let cube = source.resample(Layout::Cube, 512, 512);
-    println!("{:?} {:?} {:?}", t.elapsed(), source.integral(), cube.integral());
 }

@@ -1,1 +1,0 @@
-//! Sample / pdf / invert triples on the sphere.
