@@ -72,7 +72,7 @@ enum Format {
     Exr,
     Hdr,
     Pfm,
-    Ldr(::image::ImageFormat),
+    Ldr(ldr::LowRange),
     Tga,
 }
 

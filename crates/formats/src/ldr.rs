@@ -1,21 +1,38 @@
-//! Low-range images: PNG and JPEG, through the crate `image`.
+//! Low-range images: PNG and JPEG, through the crates `png` and `zune-jpeg`.
 
 use crate::image::{Planes, ReadOptions, WriteOptions, WriteReport};
 use crate::srgb::{linear_to_srgb, srgb_to_linear};
 use crate::{Channel, FormatError, Raster};
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
 use std::io::{self, Cursor, Write};
 use std::path::Path;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::errors::DecodeErrors;
 
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
+/// The low-range formats that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LowRange {
+    Png,
+    Jpeg,
+}
+
+/// Decoded samples, pixel by pixel.
+struct Samples {
+    width: usize,
+    height: usize,
+    channels: usize,
+    bits: u8,
+    values: Vec<u16>,
+}
+
 /// PNG or JPEG by their first bytes.
-pub(crate) fn format(bytes: &[u8]) -> Option<ImageFormat> {
+pub(crate) fn format(bytes: &[u8]) -> Option<LowRange> {
     if bytes.starts_with(PNG_MAGIC) {
-        Some(ImageFormat::Png)
+        Some(LowRange::Png)
     } else if bytes.starts_with(b"\xff\xd8\xff") {
-        Some(ImageFormat::Jpeg)
+        Some(LowRange::Jpeg)
     } else {
         None
     }
@@ -25,27 +42,65 @@ pub(crate) fn format(bytes: &[u8]) -> Option<ImageFormat> {
 pub(crate) fn decode(
     name: &Path,
     bytes: &[u8],
-    format: ImageFormat,
+    format: LowRange,
     options: &ReadOptions,
 ) -> Result<Raster, FormatError> {
-    let invalid = |e: image::ImageError| FormatError::invalid(name, describe(&e));
     if let Some((width, height)) = png_size(bytes) {
         options.limits.image(name, width, height, 1, bytes.len() as u64)?;
     }
     if !has_end(bytes, format) {
         return Err(FormatError::invalid(name, "truncated: the end marker is missing"));
     }
-    let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(invalid)?;
-    let (width, height) = decoder.dimensions();
-    let planes = u64::from(decoder.color_type().channel_count());
-    options.limits.image(name, width.into(), height.into(), planes, bytes.len() as u64)?;
-    let mut limits = image::Limits::no_limits();
-    limits.max_alloc = Some(options.limits.max_memory);
-    decoder.set_limits(limits).map_err(invalid)?;
-    let image = DynamicImage::from_decoder(decoder).map_err(invalid)?;
-    let (width, height) = (width as usize, height as usize);
-    let channels = planes_of(&image, options.data);
+    let samples = match format {
+        LowRange::Png => decode_png(name, bytes, options)?,
+        LowRange::Jpeg => decode_jpeg(name, bytes, options)?,
+    };
+    let channels = split(&samples, options.data);
+    let Samples { width, height, .. } = samples;
     Ok(Raster { width, height, channels, low_range: true, metadata: Vec::new() })
+}
+
+fn decode_png(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Samples, FormatError> {
+    let invalid = |e: png::DecodingError| FormatError::invalid(name, describe_png(&e));
+    let limits = png::Limits { bytes: usize::try_from(options.limits.max_memory).unwrap_or(usize::MAX) };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    // Palettes become RGB, 1 to 4 bits become 8, a transparent colour becomes alpha.
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(invalid)?;
+    let (width, height) = reader.info().size();
+    let (color, depth) = reader.output_color_type();
+    let channels = color.samples();
+    options.limits.image(name, width.into(), height.into(), channels as u64, bytes.len() as u64)?;
+    let size = reader.output_buffer_size().ok_or_else(|| FormatError::invalid(name, "absurd size"))?;
+    let mut raw = vec![0; size];
+    reader.next_frame(&mut raw).map_err(invalid)?;
+    let wide = depth == png::BitDepth::Sixteen;
+    let values = if wide {
+        raw.as_chunks::<2>().0.iter().map(|b| u16::from_be_bytes(*b)).collect()
+    } else {
+        raw.into_iter().map(u16::from).collect()
+    };
+    let bits = if wide { 16 } else { 8 };
+    Ok(Samples { width: width as usize, height: height as usize, channels, bits, values })
+}
+
+fn decode_jpeg(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Samples, FormatError> {
+    let invalid = |e: DecodeErrors| FormatError::invalid(name, describe_jpeg(&e));
+    let side = options.limits.max_side as usize;
+    let settings = DecoderOptions::default().set_strict_mode(true).set_max_width(side).set_max_height(side);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(Cursor::new(bytes), settings);
+    decoder.decode_headers().map_err(invalid)?;
+    let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    let (space, channels) = if grey { (ColorSpace::Luma, 1) } else { (ColorSpace::RGB, 3) };
+    decoder.set_options(settings.jpeg_set_out_colorspace(space));
+    let info = decoder.info().ok_or_else(|| FormatError::invalid(name, "no frame header"))?;
+    let (width, height) = (info.width.into(), info.height.into());
+    options.limits.image(name, width as u64, height as u64, channels as u64, bytes.len() as u64)?;
+    let values: Vec<u16> = decoder.decode().map_err(invalid)?.into_iter().map(u16::from).collect();
+    if values.len() != width * height * channels {
+        return Err(FormatError::invalid(name, "damaged JPEG: the pixels do not fill the frame"));
+    }
+    Ok(Samples { width, height, channels, bits: 8, values })
 }
 
 /// The size that a PNG's first chunk gives, before anything else is believed.
@@ -56,49 +111,43 @@ fn png_size(bytes: &[u8]) -> Option<(u64, u64)> {
 }
 
 /// Decoders fill up what is missing; a complete file ends with IEND or EOI, whatever may follow.
-fn has_end(bytes: &[u8], format: ImageFormat) -> bool {
-    let marker: &[u8] = if format == ImageFormat::Png { b"IEND" } else { b"\xff\xd9" };
+fn has_end(bytes: &[u8], format: LowRange) -> bool {
+    let marker: &[u8] = if format == LowRange::Png { b"IEND" } else { b"\xff\xd9" };
     bytes.windows(marker.len()).rev().any(|w| w == marker)
 }
 
 /// The library's message on one line.
-fn describe(e: &image::ImageError) -> String {
-    let text = e.to_string().replace(['\n', '\r'], " ");
-    let eof = matches!(e, image::ImageError::IoError(io) if io.kind() == io::ErrorKind::UnexpectedEof);
-    if eof || text.contains("Not enough bytes") || text.contains("No more bytes") {
-        return "truncated".into();
-    }
-    match text.trim_end().strip_prefix("Format error decoding ") {
-        Some(rest) => format!("damaged {rest}"),
-        None => text.trim_end().into(),
+fn describe_png(e: &png::DecodingError) -> String {
+    match e {
+        png::DecodingError::IoError(io) if io.kind() == io::ErrorKind::UnexpectedEof => "truncated".into(),
+        other => format!("damaged PNG: {}", one_line(&other.to_string())),
     }
 }
 
-fn planes_of(image: &DynamicImage, data: bool) -> Vec<Channel> {
-    match image {
-        DynamicImage::ImageLuma8(i) => split(i.as_raw(), 1, 8, data),
-        DynamicImage::ImageLumaA8(i) => split(i.as_raw(), 2, 8, data),
-        DynamicImage::ImageRgb8(i) => split(i.as_raw(), 3, 8, data),
-        DynamicImage::ImageRgba8(i) => split(i.as_raw(), 4, 8, data),
-        DynamicImage::ImageLuma16(i) => split(i.as_raw(), 1, 16, data),
-        DynamicImage::ImageLumaA16(i) => split(i.as_raw(), 2, 16, data),
-        DynamicImage::ImageRgb16(i) => split(i.as_raw(), 3, 16, data),
-        DynamicImage::ImageRgba16(i) => split(i.as_raw(), 4, 16, data),
-        other => split(other.to_rgba16().as_raw(), 4, 16, data),
+/// The library's message on one line.
+fn describe_jpeg(e: &DecodeErrors) -> String {
+    match e {
+        DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => "truncated".into(),
+        other => format!("damaged JPEG: {}", one_line(&format!("{other:?}"))),
     }
 }
 
-fn split<T: Copy + Into<u16>>(raw: &[T], k: usize, bits: u8, data: bool) -> Vec<Channel> {
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn split(samples: &Samples, data: bool) -> Vec<Channel> {
+    let k = samples.channels;
     let names: &[&str] = match k {
         1 => &["Y"],
         2 => &["Y", "A"],
         3 => &["R", "G", "B"],
         _ => &["R", "G", "B", "A"],
     };
-    let (color, straight) = (Curve::of(bits, data), Curve::of(bits, true));
+    let (color, straight) = (Curve::of(samples.bits, data), Curve::of(samples.bits, true));
     let plane = |(c, name): (usize, &&str)| {
         let curve = if *name == "A" { &straight } else { &color };
-        let data = raw[c..].iter().step_by(k).map(|&v| curve.get(v.into())).collect();
+        let data = samples.values.iter().skip(c).step_by(k).map(|&v| curve.get(v)).collect();
         Channel { name: (*name).into(), data }
     };
     names.iter().enumerate().map(plane).collect()
@@ -132,16 +181,13 @@ pub(crate) fn encode_png(
         rgb[..if planes.grey { 1 } else { 3 }].iter().map(|&p| (p, options.already_encoded)).collect();
     channels.extend(planes.alpha.map(|a| (a, true)));
     let wide = options.png_bits > 8;
-    let kind = match (channels.len(), wide) {
-        (1, false) => ExtendedColorType::L8,
-        (2, false) => ExtendedColorType::La8,
-        (3, false) => ExtendedColorType::Rgb8,
-        (_, false) => ExtendedColorType::Rgba8,
-        (1, true) => ExtendedColorType::L16,
-        (2, true) => ExtendedColorType::La16,
-        (3, true) => ExtendedColorType::Rgb16,
-        (_, true) => ExtendedColorType::Rgba16,
+    let color = match channels.len() {
+        1 => png::ColorType::Grayscale,
+        2 => png::ColorType::GrayscaleAlpha,
+        3 => png::ColorType::Rgb,
+        _ => png::ColorType::Rgba,
     };
+    let depth = if wide { png::BitDepth::Sixteen } else { png::BitDepth::Eight };
     let mut report = WriteReport::default();
     let n = planes.width * planes.height;
     let mut raw = Vec::with_capacity(n * channels.len() * if wide { 2 } else { 1 });
@@ -150,14 +196,13 @@ pub(crate) fn encode_png(
             let v = clip(plane[i], &mut report);
             let v = f64::from(if straight { v } else { linear_to_srgb(v) });
             if wide {
-                // The encoder takes 16-bit samples in the machine's order.
-                raw.extend(((v * 65535.0).round() as u16).to_ne_bytes());
+                raw.extend(((v * 65535.0).round() as u16).to_be_bytes());
             } else {
                 raw.push((v * 255.0).round() as u8);
             }
         }
     }
-    write_with_text(w, &raw, planes, kind, &options.metadata)?;
+    write_with_text(w, &raw, planes, (color, depth), &options.metadata)?;
     Ok(report)
 }
 
@@ -174,16 +219,20 @@ fn write_with_text(
     w: &mut dyn Write,
     raw: &[u8],
     planes: &Planes<'_>,
-    kind: ExtendedColorType,
+    (color, depth): (png::ColorType, png::BitDepth),
     metadata: &[(String, String)],
 ) -> io::Result<()> {
     let (width, height) = (planes.width as u32, planes.height as u32);
-    let mut png = Vec::new();
-    PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
-        .write_image(raw, width, height, kind)
-        .map_err(io::Error::other)?;
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    encoder.set_compression(png::Compression::Balanced);
+    let mut writer = encoder.write_header().map_err(io::Error::other)?;
+    writer.write_image_data(raw).map_err(io::Error::other)?;
+    writer.finish().map_err(io::Error::other)?;
     // Signature (8 bytes) and IHDR (25 bytes) come first in every PNG.
-    let (head, tail) = png.split_at(33);
+    let (head, tail) = file.split_at(33);
     w.write_all(head)?;
     for (name, value) in metadata {
         w.write_all(&text_chunk(name, value))?;

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 pub fn data_dir() -> Option<PathBuf> {
     let dir = match std::env::var_os("STERADIAN_DATA") {
         Some(d) => PathBuf::from(d),
-        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        // Every crate lies two folders below the checkout; cargo names it at run time.
+        None => PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR")?).join("../../../shared/data"),
     };
     dir.is_dir().then_some(dir)
 }
