@@ -237,7 +237,9 @@ fn resampling_keeps_energy_and_constants() {
                 let after = out.integral();
                 for c in 0..3 {
                     let gap = (after[c] / before[c] - 1.0).abs();
-                    println!("{from:?} {to:?} {n} {c}: {gap:e}");
+                    // A cube of 31 has smaller texels than these probes anywhere: that is interpolation.
+                    let shrinks = to == Layout::Cube && n == 31;
+                    assert!(gap < 2e-4 || shrinks, "{from:?} {to:?} {n} {c}: {gap:e}");
                 }
                 let low = out.planes[1].iter().zip(0..).filter(|(_, k)| {
                     let (i, j) = (k % w, k / w % h);
