@@ -110,7 +110,7 @@ impl PointsBuf {
         let view = |v: &'_ [Vec<f32>; 3]| -> [std::ops::Range<usize>; 3] {
             std::array::from_fn(|k| if v[k].is_empty() { 0..0 } else { start..end })
         };
-        fn cut<'a>(v: &'a [Vec<f32>; 3], r: [std::ops::Range<usize>; 3]) -> [&'a [f32]; 3] {
+        fn cut(v: &[Vec<f32>; 3], r: [std::ops::Range<usize>; 3]) -> [&[f32]; 3] {
             let [a, b, c] = r;
             [&v[0][a], &v[1][b], &v[2][c]]
         }

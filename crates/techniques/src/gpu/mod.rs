@@ -1,11 +1,12 @@
 //! A room as plain data for a GPU: WGSL text, tables, uniforms, buffers. No types of any graphics library.
 //!
 //! A room's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
-//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`. [`module`] makes the complete module.
+//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`. [`module`] makes the complete module, [`library`] what
+//! other entry points start with.
 
 mod wgsl;
 
-pub use wgsl::{Binding, bindings, module};
+pub use wgsl::{Binding, bindings, library, module};
 
 /// A room as plain data for a GPU.
 #[derive(Debug, Clone, PartialEq)]

@@ -29,9 +29,15 @@ pub fn bindings(room: &GpuRoom) -> [Vec<Binding>; 2] {
     [zero, vec![Binding::Points, Binding::Radiance]]
 }
 
-/// The complete module: bindings, `fetch_NAME` functions, the room's text, and a compute entry point `main`
-/// (workgroups of 64) that shades a planar buffer of points.
+/// The complete module: [`library`] and a compute entry point `main` (workgroups of 64) that shades a planar
+/// buffer of points.
 pub fn module(room: &GpuRoom) -> String {
+    library(room) + MAIN
+}
+
+/// Bindings of group 0, `fetch_NAME` functions and the room's text, without an entry point: what any shader
+/// that calls the room's `shade(n, t, wo, p)` starts with.
+pub fn library(room: &GpuRoom) -> String {
     let mut out = String::new();
     let [zero, _] = bindings(room);
     for (i, b) in zero.iter().enumerate() {
@@ -49,7 +55,6 @@ pub fn module(room: &GpuRoom) -> String {
         out.push_str(&text.replace("NAME", b.name).replace("STRIDE", &b.stride.to_string()));
     }
     out.push_str(room.wgsl);
-    out.push_str(MAIN);
     out
 }
 
