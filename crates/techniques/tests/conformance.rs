@@ -3,6 +3,8 @@
 //! What a Card waives is printed with its reason. `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test
 //! conformance` records the error table anew.
 
+#![expect(clippy::print_stdout, reason = "tests report what they leave out and what they measure")]
+
 #[path = "conformance/harness.rs"]
 mod harness;
 #[path = "conformance/robust.rs"]

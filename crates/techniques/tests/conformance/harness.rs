@@ -82,8 +82,11 @@ pub fn difference(got: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
     probe::relative_rms(got.iter().copied().zip(expected.iter().copied()))
 }
 
+/// A light by formula.
+type Formula = fn() -> Lights;
+
 /// The lights of the error tables.
-pub const LIGHTS: [(&str, fn() -> Lights); 3] =
+pub const LIGHTS: [(&str, Formula); 3] =
     [("smooth", lights::smooth), ("studio", lights::studio), ("sunny", lights::sunny)];
 
 /// Twice the light.
