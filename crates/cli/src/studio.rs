@@ -35,10 +35,25 @@ pub struct Baked {
     pub surface: Surface,
     /// The technique's statement of its error; `None` for the reference.
     pub certificate: Option<Certificate>,
+    /// The reference, which says its error once it has shaded.
+    pub judge: Option<Arc<JudgeShader>>,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
     pub seconds: f64,
+}
+
+impl Baked {
+    /// The error reached: what the technique states, or the largest that the reference was left with.
+    pub fn error(&self) -> f64 {
+        let judged = self.judge.as_ref().map_or(0.0, |j| j.worst());
+        self.certificate.as_ref().map_or(judged, |c| c.error)
+    }
+
+    /// How the error is known.
+    pub fn known(&self) -> &'static str {
+        self.certificate.as_ref().map_or("estimated", |c| c.known.word())
+    }
 }
 
 /// Bakes a look under `lights`, or makes the judge its shader.
@@ -50,22 +65,23 @@ pub fn bake(
     context: &Context,
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
-    let (shader, certificate, bytes): (Arc<dyn Shader>, _, _) = match look.method {
+    let (shader, judge, certificate, bytes): (Arc<dyn Shader>, _, _, _) = match look.method {
         Method::Reference => {
             let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
             let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
-            (Arc::new(JudgeShader { judge, brdf: look.brdf.clone(), tolerance }), None, 0)
+            let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
+            (shader.clone(), Some(shader), None, 0)
         }
         Method::Technique(t) => {
             let task = context.task.clone().with_tolerance(tolerance);
             let mut bake = t.bake(lights, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
             bake.frame(&view(camera));
             let (certificate, bytes) = (bake.certificate().clone(), bake.bytes());
-            (Arc::new(BakeShader(bake)), Some(certificate), bytes)
+            (Arc::new(BakeShader(bake)), None, Some(certificate), bytes)
         }
     };
     let surface = Surface { shader, base_colour: look.texture.clone() };
-    Ok(Baked { surface, certificate, bytes, seconds: start.elapsed().as_secs_f64() })
+    Ok(Baked { surface, certificate, judge, bytes, seconds: start.elapsed().as_secs_f64() })
 }
 
 fn view(camera: &Camera) -> View {

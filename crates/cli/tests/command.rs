@@ -163,7 +163,8 @@ fn irradiance_of_a_constant_light() {
     let l00 = 2.0 * (4.0 * std::f64::consts::PI).sqrt();
     assert!((at("radiance", 0) - l00).abs() < 1e-5);
     assert!((at("irradiance", 0) - std::f64::consts::PI * l00).abs() < 1e-4);
-    assert!((1..9).all(|i| at("irradiance", i).abs() < 1e-5));
+    // Texel centres stand for their cells: an error of the grid's second order in band 2.
+    assert!((1..9).all(|i| at("irradiance", i).abs() < 1e-4));
     assert!(v["provenance"]["version"].is_string());
 }
 

@@ -33,6 +33,16 @@ impl Backdrop {
         Self { image, disks: lights.disks.iter().map(disk).collect() }
     }
 
+    /// The filtered environment.
+    pub fn image(&self) -> Option<&SphereImage> {
+        self.image.as_ref()
+    }
+
+    /// The disks: unit direction, cosine of the angular radius, radiance.
+    pub fn disks(&self) -> &[(Vec3, f32, [f32; 3])] {
+        &self.disks
+    }
+
     /// Radiance from unit direction `d`, disks included.
     pub fn radiance(&self, d: Vec3) -> [f32; 3] {
         let mut sum = self.image.as_ref().map_or([0.0; 3], |i| i.bicubic(d.as_dvec3()).map(|c| c.max(0.0)));

@@ -35,6 +35,11 @@ impl Texture {
         (self.levels[0].width, self.levels[0].height)
     }
 
+    /// Width, height and texels of every level, the finest first.
+    pub fn levels(&self) -> impl Iterator<Item = (usize, usize, &[[f32; 3]])> {
+        self.levels.iter().map(|l| (l.width, l.height, l.texels.as_slice()))
+    }
+
     /// The value at (u, v), v downwards, averaged over a square of side `footprint` in texture coordinates:
     /// bilinear in the two nearest levels.
     pub fn sample(&self, u: f32, v: f32, footprint: f32) -> [f32; 3] {

@@ -135,10 +135,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let plan = plan(&o, context)?;
     let picture = paint(&plan, context)?;
     let ev = plan.exposure.unwrap_or_else(|| expose(&picture.film));
+    let worst = picture.baked.iter().map(Baked::error).fold(0.0, f64::max);
+    context.note_error(format!("relative error {worst:.3e}"));
     save(&o.output, picture.film, Develop { ev, mapper: plan.tone_mapper }, context)?;
     report(&o, &plan, &picture.baked, picture.seconds, ev, context)?;
-    let worst =
-        picture.baked.iter().filter_map(|b| b.certificate.as_ref()).map(|c| c.error).fold(0.0, f64::max);
     match o.tolerance {
         Some(t) if worst > t => {
             Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}")))
@@ -330,8 +330,8 @@ fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, cont
                     "technique": look.method.slug(),
                     "bake_seconds": b.seconds,
                     "bytes": b.bytes,
-                    "error": b.certificate.as_ref().map(|c| c.error),
-                    "error_known": b.certificate.as_ref().map(|c| c.known.word()),
+                    "error": b.error(),
+                    "error_known": b.known(),
                 })
             })
             .collect();

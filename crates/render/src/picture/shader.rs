@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::SharedBrdf;
 use steradian_reference::{Judge, JudgePoint};
@@ -33,6 +34,20 @@ pub struct JudgeShader {
     pub brdf: SharedBrdf,
     /// Relative error asked for at each point.
     pub tolerance: f64,
+    /// Bits of the largest error so far; those of non-negative doubles grow with them.
+    worst: AtomicU64,
+}
+
+impl JudgeShader {
+    /// The judge's radiance of `brdf` to a relative error of `tolerance` at each point.
+    pub fn new(judge: Arc<Judge>, brdf: SharedBrdf, tolerance: f64) -> Self {
+        Self { judge, brdf, tolerance, worst: AtomicU64::new(0) }
+    }
+
+    /// The largest relative error that a point has been left with.
+    pub fn worst(&self) -> f64 {
+        f64::from_bits(self.worst.load(Ordering::Relaxed))
+    }
 }
 
 impl Shader for JudgeShader {
@@ -48,6 +63,7 @@ impl Shader for JudgeShader {
         let estimates = self.judge.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
         for (i, e) in estimates.iter().enumerate() {
             (0..3).for_each(|c| out.rgb[c][i] = e.rgb[c] as f32);
+            self.worst.fetch_max(e.error.abs().to_bits(), Ordering::Relaxed);
         }
         Ok(())
     }
