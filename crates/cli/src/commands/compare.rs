@@ -258,7 +258,7 @@ fn gate(o: &Options, findings: &[Finding]) -> Outcome {
         for a in &f.answers {
             if let Answer::Shown(s) = a
                 && let Some((e, _)) = &s.errors
-                && !(e.relative_rms <= t)
+                && (e.relative_rms > t || e.relative_rms.is_nan())
             {
                 let why = format!(
                     "{} on {} under {}: error {:.4} is above {t}",

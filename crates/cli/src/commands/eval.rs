@@ -92,7 +92,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     write(&o, table, &answers, context)?;
     let worst = answers.iter().map(|a| a.1).fold(0.0, f64::max);
     match o.tolerance {
-        Some(t) if !(worst <= t) => Err(Failure::missed(format!(
+        Some(t) if worst > t => Err(Failure::missed(format!(
             "tolerance {t} missed: the error reached is {worst:.3e} (column err)"
         ))),
         _ => Ok(()),
