@@ -8,6 +8,7 @@ pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
+    multisamples_floats: bool,
     lost: Arc<Mutex<Option<String>>>,
     uncaptured: Arc<Mutex<Option<wgpu::Error>>>,
 }
@@ -31,7 +32,9 @@ impl Gpu {
         let adapter = wgpu::util::initialize_adapter_from_env_or_default(&instance, None)
             .await
             .map_err(|e| GpuError::NoAdapter(first_line(&e.to_string())))?;
-        let optional = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::FLOAT32_FILTERABLE;
+        let optional =
+            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+        let floats = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float);
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("steradian"),
@@ -43,6 +46,10 @@ impl Gpu {
             .map_err(|e| GpuError::Device(first_line(&e.to_string())))?;
         let gpu = Self {
             info: adapter.get_info(),
+            multisamples_floats: device
+                .features()
+                .contains(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
+                && floats.flags.contains(wgpu::TextureFormatFeatureFlags::MULTISAMPLE_X4),
             device,
             queue,
             lost: Arc::default(),
@@ -82,6 +89,11 @@ impl Gpu {
     /// Can passes be timed on the device?
     pub fn has_timestamps(&self) -> bool {
         self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// Can Rgba32Float targets have four samples?
+    pub(crate) fn multisamples_floats(&self) -> bool {
+        self.multisamples_floats
     }
 
     /// Runs `make` and turns what the GPU complains of into an error about `what`.

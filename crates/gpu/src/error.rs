@@ -16,6 +16,9 @@ pub enum GpuError {
         "the GPU is out of memory or beyond its limits: {0}; use smaller tables, a smaller picture, or --backend cpu"
     )]
     Memory(String),
+    /// A scene that contradicts itself.
+    #[error("the scene cannot be drawn: {0}")]
+    Scene(String),
     /// The device went away.
     #[error("the GPU was lost: {0}; start again, or use --backend cpu")]
     Lost(String),

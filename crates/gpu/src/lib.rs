@@ -7,9 +7,13 @@
 mod compute;
 mod device;
 mod error;
+mod layout;
+mod renderer;
 mod room;
+pub mod scene;
 
 pub use compute::ComputeRoom;
 pub use device::Gpu;
 pub use error::GpuError;
+pub use renderer::Renderer;
 pub use room::RoomData;

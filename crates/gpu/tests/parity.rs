@@ -69,7 +69,7 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     for (k, (a, b)) in cpu.iter().zip(&twin).enumerate() {
         for (i, (x, y)) in a.iter().zip(b).enumerate() {
             let off = (x - y).abs() / x.abs().max(1e-2 * scale);
-            if !(off <= BOUND) {
+            if off > BOUND || off.is_nan() {
                 return Err(format!("point {i}, channel {k}: CPU {x}, GPU {y} ({off:.1e} apart)").into());
             }
         }

@@ -1,0 +1,273 @@
+//! The off-screen renderer: the picture that the CPU renderer makes, by rasterisation.
+//!
+//! Two paths shade: the raster path in the fragment shader with four coverage samples a pixel, the compute
+//! path from a visibility buffer. Samples are kept in a linear float target and become pixels through the CPU
+//! renderer's filter, in a compute pass. Tone mapping is the caller's.
+
+mod backdrop;
+mod camera;
+mod clock;
+mod object;
+mod passes;
+mod resolve;
+mod target;
+
+#[cfg(test)]
+mod tests;
+
+use crate::layout::{self, filled};
+use crate::scene::{Backdrop, Picture, Scene, Settings, Timings};
+use crate::{Gpu, GpuError};
+use backdrop::Behind;
+use clock::Clock;
+use glam::{Affine3A, Mat3};
+use object::Placed;
+use passes::{Passes, Pipeline};
+use resolve::Resolve;
+use steradian_scene::Camera;
+use steradian_techniques::GpuRoom;
+use target::Target;
+
+/// A scene on the device, ready for one frame after another.
+pub struct Renderer {
+    scene: Scene,
+    target: Target,
+    passes: Passes,
+    objects: Vec<(Placed, Pipeline)>,
+    behind: Behind,
+    sky: Pipeline,
+    visibility: Option<wgpu::RenderPipeline>,
+    resolve: Resolve,
+    camera: wgpu::Buffer,
+    camera_group: wgpu::BindGroup,
+    io: Option<wgpu::BindGroup>,
+    clock: Clock,
+}
+
+impl Renderer {
+    /// Uploads `scene` and makes its pipelines.
+    pub fn new(gpu: &Gpu, scene: Scene, settings: &Settings) -> Result<Self, GpuError> {
+        let target = Target::new(gpu, settings)?;
+        let mut passes = Passes::new(gpu, &target)?;
+        let mut objects = Vec::new();
+        let mut first = 0;
+        for o in &scene.objects {
+            let placed = Placed::new(gpu, &passes.object, o, first)?;
+            first += placed.vertices / 3;
+            let pipeline = passes.shading(gpu, &placed.library, &placed.room.layout, &target)?;
+            objects.push((placed, pipeline));
+        }
+        let behind = Behind::new(gpu, &scene.backdrop)?;
+        let sky = passes.backdrop(gpu, &behind.layout, &target)?;
+        let visibility = target.ids.as_ref().map(|_| passes.visibility(gpu, &target)).transpose()?;
+        let resolve = Resolve::new(gpu, &passes.camera, &target)?;
+        let (camera, camera_group, io) = gpu.scoped("camera", || {
+            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+            let camera = filled(gpu, "camera", usage, &camera::uniforms(&scene, settings));
+            let camera_group = layout::group(gpu, &passes.camera, &[camera.as_entire_binding()]);
+            let view = wgpu::BindingResource::TextureView;
+            let io = target
+                .ids
+                .as_ref()
+                .map(|ids| layout::group(gpu, &passes.io, &[view(ids), view(&target.colour)]));
+            (camera, camera_group, io)
+        })?;
+        let clock = gpu.scoped("clock", || Clock::new(gpu))?;
+        Ok(Self {
+            scene,
+            target,
+            passes,
+            objects,
+            behind,
+            sky,
+            visibility,
+            resolve,
+            camera,
+            camera_group,
+            io,
+            clock,
+        })
+    }
+
+    /// Moves the camera.
+    pub fn set_camera(&mut self, gpu: &Gpu, camera: Camera) {
+        self.scene.camera = camera;
+        self.write_camera(gpu);
+    }
+
+    /// Turns the backdrop; the rooms' light turns with [`Renderer::update_room`].
+    pub fn set_light_rotation(&mut self, gpu: &Gpu, rotation: Mat3) {
+        self.scene.light_rotation = rotation;
+        self.write_camera(gpu);
+    }
+
+    fn write_camera(&self, gpu: &Gpu) {
+        gpu.queue.write_buffer(&self.camera, 0, &camera::uniforms(&self.scene, &self.target.settings));
+    }
+
+    /// Replaces the backdrop.
+    pub fn set_backdrop(&mut self, gpu: &Gpu, backdrop: Backdrop) -> Result<(), GpuError> {
+        self.behind = Behind::new(gpu, &backdrop)?;
+        self.scene.backdrop = backdrop;
+        Ok(())
+    }
+
+    /// Moves an object.
+    pub fn set_transform(&mut self, gpu: &Gpu, object: usize, transform: Affine3A) -> Result<(), GpuError> {
+        let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
+        placed.set_transform(gpu, &transform);
+        self.scene.objects[object].transform = transform;
+        self.write_camera(gpu);
+        Ok(())
+    }
+
+    /// Writes the uniforms of `room` (turned light, moved view); its tables stay.
+    pub fn update_room(&self, gpu: &Gpu, object: usize, room: &GpuRoom) -> Result<(), GpuError> {
+        let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
+        placed.room.update_uniforms(gpu, room);
+        Ok(())
+    }
+
+    /// Replaces an object's room, after its light, its material or its technique has changed. Pipelines stay
+    /// where the room's text does.
+    pub fn set_room(&mut self, gpu: &Gpu, object: usize, room: GpuRoom) -> Result<(), GpuError> {
+        let (placed, pipeline) = self.objects.get_mut(object).ok_or_else(|| no_object(object))?;
+        if placed.set_room(gpu, &room)? {
+            *pipeline = self.passes.shading(gpu, &placed.library, &placed.room.layout, &self.target)?;
+        }
+        self.scene.objects[object].room = room;
+        Ok(())
+    }
+
+    /// Draws a frame, waits for it, and reads it back.
+    pub fn render(&mut self, gpu: &Gpu) -> Result<(Picture, Timings), GpuError> {
+        let timings = self.frame(gpu, true)?;
+        let size = target::pixels(&self.target.settings);
+        let bytes = gpu.read(&self.target.copy, size + 4)?;
+        Ok((self.picture(&bytes), timings))
+    }
+
+    /// Draws a frame, waits for it, and leaves it on the device.
+    pub fn draw(&mut self, gpu: &Gpu) -> Result<Timings, GpuError> {
+        self.frame(gpu, false)
+    }
+
+    fn frame(&mut self, gpu: &Gpu, read: bool) -> Result<Timings, GpuError> {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let commands = gpu.scoped("frame", || {
+            self.clock.restart();
+            encoder.clear_buffer(&self.target.clipped, 0, None);
+            self.raster(&mut encoder);
+            self.compute(&mut encoder);
+            if read {
+                let size = target::pixels(&self.target.settings);
+                encoder.copy_buffer_to_buffer(&self.target.film, 0, &self.target.copy, 0, size);
+                encoder.copy_buffer_to_buffer(&self.target.clipped, 0, &self.target.copy, size, 4);
+            }
+            self.clock.collect(&mut encoder);
+            gpu.queue.submit([encoder.finish()]);
+        });
+        commands?;
+        gpu.wait()?;
+        self.clock.read(gpu)
+    }
+
+    /// The raster pass: shaded objects and the backdrop, or triangle ids.
+    fn raster(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let name = if self.visibility.is_some() { "visibility" } else { "raster" };
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        };
+        let depth = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard };
+        let view = self.target.ids.as_ref().unwrap_or(&self.target.colour);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(name),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops,
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.target.depth,
+                depth_ops: Some(depth),
+                stencil_ops: None,
+            }),
+            timestamp_writes: self.clock.raster(name),
+            ..Default::default()
+        });
+        pass.set_bind_group(2, &self.camera_group, &[]);
+        for (placed, pipeline) in &self.objects {
+            match (pipeline, &self.visibility) {
+                (_, Some(visibility)) => pass.set_pipeline(visibility),
+                (Pipeline::Raster(shading), None) => {
+                    pass.set_pipeline(shading);
+                    pass.set_bind_group(0, &placed.room.group, &[]);
+                }
+                (Pipeline::Compute(_), None) => continue,
+            }
+            pass.set_bind_group(1, &placed.group, &[]);
+            pass.draw(0..placed.vertices, 0..1);
+        }
+        if let Pipeline::Raster(sky) = &self.sky {
+            pass.set_pipeline(sky);
+            pass.set_bind_group(0, &self.behind.group, &[]);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Compute shading, where that is the path, and the resolve.
+    fn compute(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let s = &self.target.settings;
+        let groups = [s.width, s.height].map(|n| (n as u32).div_ceil(8));
+        if let Some(io) = &self.io {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("shading"),
+                timestamp_writes: self.clock.compute("shading"),
+            });
+            pass.set_bind_group(2, &self.camera_group, &[]);
+            pass.set_bind_group(3, io, &[]);
+            for (placed, pipeline) in &self.objects {
+                if let Pipeline::Compute(shading) = pipeline {
+                    pass.set_pipeline(shading);
+                    pass.set_bind_group(0, &placed.room.group, &[]);
+                    pass.set_bind_group(1, &placed.group, &[]);
+                    pass.dispatch_workgroups(groups[0], groups[1], 1);
+                }
+            }
+            if let Pipeline::Compute(sky) = &self.sky {
+                pass.set_pipeline(sky);
+                pass.set_bind_group(0, &self.behind.group, &[]);
+                pass.dispatch_workgroups(groups[0], groups[1], 1);
+            }
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("resolve"),
+            timestamp_writes: self.clock.compute("resolve"),
+        });
+        pass.set_pipeline(&self.resolve.pipeline);
+        pass.set_bind_group(0, &self.resolve.group, &[]);
+        pass.set_bind_group(2, &self.camera_group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+
+    fn picture(&self, bytes: &[u8]) -> Picture {
+        let s = &self.target.settings;
+        let n = s.width * s.height;
+        let words: Vec<[u8; 4]> = bytes.as_chunks::<4>().0.to_vec();
+        let plane =
+            |c: usize| words.iter().take(4 * n).skip(c).step_by(4).map(|b| f32::from_le_bytes(*b)).collect();
+        Picture {
+            width: s.width,
+            height: s.height,
+            rgb: [plane(0), plane(1), plane(2)],
+            alpha: plane(3),
+            clipped: words.get(4 * n).map_or(0, |b| u32::from_le_bytes(*b)),
+        }
+    }
+}
+
+fn no_object(object: usize) -> GpuError {
+    GpuError::Scene(format!("there is no object {object}"))
+}

@@ -1,0 +1,141 @@
+//! Shader texts and the pipelines of the two paths.
+
+use super::target::Target;
+use crate::layout::{self, Slot};
+use crate::scene::{Rate, Settings};
+use crate::{Gpu, GpuError};
+use std::collections::HashMap;
+
+const CAMERA: &str = include_str!("../shaders/camera.wgsl");
+const GEOMETRY: &str = include_str!("../shaders/geometry.wgsl");
+const SURFACE: &str = include_str!("../shaders/surface.wgsl");
+const RASTER: &str = include_str!("../shaders/raster.wgsl");
+const VISIBILITY: &str = include_str!("../shaders/visibility.wgsl");
+const COMPUTE: &str = include_str!("../shaders/compute.wgsl");
+const COMPUTE_OBJECT: &str = include_str!("../shaders/compute_object.wgsl");
+const BACKDROP: &str = include_str!("../shaders/backdrop.wgsl");
+const BACKDROP_RASTER: &str = include_str!("../shaders/backdrop_raster.wgsl");
+const BACKDROP_COMPUTE: &str = include_str!("../shaders/backdrop_compute.wgsl");
+
+/// The raster path's module for a room's library.
+pub fn raster_source(library: &str, settings: &Settings) -> String {
+    let raster = match settings.rate {
+        Rate::Pixel => RASTER.to_owned(),
+        Rate::Sample => RASTER.replace("centroid", "sample"),
+    };
+    [library, CAMERA, GEOMETRY, SURFACE, &raster].concat()
+}
+
+/// The compute path's module for a room's library.
+pub fn compute_source(library: &str, settings: &Settings, format: wgpu::TextureFormat) -> String {
+    [library, CAMERA, GEOMETRY, SURFACE, &compute_io(settings, format), COMPUTE_OBJECT].concat()
+}
+
+/// The visibility pass.
+pub fn visibility_source() -> String {
+    [CAMERA, GEOMETRY, VISIBILITY].concat()
+}
+
+/// The backdrop of the raster path.
+pub fn backdrop_source() -> String {
+    [CAMERA, BACKDROP, BACKDROP_RASTER].concat()
+}
+
+/// The backdrop of the compute path.
+pub fn backdrop_compute_source(settings: &Settings, format: wgpu::TextureFormat) -> String {
+    [CAMERA, BACKDROP, &compute_io(settings, format), BACKDROP_COMPUTE].concat()
+}
+
+fn compute_io(settings: &Settings, format: wgpu::TextureFormat) -> String {
+    let (grid, name) = (
+        settings.grid(),
+        if format == wgpu::TextureFormat::Rgba16Float { "rgba16float" } else { "rgba32float" },
+    );
+    let text = COMPUTE.replace("FORMAT", name).replace("= GRIDu", &format!("= {grid}u"));
+    text.replace("= SAMPLESu", &format!("= {}u", grid * grid))
+        .replace("= SHARE", &format!("= {}", settings.rate == Rate::Pixel))
+}
+
+/// What shades an object.
+#[derive(Clone)]
+pub enum Pipeline {
+    Raster(wgpu::RenderPipeline),
+    Compute(wgpu::ComputePipeline),
+}
+
+/// Layouts, and pipelines by the text of the room they shade.
+pub struct Passes {
+    pub camera: wgpu::BindGroupLayout,
+    pub object: wgpu::BindGroupLayout,
+    pub io: wgpu::BindGroupLayout,
+    made: HashMap<String, Pipeline>,
+}
+
+impl Passes {
+    /// Layouts for `target`.
+    pub fn new(gpu: &Gpu, target: &Target) -> Result<Self, GpuError> {
+        gpu.scoped("layouts", || Self {
+            camera: layout::layout(gpu, super::object::STAGES, &[Slot::Uniform]),
+            object: layout::layout(gpu, super::object::STAGES, &super::object::SLOTS),
+            io: layout::layout(gpu, wgpu::ShaderStages::COMPUTE, &[Slot::Ids, Slot::Storage(target.format)]),
+            made: HashMap::new(),
+        })
+    }
+
+    /// The pipeline of a room's library.
+    pub fn shading(
+        &mut self,
+        gpu: &Gpu,
+        library: &str,
+        room: &wgpu::BindGroupLayout,
+        target: &Target,
+    ) -> Result<Pipeline, GpuError> {
+        if let Some(p) = self.made.get(library) {
+            return Ok(p.clone());
+        }
+        let groups = [Some(room), Some(&self.object), Some(&self.camera), Some(&self.io)];
+        let made = gpu.scoped("shader of a room", || match target.ids {
+            None => {
+                let entries = ["gpu_vertex", "gpu_fragment"];
+                let source = raster_source(library, &target.settings);
+                Pipeline::Raster(layout::raster(gpu, &source, entries, &groups[..3], target.drawn(true)))
+            }
+            Some(_) => {
+                let source = compute_source(library, &target.settings, target.format);
+                Pipeline::Compute(layout::compute(gpu, &source, "gpu_shade", &groups))
+            }
+        })?;
+        self.made.insert(library.to_owned(), made.clone());
+        Ok(made)
+    }
+
+    /// The visibility pass.
+    pub fn visibility(&self, gpu: &Gpu, target: &Target) -> Result<wgpu::RenderPipeline, GpuError> {
+        let groups = [None, Some(&self.object), Some(&self.camera)];
+        let entries = ["gpu_seen_vertex", "gpu_seen_fragment"];
+        gpu.scoped("visibility", || {
+            layout::raster(gpu, &visibility_source(), entries, &groups, target.drawn(true))
+        })
+    }
+
+    /// The backdrop.
+    pub fn backdrop(
+        &self,
+        gpu: &Gpu,
+        behind: &wgpu::BindGroupLayout,
+        target: &Target,
+    ) -> Result<Pipeline, GpuError> {
+        let groups = [Some(behind), None, Some(&self.camera), Some(&self.io)];
+        gpu.scoped("backdrop", || match target.ids {
+            None => {
+                let entries = ["gpu_sky_vertex", "gpu_sky_fragment"];
+                let drawn = target.drawn(false);
+                Pipeline::Raster(layout::raster(gpu, &backdrop_source(), entries, &groups[..3], drawn))
+            }
+            Some(_) => {
+                let source = backdrop_compute_source(&target.settings, target.format);
+                Pipeline::Compute(layout::compute(gpu, &source, "gpu_sky_shade", &groups))
+            }
+        })
+    }
+}

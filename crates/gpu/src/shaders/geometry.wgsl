@@ -1,0 +1,41 @@
+// An object's triangles, pulled by vertex index: three vec4 a vertex hold p u, n v, t 0.
+struct GpuObject {
+    model: mat4x4<f32>,
+    // Cofactors of the model's linear part, times the sign of its determinant.
+    normals: mat3x3<f32>,
+    // First id of its triangles, their number, levels of its texture (0: none), 1 where the model mirrors.
+    counts: vec4<u32>,
+}
+@group(1) @binding(0) var<uniform> gpu_object: GpuObject;
+@group(1) @binding(1) var<storage, read> gpu_vertices: array<vec4<f32>>;
+@group(1) @binding(2) var<storage, read> gpu_indices: array<u32>;
+@group(1) @binding(3) var gpu_base_colour: texture_2d<f32>;
+
+fn gpu_position(v: u32) -> vec3<f32> {
+    return (gpu_object.model * vec4<f32>(gpu_vertices[3u * v].xyz, 1.0)).xyz;
+}
+
+fn gpu_uv(v: u32) -> vec2<f32> {
+    return vec2<f32>(gpu_vertices[3u * v].w, gpu_vertices[3u * v + 1u].w);
+}
+
+fn gpu_corners(triangle: u32) -> vec3<u32> {
+    return vec3<u32>(gpu_indices[3u * triangle], gpu_indices[3u * triangle + 1u], gpu_indices[3u * triangle + 2u]);
+}
+
+// A triangle's outward normal (unit), and its texture coordinates per metre.
+fn gpu_plane(c: vec3<u32>) -> vec4<f32> {
+    let a = gpu_position(c.x);
+    var n = cross(gpu_position(c.y) - a, gpu_position(c.z) - a);
+    if gpu_object.counts.w > 0u {
+        n = -n;
+    }
+    let area = length(n);
+    if !(area > 0.0) {
+        return vec4<f32>(0.0);
+    }
+    let u = gpu_uv(c.x);
+    let e = gpu_uv(c.y) - u;
+    let f = gpu_uv(c.z) - u;
+    return vec4<f32>(n / area, sqrt(abs(e.x * f.y - e.y * f.x) / area));
+}

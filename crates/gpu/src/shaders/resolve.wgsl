@@ -1,0 +1,54 @@
+// Samples to pixels: the CPU renderer's filter, a quadratic B-spline of radius 1.25 pixels.
+// SOURCE, LOAD, SAMPLES and POSITIONS are filled in per kind of target.
+@group(0) @binding(0) var gpu_source: SOURCE;
+@group(0) @binding(1) var<storage, read_write> gpu_film: array<vec4<f32>>;
+// Samples at the end of the target's range.
+@group(0) @binding(2) var<storage, read_write> gpu_clipped: atomic<u32>;
+
+// Largest value of the target's format.
+const GPU_LARGEST: f32 = LARGEST;
+
+fn gpu_weight(distance: f32) -> f32 {
+    let x = abs(distance) * 1.2;
+    if x < 0.5 {
+        return 0.75 - x * x;
+    }
+    let y = max(1.5 - x, 0.0);
+    return 0.5 * y * y;
+}
+
+@compute @workgroup_size(8, 8)
+fn gpu_resolve(@builtin(global_invocation_id) id: vec3<u32>) {
+    let size = vec2<u32>(gpu_camera.film.xy);
+    if id.x >= size.x || id.y >= size.y {
+        return;
+    }
+    let scale = gpu_camera.film.z;
+    let texels = vec2<i32>(textureDimensions(gpu_source));
+    let centre = vec2<f32>(id.xy) + 0.5;
+    let first = max(vec2<i32>(floor((centre - 1.25) * scale)), vec2<i32>(0));
+    let last = min(vec2<i32>(ceil((centre + 1.25) * scale)), texels);
+    var positions = array<vec2<f32>, SAMPLES>(POSITIONS);
+    var sum = vec4<f32>(0.0);
+    var total = 0.0;
+    var clipped = 0u;
+    for (var y = first.y; y < last.y; y++) {
+        for (var x = first.x; x < last.x; x++) {
+            for (var k = 0; k < SAMPLES; k++) {
+                let at = (vec2<f32>(vec2<i32>(x, y)) + positions[k]) / scale;
+                let w = gpu_weight(at.x - centre.x) * gpu_weight(at.y - centre.y);
+                if w > 0.0 {
+                    let c = LOAD;
+                    sum += w * min(c, vec4<f32>(GPU_LARGEST));
+                    total += w;
+                    let own = all(vec2<u32>(at) == id.xy);
+                    clipped += select(0u, 1u, own && max(max(c.r, c.g), c.b) >= GPU_LARGEST);
+                }
+            }
+        }
+    }
+    gpu_film[id.y * size.x + id.x] = sum / total;
+    if clipped > 0u {
+        atomicAdd(&gpu_clipped, clipped);
+    }
+}

@@ -1,0 +1,229 @@
+//! Whole pictures, GPU against CPU: the demo's materials and skies, every room that takes them, both paths.
+//!
+//! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
+//! `STERADIAN_KEEP=FOLDER` keeps the pictures.
+
+mod common;
+
+use common::{Case, SCENES, case, cpu, gpu, scene};
+use glam::{Affine3A, Mat3, Quat, Vec3};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::Arc;
+use steradian_base::Task;
+use steradian_gpu::Renderer;
+use steradian_gpu::scene::{Depth, Path, Picture, Rate, Settings};
+use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
+use steradian_render::tone::auto_exposure;
+use steradian_render::{Develop, Film, ToneMapper};
+use steradian_techniques::{AnyBake, Material, View, registry};
+
+/// Mean FLIP between the CPU's and the GPU's picture.
+const BOUND: f32 = 0.01;
+const SIDE: usize = 256;
+
+fn film(p: &Picture) -> Film {
+    Film { width: p.width, height: p.height, rgb: p.rgb.clone(), alpha: p.alpha.clone() }
+}
+
+/// Mean FLIP under the exposure of the first picture.
+fn flip(name: &str, a: &Film, b: &Film) -> f32 {
+    let covered = a.alpha.iter().any(|x| *x > 0.0);
+    let ev = auto_exposure(a, |i| if covered { a.alpha[i] } else { 1.0 });
+    let develop = Develop { ev, mapper: ToneMapper::Aces };
+    let (a, b) = (develop.film(a), develop.film(b));
+    if let Some(folder) = std::env::var_os("STERADIAN_KEEP") {
+        for (picture, side) in [(&a, "cpu"), (&b, "gpu")] {
+            common::keep(std::path::Path::new(&folder), &format!("{name}-{side}"), picture);
+        }
+    }
+    flip_displays(&a, &b, DEFAULT_PPD).mean as f32
+}
+
+fn within(path: Path, flip: f32) -> Result<(), Failed> {
+    if flip <= BOUND { Ok(()) } else { Err(format!("{path:?}: FLIP {flip:.4}").into()) }
+}
+
+fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let room = bake.gpu();
+    let truth = cpu(case, bake, SIDE);
+    for path in [Path::Raster, Path::Compute] {
+        let settings = Settings { path, rate: Rate::Sample, ..Settings::new(SIDE, SIDE) };
+        let (picture, _) = Renderer::new(gpu, scene(case, room.clone()), &settings)?.render(gpu)?;
+        let picture = film(&picture);
+        let covered = |f: &Film| f.alpha.iter().sum::<f32>() / f.len() as f32;
+        let (a, b) = (covered(&truth), covered(&picture));
+        if (a - b).abs() > 2e-3 {
+            return Err(format!("{path:?}: coverage {b}, on the CPU {a}").into());
+        }
+        let off = flip(&format!("{name}-{path:?}"), &truth, &picture);
+        within(path, off)?;
+    }
+    Ok(())
+}
+
+fn room(k: usize, slug: &'static str) -> Result<(), Failed> {
+    let case = case(k, SIDE);
+    let technique = steradian_techniques::find(slug).ok_or("no such technique")?;
+    let bake = technique.bake(
+        &case.lights,
+        &Material::new(case.brdf.clone()),
+        None,
+        &Default::default(),
+        &Task::quiet(),
+    )?;
+    pictures(&case, bake, &format!("{k}-{slug}"))
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
+    let ignored = gpu().is_err() && !required;
+    let mut trials = Vec::new();
+    for (k, s) in SCENES.iter().enumerate() {
+        let brdf = steradian_brdf::parse(s.brdf).expect("the demo's own");
+        for t in registry().iter().filter(|t| !t.card().needs.sites && (t.card().materials)(&*brdf).is_ok()) {
+            let slug = t.card().slug;
+            trials.push(
+                Trial::test(format!("{}::{slug}", s.shape), move || room(k, slug)).with_ignored_flag(ignored),
+            );
+        }
+    }
+    type Test = (&'static str, fn() -> Result<(), Failed>);
+    let more: [Test; 4] = [
+        ("several_objects_and_textures", several_objects_and_textures),
+        ("a_turned_light_is_an_update_of_uniforms", a_turned_light_is_an_update_of_uniforms),
+        ("a_changed_material_replaces_tables", a_changed_material_replaces_tables),
+        ("what_cannot_be_is_an_error", what_cannot_be_is_an_error),
+    ];
+    for (name, test) in more {
+        trials.push(Trial::test(name, test).with_ignored_flag(ignored));
+    }
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// A mesh of two slots with textures, drawn as two objects, one of which is moved by its transform.
+fn several_objects_and_textures() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let mut case = case(2, SIDE);
+    let map = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.7), Vec3::new(0.4, 0.3, 0.5))
+        * Affine3A::from_scale(Vec3::new(-0.5, 0.7, 0.5));
+    let sphere = steradian_scene::shapes::sphere(64);
+    let checks: Vec<f32> =
+        (0..64 * 32).map(|i| if (i / 4 + i / 64 / 4) % 2 == 0 { 1.0 } else { 0.3 }).collect();
+    let texture = steradian_render::Texture::new(64, 32, &[checks.clone(), checks, vec![0.8; 64 * 32]])
+        .ok_or("empty")?;
+    let texture = Arc::new(texture);
+    let bake = |slug: &str| -> Result<Box<dyn AnyBake>, Failed> {
+        let t = steradian_techniques::find(slug).ok_or("no such technique")?;
+        let brdf = steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?;
+        Ok(t.bake(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
+    };
+    let rooms = [bake("diffuse_map")?, bake("sh_irradiance")?];
+    let mut shown = scene(&case, rooms[0].gpu());
+    shown.objects[0].base_colour = Some(common::texture(&texture));
+    let triangles = steradian_gpu::scene::Triangles::of(&sphere, |_| true);
+    shown.objects.push(steradian_gpu::scene::Object {
+        triangles: Arc::new(triangles),
+        room: rooms[1].gpu(),
+        base_colour: Some(common::texture(&texture)),
+        transform: map,
+    });
+    let mut first = case.mesh.0.clone();
+    first.tangents.clear();
+    let mut second = sphere.transformed(&map).with_material(1);
+    second.tangents.clear();
+    let mesh = steradian_scene::Mesh::merged(&[first, second]);
+    let bvh = steradian_scene::Bvh::build(&mesh);
+    case.mesh = (mesh, bvh);
+    let textured = Some(texture);
+    let rooms = rooms.into_iter().map(|b| (b, textured.clone())).collect();
+    let fine = steradian_render::Settings { inner: 4, ..steradian_render::Settings::new(SIDE, SIDE) };
+    let truth = common::cpu_of(&case, rooms, &fine);
+    for path in [Path::Raster, Path::Compute] {
+        let settings =
+            Settings { path, rate: Rate::Sample, scale: 2, depth: Depth::Half, ..Settings::new(SIDE, SIDE) };
+        let (picture, _) = Renderer::new(gpu, shown.clone(), &settings)?.render(gpu)?;
+        let off = flip(&format!("several-{path:?}"), &truth, &film(&picture));
+        within(path, off)?;
+    }
+    Ok(())
+}
+
+fn split_sum(case: &Case, brdf: &str) -> Result<Box<dyn AnyBake>, Failed> {
+    let t = steradian_techniques::find("split_sum").ok_or("no such technique")?;
+    let brdf = steradian_brdf::parse(brdf)?;
+    Ok(t.bake(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
+}
+
+fn largest_difference(a: &Picture, b: &Picture) -> f32 {
+    let scale = a.rgb.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+    let pairs = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
+    pairs.fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / scale
+}
+
+/// A renderer that got new uniforms shows what one made from the turned bake shows; nothing is uploaded again.
+fn a_turned_light_is_an_update_of_uniforms() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let case = case(1, 128);
+    let mut bake = split_sum(&case, SCENES[1].brdf)?;
+    let settings = Settings::new(128, 128);
+    let mut live = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
+    let (before, _) = live.render(gpu)?;
+    let light_rotation = Mat3::from_rotation_y(1.1);
+    bake.frame(&View { light_rotation, ..common::view(&case) });
+    live.update_room(gpu, 0, &bake.gpu())?;
+    live.set_light_rotation(gpu, light_rotation);
+    let (turned, _) = live.render(gpu)?;
+    let mut fresh = scene(&case, bake.gpu());
+    fresh.light_rotation = light_rotation;
+    let (expected, _) = Renderer::new(gpu, fresh, &settings)?.render(gpu)?;
+    let (same, moved) = (largest_difference(&turned, &expected), largest_difference(&turned, &before));
+    if same > 0.0 || moved < 0.05 {
+        return Err(format!("turned light: {same} from a fresh renderer, {moved} from the unturned").into());
+    }
+    Ok(())
+}
+
+/// A rebaked factor replaces the tables of a running renderer, and the pipelines stay.
+fn a_changed_material_replaces_tables() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let case = case(1, 128);
+    let other = "ggx:alpha=0.4,f0=0.3/0.5/0.9";
+    let mut bake = split_sum(&case, SCENES[1].brdf)?;
+    let settings = Settings::new(128, 128);
+    let mut live = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
+    bake.set_material(&Material::new(steradian_brdf::parse(other)?), &Task::quiet())?;
+    live.set_room(gpu, 0, bake.gpu())?;
+    let (changed, _) = live.render(gpu)?;
+    let fresh = scene(&case, split_sum(&case, other)?.gpu());
+    let (expected, _) = Renderer::new(gpu, fresh, &settings)?.render(gpu)?;
+    let off = largest_difference(&changed, &expected);
+    if off > 1e-6 { Err(format!("{off} from a fresh renderer").into()) } else { Ok(()) }
+}
+
+fn what_cannot_be_is_an_error() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let case = case(0, 16);
+    let t = steradian_techniques::find("sh_irradiance").ok_or("no such technique")?;
+    let bake =
+        t.bake(&case.lights, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
+    let fails = |scene, settings: &Settings| match Renderer::new(gpu, scene, settings) {
+        Err(e) => Ok(e.to_string()),
+        Ok(_) => Err("made"),
+    };
+    let good = scene(&case, bake.gpu());
+    for (w, h) in [(0, 4), (1 << 20, 4), (16000, 16000)] {
+        assert!(fails(good.clone(), &Settings::new(w, h))?.contains("limits"));
+    }
+    let mut empty = good.clone();
+    empty.objects[0].triangles = Arc::default();
+    assert!(fails(empty, &Settings::new(8, 8))?.contains("no triangles"));
+    let mut broken = good.clone();
+    broken.objects[0].room.wgsl = "fn shade(";
+    assert!(fails(broken, &Settings::new(8, 8))?.contains("refused"));
+    let none = steradian_gpu::scene::Scene { objects: Vec::new(), ..good };
+    let (picture, _) = Renderer::new(gpu, none, &Settings::new(8, 8))?.render(gpu)?;
+    assert!(picture.alpha.iter().all(|a| *a == 0.0) && picture.rgb[2].iter().all(|b| *b > 0.0));
+    Ok(())
+}
