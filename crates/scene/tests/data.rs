@@ -6,7 +6,10 @@ use steradian_scene::{Loaded, Mesh, load, shapes};
 use steradian_testkit::data;
 
 fn mesh(name: &str) -> Option<Loaded> {
-    Some(load(&data(&format!("meshes/{name}"))?, &Limits::default()).unwrap())
+    Some(
+        load(&data(&format!("meshes/{name}"))?, &Limits::default())
+            .expect("the data folder holds valid meshes"),
+    )
 }
 
 fn sane(m: &Mesh) {

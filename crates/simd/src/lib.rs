@@ -4,6 +4,9 @@
 //! closure calls must be `#[inline(always)]` to be compiled along with it. `STERADIAN_ISA`
 //! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines.
 
+mod lanes;
+
+pub use lanes::Lanes;
 use std::sync::OnceLock;
 
 /// An instruction set that kernels are compiled for.
@@ -63,7 +66,8 @@ fn detect() -> Isa {
     Isa::Portable
 }
 
-/// Runs `f` compiled for [`isa`]. Mark `f`'s callees `#[inline(always)]`.
+/// Runs `f` compiled for [`isa`]. Mark `f`'s callees `#[inline(always)]`. Only a closure that is inlined itself
+/// gains, and no attribute can force that on one that is large: where it matters, use [`run`].
 #[inline]
 pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
@@ -89,6 +93,8 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
 
 /// What a kernel may know of the instruction set that it is compiled for.
 pub trait Arch: Copy {
+    /// Eight f32.
+    type F32x8: Lanes;
     /// `a·b + c`: fused where the instruction set has it, two roundings elsewhere (a call to the fused
     /// routine of the C library would be slower by an order of magnitude).
     fn fma(a: f64, b: f64, c: f64) -> f64;
@@ -99,6 +105,10 @@ pub trait Arch: Copy {
 struct Fused;
 
 impl Arch for Fused {
+    #[cfg(target_arch = "x86_64")]
+    type F32x8 = lanes::Avx;
+    #[cfg(not(target_arch = "x86_64"))]
+    type F32x8 = lanes::Plain;
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
         a.mul_add(b, c)
@@ -110,6 +120,7 @@ impl Arch for Fused {
 struct Separate;
 
 impl Arch for Separate {
+    type F32x8 = lanes::Plain;
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
         a * b + c
@@ -168,6 +179,36 @@ mod tests {
         fn run<A: Arch>(self) -> f64 {
             self.0.iter().zip(self.1).fold(0.0, |s, (a, b)| A::fma(*a, *b, s))
         }
+    }
+
+    /// Every operation on lanes with every kind of number, as bits.
+    struct Operations;
+
+    impl Kernel for Operations {
+        type Output = Vec<u32>;
+        #[inline(always)]
+        fn run<A: Arch>(self) -> Vec<u32> {
+            let x = [0.0, -0.0, 1.5, -2.5, f32::NAN, f32::INFINITY, 3e38, 1e-40];
+            let mut out = Vec::new();
+            for turn in 0..8 {
+                let mut y = x;
+                y.rotate_left(turn);
+                let (a, b) = (A::F32x8::load(&x), A::F32x8::load(&y));
+                for v in [a.add(b), a.sub(b), a.mul(b), a.div(b), a.min(b), a.max(b), A::F32x8::splat(y[0])] {
+                    out.extend(v.store().map(|v| if v.is_nan() { 1 } else { v.to_bits() }));
+                }
+                out.extend([a.lt(b), a.le(b), a.eq(b)]);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn lanes_give_the_same_bits_on_every_instruction_set() {
+        let plain = Operations.run::<Separate>();
+        assert_eq!(run(Operations), plain);
+        // A lane compared with itself: all are equal but NaN, none is less.
+        assert_eq!(plain[56..59], [0, 0b1110_1111, 0b1110_1111]);
     }
 
     #[test]

@@ -80,6 +80,8 @@ impl Maker<'_> {
         while let Some((at, mut members, level)) = waiting.pop() {
             depth = depth.max(level);
             self.open(&mut members);
+            // Any-hit rays visit the last child first: the largest is the likeliest to block.
+            members.sort_by(|a, b| self.area(*a).total_cmp(&self.area(*b)));
             for (lane, &m) in members.iter().enumerate() {
                 let (first, count) = self.span(m);
                 let (child, lo, hi) = if count > 0 {
@@ -102,12 +104,16 @@ impl Maker<'_> {
         (n.first_index, n.prim_count)
     }
 
+    fn area(&self, node: u32) -> f32 {
+        self.tree.nodes[node as usize].aabb().half_area()
+    }
+
     /// Opens the inner member of the largest box until there are eight members.
     fn open(&self, members: &mut Vec<u32>) {
-        let area = |m: &u32| self.tree.nodes[*m as usize].aabb().half_area();
         while members.len() < LANES {
             let inner = (0..members.len()).filter(|&i| self.span(members[i]).1 == 0);
-            let Some(i) = inner.max_by(|&a, &b| area(&members[a]).total_cmp(&area(&members[b]))) else {
+            let Some(i) = inner.max_by(|&a, &b| self.area(members[a]).total_cmp(&self.area(members[b])))
+            else {
                 break;
             };
             let (first, _) = self.span(members[i]);

@@ -9,7 +9,8 @@ mod triangle;
 use crate::{Mesh, Ray};
 use node::Node;
 use rayon::prelude::*;
-use steradian_simd::dispatch;
+use steradian_simd::run;
+use traverse::{Closest, Occluded};
 use triangle::Block;
 
 /// Children of a node, triangles of a block.
@@ -48,37 +49,33 @@ impl Bvh {
 
     /// The nearest hit at a distance in (0, `t_max`); of several at the same distance that of the lowest index.
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        dispatch(|| traverse::closest(self, ray, t_max))
+        let mut hit = [None];
+        run(Closest { bvh: self, rays: std::slice::from_ref(ray), t_max, out: &mut hit });
+        hit[0]
     }
 
     /// Is there any hit at a distance in (0, `t_max`)?
     pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
-        dispatch(|| traverse::occluded(self, ray, t_max))
+        let mut hit = [false];
+        run(Occluded { bvh: self, rays: std::slice::from_ref(ray), t_max, out: &mut hit });
+        hit[0]
     }
 
     /// [`Bvh::closest`] for many rays, on all cores.
     pub fn closest_many(&self, rays: &[Ray], t_max: f32) -> Vec<Option<Hit>> {
         let mut out = vec![None; rays.len()];
-        out.par_chunks_mut(BATCH).zip(rays.par_chunks(BATCH)).for_each(|(out, rays)| {
-            dispatch(|| {
-                for (o, r) in out.iter_mut().zip(rays) {
-                    *o = traverse::closest(self, r, t_max);
-                }
-            });
-        });
+        out.par_chunks_mut(BATCH)
+            .zip(rays.par_chunks(BATCH))
+            .for_each(|(out, rays)| run(Closest { bvh: self, rays, t_max, out }));
         out
     }
 
     /// [`Bvh::occluded`] for many rays, on all cores.
     pub fn occluded_many(&self, rays: &[Ray], t_max: f32) -> Vec<bool> {
         let mut out = vec![false; rays.len()];
-        out.par_chunks_mut(BATCH).zip(rays.par_chunks(BATCH)).for_each(|(out, rays)| {
-            dispatch(|| {
-                for (o, r) in out.iter_mut().zip(rays) {
-                    *o = traverse::occluded(self, r, t_max);
-                }
-            });
-        });
+        out.par_chunks_mut(BATCH)
+            .zip(rays.par_chunks(BATCH))
+            .for_each(|(out, rays)| run(Occluded { bvh: self, rays, t_max, out }));
         out
     }
 

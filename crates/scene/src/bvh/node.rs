@@ -3,6 +3,7 @@
 use super::LANES;
 use super::triangle::Lane;
 use glam::Vec3;
+use steradian_simd::Lanes;
 
 /// A child is a leaf: the rest of the number is its block.
 pub const LEAF: u32 = 1 << 31;
@@ -33,50 +34,66 @@ impl Node {
     };
 }
 
-/// A ray as the slab test wants it.
-#[derive(Debug, Clone, Copy)]
-pub struct Slabs {
-    origin: [f32; 3],
-    inverse: [f32; 3],
+/// A ray as the slab test wants it, in lanes `L`.
+#[derive(Clone, Copy)]
+pub struct Slabs<L> {
+    origin: [L; 3],
+    inverse: [L; 3],
+    /// The same, widened, for the far planes.
+    beyond: [L; 3],
     /// Which of the six planes is the nearer on each axis.
     near: [usize; 3],
 }
 
 /// Distances to the far planes are widened by this factor, so that rounding never loses a box (Ize 2013, Robust
-/// BVH Ray Traversal: 1 + 2γ₃).
-const WIDEN: f32 = 1.000_000_4;
+/// BVH Ray Traversal: 1 + 2γ₃; a fourth rounding here is that of the widened factor itself).
+const WIDEN: f32 = 1.000_000_6;
 
-impl Slabs {
+impl<L: Lanes> Slabs<L> {
     /// The slabs of a ray.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        let d = direction.to_array();
+        let (o, d) = (origin.to_array(), direction.to_array());
         let inverse = d.map(|d| 1.0 / d);
         let side = |k: usize| 2 * k + usize::from(d[k].is_sign_negative());
-        Self { origin: origin.to_array(), inverse, near: [side(0), side(1), side(2)] }
+        Self {
+            origin: splat(o),
+            inverse: splat(inverse),
+            beyond: splat(inverse.map(|r| r * WIDEN)),
+            near: [side(0), side(1), side(2)],
+        }
     }
 
     /// Where the ray enters each box, and a bit for every box that it meets in [0, `t_max`].
     ///
-    /// A ray inside a plane gives 0·∞ = NaN there; every comparison keeps the other operand then, so the plane
-    /// does not count.
+    /// A ray inside a plane gives 0·∞ = NaN there, and a comparison with NaN keeps its second operand, which is
+    /// never NaN at the end: some planes do not count then, so a box may be met in vain but never missed.
     #[inline(always)]
-    pub fn enter(&self, node: &Node, t_max: f32) -> (Lane, u32) {
-        let (mut enter, mut leave) = ([0.0f32; LANES], [t_max; LANES]);
-        for k in 0..3 {
-            let (near, far) = (&node.planes[self.near[k]], &node.planes[self.near[k] ^ 1]);
-            let (o, r) = (self.origin[k], self.inverse[k]);
-            for i in 0..LANES {
-                let a = (near[i] - o) * r;
-                let b = (far[i] - o) * r * WIDEN;
-                enter[i] = if a > enter[i] { a } else { enter[i] };
-                leave[i] = if b < leave[i] { b } else { leave[i] };
-            }
-        }
-        let mut mask = 0;
-        for i in 0..LANES {
-            mask |= u32::from(enter[i] <= leave[i]) << i;
-        }
-        (enter, mask)
+    pub fn enter(&self, node: &Node, t_max: f32) -> (L, u32) {
+        let [x, y, z] = [
+            self.cross(node, self.near[0], 0, &self.inverse),
+            self.cross(node, self.near[1], 1, &self.inverse),
+            self.cross(node, self.near[2], 2, &self.inverse),
+        ];
+        let enter = x.max(y).max(z.max(L::splat(0.0)));
+        let [x, y, z] = [
+            self.cross(node, self.near[0] ^ 1, 0, &self.beyond),
+            self.cross(node, self.near[1] ^ 1, 1, &self.beyond),
+            self.cross(node, self.near[2] ^ 1, 2, &self.beyond),
+        ];
+        let leave = x.min(y).min(z.min(L::splat(t_max)));
+        (enter, enter.le(leave))
     }
+
+    /// Distances to a plane of each box on axis `k`.
+    #[inline(always)]
+    fn cross(&self, node: &Node, plane: usize, k: usize, inverse: &[L; 3]) -> L {
+        L::load(&node.planes[plane]).sub(self.origin[k]).mul(inverse[k])
+    }
+}
+
+/// Lanes of each number. (`map` is a function of its own, which may not be inlined into the kernel.)
+#[inline(always)]
+pub fn splat<L: Lanes>(x: [f32; 3]) -> [L; 3] {
+    [L::splat(x[0]), L::splat(x[1]), L::splat(x[2])]
 }

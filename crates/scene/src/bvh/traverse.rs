@@ -4,25 +4,68 @@ use super::node::{LEAF, Slabs};
 use super::triangle::Shear;
 use super::{Bvh, Hit, LANES};
 use crate::Ray;
+use steradian_simd::{Arch, Kernel, Lanes};
 
-/// Stack entries that need no allocation: trees of more than eighteen levels are rare.
-const FIXED: usize = 136;
+/// Stack entries that need no allocation: trees of more than nine levels are rare.
+const FIXED: usize = 72;
 
-/// Any hit in (0, `t_max`)?
-#[inline(always)]
-pub fn occluded(bvh: &Bvh, ray: &Ray, t_max: f32) -> bool {
-    if bvh.stack <= FIXED {
-        any(bvh, ray, t_max, &mut [0; FIXED])
-    } else {
-        any(bvh, ray, t_max, &mut vec![0; bvh.stack])
+/// Is there any hit in (0, `t_max`), for each ray?
+pub struct Occluded<'a> {
+    pub bvh: &'a Bvh,
+    pub rays: &'a [Ray],
+    pub t_max: f32,
+    pub out: &'a mut [bool],
+}
+
+impl Kernel for Occluded<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let (mut fixed, mut heap) = ([0; FIXED], Vec::new());
+        let stack = room(self.bvh.stack, &mut fixed, &mut heap);
+        for (out, ray) in self.out.iter_mut().zip(self.rays) {
+            *out = any::<A::F32x8>(self.bvh, ray, self.t_max, stack);
+        }
     }
 }
 
-/// All children that the ray enters are visited, in no particular order.
+/// The nearest hit in (0, `t_max`), for each ray.
+pub struct Closest<'a> {
+    pub bvh: &'a Bvh,
+    pub rays: &'a [Ray],
+    pub t_max: f32,
+    pub out: &'a mut [Option<Hit>],
+}
+
+impl Kernel for Closest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let (mut fixed, mut heap) = ([(0, 0.0); FIXED], Vec::new());
+        let stack = room(self.bvh.stack, &mut fixed, &mut heap);
+        for (out, ray) in self.out.iter_mut().zip(self.rays) {
+            *out = nearest::<A::F32x8>(self.bvh, ray, self.t_max, stack);
+        }
+    }
+}
+
+/// A stack of `size` entries: the fixed one where it is large enough.
 #[inline(always)]
-fn any(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [u32]) -> bool {
-    let slabs = Slabs::new(ray.origin, ray.direction);
-    let shear = Shear::new(ray.origin, ray.direction);
+fn room<'a, T: Copy + Default>(size: usize, fixed: &'a mut [T], heap: &'a mut Vec<T>) -> &'a mut [T] {
+    if size <= fixed.len() {
+        return fixed;
+    }
+    heap.resize(size, T::default());
+    heap
+}
+
+/// All children that the ray enters are visited, the last (the largest) first.
+#[inline(always)]
+fn any<L: Lanes>(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [u32]) -> bool {
+    let slabs = Slabs::<L>::new(ray.origin, ray.direction);
+    let shear = Shear::<L>::new(ray.origin, ray.direction);
     let mut top = 1;
     stack[0] = 0;
     while top > 0 {
@@ -30,13 +73,12 @@ fn any(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [u32]) -> bool {
         let node = &bvh.nodes[stack[top] as usize];
         let (_, mut mask) = slabs.enter(node, t_max);
         while mask != 0 {
-            let lane = mask.trailing_zeros() as usize;
+            let child = node.children[mask.trailing_zeros() as usize & (LANES - 1)];
             mask &= mask - 1;
-            let child = node.children[lane & (LANES - 1)];
             if child & LEAF == 0 {
                 stack[top] = child;
                 top += 1;
-            } else if shear.any(&bvh.blocks[(child ^ LEAF) as usize], t_max) {
+            } else if shear.hit(&bvh.blocks[(child ^ LEAF) as usize], t_max).is_some() {
                 return true;
             }
         }
@@ -44,21 +86,11 @@ fn any(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [u32]) -> bool {
     false
 }
 
-/// The nearest hit in (0, `t_max`).
-#[inline(always)]
-pub fn closest(bvh: &Bvh, ray: &Ray, t_max: f32) -> Option<Hit> {
-    if bvh.stack <= FIXED {
-        nearest(bvh, ray, t_max, &mut [(0, 0.0); FIXED])
-    } else {
-        nearest(bvh, ray, t_max, &mut vec![(0, 0.0); bvh.stack])
-    }
-}
-
 /// Children wait on the stack, the nearest on top; those behind the hit are dropped.
 #[inline(always)]
-fn nearest(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [(u32, f32)]) -> Option<Hit> {
-    let slabs = Slabs::new(ray.origin, ray.direction);
-    let shear = Shear::new(ray.origin, ray.direction);
+fn nearest<L: Lanes>(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [(u32, f32)]) -> Option<Hit> {
+    let slabs = Slabs::<L>::new(ray.origin, ray.direction);
+    let shear = Shear::<L>::new(ray.origin, ray.direction);
     let (mut best, mut limit) = (None, t_max);
     let mut top = 1;
     stack[0] = (0, 0.0);
@@ -74,6 +106,7 @@ fn nearest(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [(u32, f32)]) -> Option
         }
         let node = &bvh.nodes[index as usize];
         let (enter, mut mask) = slabs.enter(node, limit);
+        let enter = enter.store();
         let base = top;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize & (LANES - 1);
@@ -94,10 +127,20 @@ fn nearest(bvh: &Bvh, ray: &Ray, t_max: f32, stack: &mut [(u32, f32)]) -> Option
 
 /// Tests a block; of hits at one distance the lowest index wins, whatever the tree's shape.
 #[inline(always)]
-fn closer(bvh: &Bvh, shear: &Shear, block: u32, t_max: f32, limit: &mut f32, best: &mut Option<Hit>) {
+fn closer<L: Lanes>(
+    bvh: &Bvh,
+    shear: &Shear<L>,
+    block: u32,
+    t_max: f32,
+    limit: &mut f32,
+    best: &mut Option<Hit>,
+) {
     let block = &bvh.blocks[block as usize];
-    let (t, [_, u, v]) = shear.hit(block, t_max);
-    for i in 0..LANES {
+    let Some(met) = shear.hit(block, t_max) else { return };
+    let (mut mask, t, [u, v]) = (met.mask, met.t.store(), [met.uv[0].store(), met.uv[1].store()]);
+    while mask != 0 {
+        let i = mask.trailing_zeros() as usize & (LANES - 1);
+        mask &= mask - 1;
         let triangle = block.ids[i];
         if t[i] < *limit || (t[i] == *limit && best.is_some_and(|b: Hit| triangle < b.triangle)) {
             *limit = t[i];

@@ -6,7 +6,9 @@
 //! Both sides of a triangle are hit.
 
 use super::LANES;
+use super::node::splat;
 use glam::Vec3;
+use steradian_simd::Lanes;
 
 /// One number for each triangle of a block.
 pub type Lane = [f32; LANES];
@@ -26,30 +28,33 @@ impl Block {
     pub const EMPTY: Self = Self { corners: [[[f32::NAN; LANES]; 3]; 3], ids: [u32::MAX; LANES] };
 }
 
-/// A ray in the sheared space of the test.
-#[derive(Debug, Clone, Copy)]
-pub struct Shear {
-    origin: [f32; 3],
+/// A ray in the sheared space of the test, in lanes `L`.
+#[derive(Clone, Copy)]
+pub struct Shear<L> {
+    /// The origin along kx, ky, kz.
+    origin: [L; 3],
     /// The axes kx, ky, kz: kz is the direction's largest component; kx and ky keep the winding.
     k: [usize; 3],
     /// Shears in x and y and the scale in z: d_x/d_z, d_y/d_z, 1/d_z.
-    s: [f32; 3],
+    s: [L; 3],
 }
 
-/// The edge functions and the heights of the corners of a block in sheared space.
-struct Sheared {
-    /// x and y of the three corners.
-    xy: [[Lane; 2]; 3],
-    /// z of the three corners.
-    z: [Lane; 3],
+/// What a ray meets in a block.
+pub struct Met<L> {
+    /// A bit for every triangle that is hit.
+    pub mask: u32,
+    /// Distances.
+    pub t: L,
+    /// Weights of the second and of the third corner.
+    pub uv: [L; 2],
 }
 
-impl Shear {
+impl<L: Lanes> Shear<L> {
     /// The shear of a ray.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        let d = direction.to_array();
-        let a = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let (o, d) = (origin.to_array(), direction.to_array());
+        let a = d.map(f32::abs);
         let kz = if a[0] > a[1] && a[0] > a[2] {
             0
         } else if a[1] > a[2] {
@@ -57,77 +62,75 @@ impl Shear {
         } else {
             2
         };
-        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
+        const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+        let [mut kx, mut ky] = AFTER[kz];
         if d[kz] < 0.0 {
             std::mem::swap(&mut kx, &mut ky);
         }
         let z = 1.0 / d[kz];
-        Self { origin: origin.to_array(), k: [kx, ky, kz], s: [d[kx] * z, d[ky] * z, z] }
+        Self { origin: splat([o[kx], o[ky], o[kz]]), k: [kx, ky, kz], s: splat([d[kx] * z, d[ky] * z, z]) }
     }
 
+    /// Corner `v` of every triangle of the block in sheared space.
     #[inline(always)]
-    fn apply(&self, b: &Block) -> Sheared {
-        let [kx, ky, kz] = self.k;
-        let o = [self.origin[kx], self.origin[ky], self.origin[kz]];
-        let mut out = Sheared { xy: [[[0.0; LANES]; 2]; 3], z: [[0.0; LANES]; 3] };
-        for v in 0..3 {
-            let c = &b.corners[v];
-            for i in 0..LANES {
-                let z = c[kz][i] - o[2];
-                out.xy[v][0][i] = (c[kx][i] - o[0]) - self.s[0] * z;
-                out.xy[v][1][i] = (c[ky][i] - o[1]) - self.s[1] * z;
-                out.z[v][i] = self.s[2] * z;
-            }
-        }
-        out
+    fn apply(&self, block: &Block, v: usize) -> [L; 3] {
+        let ([kx, ky, kz], corner) = (self.k, &block.corners[v]);
+        let z = L::load(&corner[kz]).sub(self.origin[2]);
+        let x = L::load(&corner[kx]).sub(self.origin[0]).sub(self.s[0].mul(z));
+        let y = L::load(&corner[ky]).sub(self.origin[1]).sub(self.s[1].mul(z));
+        [x, y, self.s[2].mul(z)]
     }
 
-    /// For each triangle: distance in (0, `t_max`) or NaN, and the barycentric weights of its corners.
+    /// The triangles that are hit at a distance in (0, `t_max`); `None` where there is none.
     #[inline(always)]
-    pub fn hit(&self, b: &Block, t_max: f32) -> (Lane, [Lane; 3]) {
-        let Sheared { xy: [[ax, ay], [bx, by], [cx, cy]], z: [az, bz, cz] } = self.apply(b);
-        let (mut u, mut v, mut w) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut zero = false;
-        for i in 0..LANES {
-            u[i] = cx[i] * by[i] - cy[i] * bx[i];
-            v[i] = ax[i] * cy[i] - ay[i] * cx[i];
-            w[i] = bx[i] * ay[i] - by[i] * ax[i];
-            zero |= (u[i] == 0.0) | (v[i] == 0.0) | (w[i] == 0.0);
+    pub fn hit(&self, block: &Block, t_max: f32) -> Option<Met<L>> {
+        let (a, b, c) = (self.apply(block, 0), self.apply(block, 1), self.apply(block, 2));
+        let mut e = [edge(&c, &b), edge(&a, &c), edge(&b, &a)];
+        let mut inside = inside(&e);
+        if inside == 0 {
+            return None;
         }
-        if zero {
-            for i in 0..LANES {
-                u[i] = edge(cx[i], by[i], cy[i], bx[i]);
-                v[i] = edge(ax[i], cy[i], ay[i], cx[i]);
-                w[i] = edge(bx[i], ay[i], by[i], ax[i]);
-            }
+        let zero = L::splat(0.0);
+        if inside & (e[0].eq(zero) | e[1].eq(zero) | e[2].eq(zero)) != 0 {
+            e = exact([&a, &b, &c]);
+            inside = self::inside(&e);
         }
-        let mut t = [f32::NAN; LANES];
-        for i in 0..LANES {
-            let inside = ((u[i] >= 0.0) & (v[i] >= 0.0) & (w[i] >= 0.0))
-                | ((u[i] <= 0.0) & (v[i] <= 0.0) & (w[i] <= 0.0));
-            let inverse = 1.0 / (u[i] + v[i] + w[i]);
-            // Weights first: the product of an area and a height could leave the range of f32.
-            (u[i], v[i], w[i]) = (u[i] * inverse, v[i] * inverse, w[i] * inverse);
-            let d = u[i] * az[i] + v[i] * bz[i] + w[i] * cz[i];
-            t[i] = if inside & (d > 0.0) & (d < t_max) { d } else { f32::NAN };
-        }
-        (t, [u, v, w])
-    }
-
-    /// Is any of the triangles hit in (0, `t_max`)?
-    #[inline(always)]
-    pub fn any(&self, b: &Block, t_max: f32) -> bool {
-        let (t, _) = self.hit(b, t_max);
-        let mut any = false;
-        for t in t {
-            any |= !t.is_nan();
-        }
-        any
+        // Weights first: the product of an area and a height could leave the range of f32.
+        let inverse = L::splat(1.0).div(e[0].add(e[1]).add(e[2]));
+        let (u, v, w) = (e[0].mul(inverse), e[1].mul(inverse), e[2].mul(inverse));
+        let t = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+        let mask = inside & zero.lt(t) & t.lt(L::splat(t_max));
+        (mask != 0).then_some(Met { mask, t, uv: [v, w] })
     }
 }
 
-/// p·q − r·s without the rounding of f32.
+/// A bit for every triangle whose edge functions have no two different signs.
 #[inline(always)]
-fn edge(p: f32, q: f32, r: f32, s: f32) -> f32 {
-    (f64::from(p) * f64::from(q) - f64::from(r) * f64::from(s)) as f32
+fn inside<L: Lanes>(e: &[L; 3]) -> u32 {
+    let zero = L::splat(0.0);
+    let (least, most) = (e[0].min(e[1]).min(e[2]), e[0].max(e[1]).max(e[2]));
+    zero.le(least) | most.le(zero)
+}
+
+/// The edge function of two corners: x_p y_q − y_p x_q.
+#[inline(always)]
+fn edge<L: Lanes>(p: &[L; 3], q: &[L; 3]) -> L {
+    p[0].mul(q[1]).sub(p[1].mul(q[0]))
+}
+
+/// The three edge functions with exact signs.
+#[inline(always)]
+fn exact<L: Lanes>([a, b, c]: [&[L; 3]; 3]) -> [L; 3] {
+    let [a, b, c] =
+        [[a[0].store(), a[1].store()], [b[0].store(), b[1].store()], [c[0].store(), c[1].store()]];
+    let (u, v, w) = (edge_f64(&c, &b), edge_f64(&a, &c), edge_f64(&b, &a));
+    [L::load(&u), L::load(&v), L::load(&w)]
+}
+
+/// [`edge`] without the rounding of f32.
+#[cold]
+#[inline(never)]
+fn edge_f64(p: &[Lane; 2], q: &[Lane; 2]) -> Lane {
+    let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
+    std::array::from_fn(|i| (product(p[0][i], q[1][i]) - product(p[1][i], q[0][i])) as f32)
 }
