@@ -5,7 +5,7 @@ use steradian_testkit::data;
 
 fn load(name: &str) -> Option<MeshData> {
     let path = data(&format!("meshes/{name}"))?;
-    Some(read_mesh(&path, &Limits::default()).unwrap())
+    Some(read_mesh(&path, &Limits::default()).expect("the data folder holds valid meshes"))
 }
 
 fn counts(m: &MeshData) -> (usize, usize) {

@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(count(1, 4, 3, 2), Ok(2));
         // The last element of an interleaved view need not fill its stride.
         assert_eq!(count(0, 4, 2, 3), Ok(3));
-        assert_eq!(count(11, 0, 2, 0).is_ok(), false);
+        assert!(count(11, 0, 2, 0).is_err());
         for (o, st, si, c) in
             [(0, 0, 2, 6), (10, 0, 1, 1), (0, 1, 2, 2), (0, 0, 4, 1 << 62), (u64::MAX, 0, 1, 2)]
         {

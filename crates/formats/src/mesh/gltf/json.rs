@@ -2,6 +2,7 @@
 #![expect(non_snake_case, reason = "the specification's own names")]
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -21,6 +22,7 @@ pub struct Root {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub samplers: Vec<Sampler>,
+    pub animations: Vec<IgnoredAny>,
 }
 
 #[derive(Deserialize, Default)]

@@ -77,3 +77,36 @@ pub fn read_json(json: &[u8], chunk: Option<&[u8]>, source: &mut Source) -> Resu
     scene::parts(&root, &buffers, &sets, &mut data, source)?;
     Ok(data)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Limits;
+    use std::path::Path;
+
+    /// One triangle, with `node` in the node that shows it and `root` beside it.
+    fn notes(node: &str, root: &str) -> Vec<String> {
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0{node}}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],
+            "buffers":[{{"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA","byteLength":36}}]
+            {root}}}"#
+        );
+        let mut source = Source::new(Path::new("a.gltf"), None, json.len(), &Limits::default());
+        let data = read_json(json.as_bytes(), None, &mut source).unwrap();
+        assert_eq!(data.parts[0].triangles, [[0, 1, 2]]);
+        source.notes
+    }
+
+    #[test]
+    fn what_is_left_out_is_noted() {
+        assert!(notes("", "").is_empty());
+        assert!(notes(r#","skin":0"#, r#","skins":[{"joints":[0]}]"#)[0].starts_with("skins"));
+        assert_eq!(
+            notes("", r#","animations":[{"channels":[],"samplers":[]}]"#),
+            ["animations were left out"]
+        );
+    }
+}

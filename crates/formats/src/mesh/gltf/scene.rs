@@ -15,6 +15,12 @@ pub fn parts(
     data: &mut MeshData,
     source: &mut Source,
 ) -> Result<(), FormatError> {
+    if root.nodes.iter().any(|n| n.mesh.is_some() && n.skin.is_some()) {
+        source.notes.push("skins were left out: their meshes stand in the pose they were bound in".into());
+    }
+    if !root.animations.is_empty() {
+        source.notes.push("animations were left out".into());
+    }
     for (mesh, transform) in placed_meshes(root).map_err(|why| source.fault(why))? {
         let Some(m) = root.meshes.get(mesh) else {
             return Err(source.fault(format_args!("there is no mesh {mesh}")));

@@ -49,7 +49,8 @@ fn set(
 ) -> Result<(), FormatError> {
     if let Some(slot) = texture_slot(key) {
         let texture = texture(rest, data, source)?;
-        return Ok(slot(&mut data.materials[m], texture));
+        slot(&mut data.materials[m], texture);
+        return Ok(());
     }
     let material = &mut data.materials[m];
     let fault =
@@ -82,9 +83,9 @@ fn color(rest: &str) -> Option<[f32; 3]> {
         .take(3)
         .map(|w| w.parse().ok().filter(|v: &f32| v.is_finite()))
         .collect::<Option<_>>()?;
-    match values.as_slice() {
-        &[a] => Some([a; 3]),
-        &[a, b, c] => Some([a, b, c]),
+    match *values.as_slice() {
+        [a] => Some([a; 3]),
+        [a, b, c] => Some([a, b, c]),
         _ => None,
     }
 }
