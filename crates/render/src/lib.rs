@@ -2,6 +2,7 @@
 
 pub mod background;
 pub mod film;
+pub mod material;
 pub mod metrics;
 pub mod picture;
 pub mod scenefile;
@@ -11,6 +12,7 @@ pub mod tone;
 
 pub use background::{Backdrop, Background};
 pub use film::{Display, Film};
+pub use material::FileMaterial;
 pub use metrics::{Errors, errors};
 pub use picture::{BakeShader, JudgeShader, Settings, Shader, Stage, Surface, render};
 pub use scenefile::{SceneError, SceneFile};

@@ -1,5 +1,7 @@
 //! Textures on surfaces.
 
+use steradian_formats::mesh::Wrap;
+
 /// One level of a texture, rows from the top.
 #[derive(Debug, Clone)]
 struct Level {
@@ -8,10 +10,12 @@ struct Level {
     texels: Vec<[f32; 3]>,
 }
 
-/// A linear RGB texture with its chain of box-filtered levels; coordinates repeat outside 0 … 1.
+/// A linear RGB texture with its chain of box-filtered levels; coordinates repeat outside 0 … 1 unless
+/// [`Texture::with_wrap`] says otherwise.
 #[derive(Debug, Clone)]
 pub struct Texture {
     levels: Vec<Level>,
+    wrap: [Wrap; 2],
 }
 
 impl Texture {
@@ -27,7 +31,23 @@ impl Texture {
         while let Some(next) = levels.last().and_then(Level::half) {
             levels.push(next);
         }
-        Some(Self { levels })
+        Some(Self { levels, wrap: [Wrap::Repeat; 2] })
+    }
+
+    /// One colour; `None` where it is white, which changes nothing.
+    pub fn plain(colour: [f32; 3]) -> Option<Self> {
+        if colour == [1.0; 3] { None } else { Self::new(1, 1, &colour.map(|c| vec![c])) }
+    }
+
+    /// The texture with what lies beyond the unit square in u and v.
+    pub fn with_wrap(mut self, wrap: [Wrap; 2]) -> Self {
+        self.wrap = wrap;
+        self
+    }
+
+    /// What lies beyond the unit square in u and v.
+    pub fn wrap(&self) -> [Wrap; 2] {
+        self.wrap
     }
 
     /// Width and height of the finest level.
@@ -47,11 +67,11 @@ impl Texture {
         let last = (self.levels.len() - 1) as f32;
         let lod = (footprint * finest).max(1.0).log2().clamp(0.0, last);
         let (low, t) = (lod as usize, lod.fract());
-        let a = self.levels[low].bilinear(u, v);
+        let a = self.levels[low].bilinear(u, v, self.wrap);
         if t == 0.0 {
             return a;
         }
-        let b = self.levels[low + 1].bilinear(u, v);
+        let b = self.levels[low + 1].bilinear(u, v, self.wrap);
         std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
     }
 }
@@ -85,15 +105,9 @@ impl Level {
         sum
     }
 
-    fn bilinear(&self, u: f32, v: f32) -> [f32; 3] {
-        let coordinate = |u: f32, n: usize| {
-            let x = (if u.is_finite() { u - u.floor() } else { 0.0 }) * n as f32 - 0.5;
-            let low = x.floor();
-            let wrap = |i: isize| i.rem_euclid(n as isize) as usize;
-            (wrap(low as isize), wrap(low as isize + 1), x - low)
-        };
-        let (x0, x1, fx) = coordinate(u, self.width);
-        let (y0, y1, fy) = coordinate(v, self.height);
+    fn bilinear(&self, u: f32, v: f32, wrap: [Wrap; 2]) -> [f32; 3] {
+        let (x0, x1, fx) = columns(u, self.width, wrap[0]);
+        let (y0, y1, fy) = columns(v, self.height, wrap[1]);
         let at = |x: usize, y: usize| self.texels[y * self.width + x];
         let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
         std::array::from_fn(|k| {
@@ -102,6 +116,29 @@ impl Level {
             top + (bottom - top) * fy
         })
     }
+}
+
+/// The two texels of `n` about coordinate `u`, and the weight of the second.
+fn columns(u: f32, n: usize, wrap: Wrap) -> (usize, usize, f32) {
+    let u = if u.is_finite() { u } else { 0.0 };
+    let folded = match wrap {
+        Wrap::Repeat => u - u.floor(),
+        // Two units are the period of mirrored copies.
+        Wrap::Mirror => u - 2.0 * (0.5 * u).floor(),
+        Wrap::Clamp => u.clamp(0.0, 1.0),
+    };
+    let x = folded * n as f32 - 0.5;
+    let low = x.floor();
+    let texel = |i: isize| {
+        let n = n as isize;
+        let i = match wrap {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Mirror => i.rem_euclid(2 * n).min(2 * n - 1 - i.rem_euclid(2 * n)),
+            Wrap::Clamp => i.clamp(0, n - 1),
+        };
+        i as usize
+    };
+    (texel(low as isize), texel(low as isize + 1), x - low)
 }
 
 #[cfg(test)]
@@ -120,6 +157,16 @@ mod tests {
             let mean = l.texels.iter().map(|c| c[0]).sum::<f32>() / l.texels.len() as f32;
             assert!((mean - 3.0).abs() < 1e-5, "{} × {}: {mean}", l.width, l.height);
         }
+    }
+
+    #[test]
+    fn beyond_the_unit_square_lies_what_the_wrap_says() {
+        let t = |w| ramp(4, 4).with_wrap([w; 2]);
+        let at = |w, u: f32| t(w).sample(u, 0.5, 0.0)[0];
+        assert_eq!((at(Wrap::Repeat, 1.125), at(Wrap::Repeat, -0.125)), (0.0, 3.0));
+        assert_eq!((at(Wrap::Mirror, 1.125), at(Wrap::Mirror, -0.375)), (3.0, 1.0));
+        assert_eq!((at(Wrap::Clamp, 7.0), at(Wrap::Clamp, -0.125)), (3.0, 0.0));
+        assert_eq!((at(Wrap::Mirror, 1.0), at(Wrap::Clamp, 1.0), at(Wrap::Repeat, 1.0)), (3.0, 3.0, 1.5));
     }
 
     #[test]
