@@ -8,8 +8,8 @@ fn files(verdict: &str) -> Vec<PathBuf> {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
     let mut out: Vec<PathBuf> = ["gltf", "obj", "ply"]
         .into_iter()
-        .flat_map(|kind| std::fs::read_dir(corpus.join(kind).join(verdict)).unwrap())
-        .map(|entry| entry.unwrap().path())
+        .flat_map(|kind| std::fs::read_dir(corpus.join(kind).join(verdict)).expect("the corpus is complete"))
+        .map(|entry| entry.expect("the corpus can be listed").path())
         .filter(|p| p.is_file() && p.extension().is_none_or(|e| e != "mtl"))
         .collect();
     out.sort();
@@ -18,13 +18,13 @@ fn files(verdict: &str) -> Vec<PathBuf> {
 }
 
 fn name(path: &Path) -> &str {
-    path.file_name().unwrap().to_str().unwrap()
+    path.file_name().and_then(|n| n.to_str()).expect("the corpus has plain names")
 }
 
 /// "seam.v6.t2.obj": 6 vertices, 2 triangles.
 fn stated(name: &str) -> (usize, usize) {
     let field = |letter: char| -> usize {
-        name.split('.').find_map(|f| f.strip_prefix(letter)?.parse().ok()).unwrap()
+        name.split('.').find_map(|f| f.strip_prefix(letter)?.parse().ok()).expect("the name states it")
     };
     (field('v'), field('t'))
 }
