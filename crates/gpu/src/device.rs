@@ -96,6 +96,30 @@ impl Gpu {
         self.multisamples_floats
     }
 
+    /// Bytes read and written per second by copies of `bytes` on the device: its bandwidth roof, by the wall's
+    /// clock, the best of five.
+    pub fn copy_bandwidth(&self, bytes: u64) -> Result<f64, GpuError> {
+        if bytes > self.device.limits().max_buffer_size {
+            return Err(GpuError::Memory(format!("a copy of {bytes} bytes")));
+        }
+        let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let buffers =
+            self.scoped("copy", || [0; 2].map(|_| crate::layout::empty(self, "copy", usage, bytes)))?;
+        let mut best = f64::INFINITY;
+        for _ in 0..5 {
+            let start = std::time::Instant::now();
+            self.scoped("copy", || {
+                let mut encoder =
+                    self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                encoder.copy_buffer_to_buffer(&buffers[0], 0, &buffers[1], 0, bytes);
+                self.queue.submit([encoder.finish()]);
+            })?;
+            self.wait()?;
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+        Ok(2.0 * bytes as f64 / best)
+    }
+
     /// Runs `make` and turns what the GPU complains of into an error about `what`.
     pub(crate) fn scoped<R>(&self, what: &str, make: impl FnOnce() -> R) -> Result<R, GpuError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

@@ -137,6 +137,16 @@ pub enum Rate {
     Sample,
 }
 
+/// How samples become pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// The CPU renderer's: a quadratic B-spline of radius 1.25 pixels.
+    #[default]
+    Spline,
+    /// The mean of a pixel's own samples: a ninth of the reads.
+    Mean,
+}
+
 /// Precision of the linear picture that samples are kept in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Depth {
@@ -160,6 +170,8 @@ pub struct Settings {
     pub path: Path,
     /// How often surfaces are shaded.
     pub rate: Rate,
+    /// How samples become pixels.
+    pub filter: Filter,
     /// Precision.
     pub depth: Depth,
 }
@@ -173,6 +185,7 @@ impl Settings {
             scale: 1,
             path: Path::default(),
             rate: Rate::default(),
+            filter: Filter::default(),
             depth: Depth::default(),
         }
     }

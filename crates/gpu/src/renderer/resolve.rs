@@ -2,6 +2,7 @@
 
 use super::target::Target;
 use crate::layout::{self, Slot};
+use crate::scene::Filter;
 use crate::{Gpu, GpuError};
 
 const SHADER: &str = concat!(include_str!("../shaders/camera.wgsl"), include_str!("../shaders/resolve.wgsl"));
@@ -17,7 +18,11 @@ pub struct Resolve {
 }
 
 /// The shader for a target with `multi` samples a texel or one, in `format`.
-pub fn source(multi: bool, format: wgpu::TextureFormat) -> String {
+pub fn source(multi: bool, format: wgpu::TextureFormat, filter: Filter) -> String {
+    let reach = match filter {
+        Filter::Spline => "1.25",
+        Filter::Mean => "0.5",
+    };
     let largest = if format == wgpu::TextureFormat::Rgba16Float { "65504.0" } else { "3.4028234e38" };
     let [kind, load, samples, positions] = if multi {
         ["texture_multisampled_2d<f32>", "textureLoad(gpu_source, vec2<i32>(x, y), k)", "4", STANDARD]
@@ -30,6 +35,7 @@ pub fn source(multi: bool, format: wgpu::TextureFormat) -> String {
         .replace("LOAD", load)
         .replace("SAMPLES", samples)
         .replace("POSITIONS", positions)
+        .replace("= REACH", &format!("= {reach}"))
         .replace("= LARGEST", &format!("= {largest}"))
 }
 
@@ -49,7 +55,7 @@ impl Resolve {
                     target.clipped.as_entire_binding(),
                 ],
             );
-            let text = source(multi, target.format);
+            let text = source(multi, target.format, target.settings.filter);
             let pipeline = layout::compute(gpu, &text, "gpu_resolve", &[Some(&layout), None, Some(camera)]);
             Self { pipeline, group }
         })

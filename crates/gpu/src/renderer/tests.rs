@@ -1,7 +1,7 @@
 //! Every shader of every registered room validates, without any adapter.
 
 use super::{passes, resolve};
-use crate::scene::{Path, Rate, Settings};
+use crate::scene::{Filter, Path, Rate, Settings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use steradian_base::{ParamValues, Task};
 use steradian_light::{Environment, Lights};
@@ -41,8 +41,10 @@ fn shaders_validate_without_an_adapter() {
     valid("backdrop", &passes::backdrop_source());
     for format in formats {
         valid("backdrop", &passes::backdrop_compute_source(&settings, format));
-        valid("resolve", &resolve::source(true, format));
-        valid("resolve", &resolve::source(false, format));
+        for filter in [Filter::Spline, Filter::Mean] {
+            valid("resolve", &resolve::source(true, format, filter));
+            valid("resolve", &resolve::source(false, format, filter));
+        }
     }
     let rooms = rooms();
     assert!(!rooms.is_empty());

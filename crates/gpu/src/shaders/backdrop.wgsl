@@ -9,16 +9,24 @@ struct GpuBackdrop {
 // Two vec4 a disk: unit direction and angular radius; radiance.
 @group(0) @binding(2) var<storage, read> gpu_disks: array<vec4<f32>>;
 
+// Integer remainders are slow, and i lies within one turn of the image unless that is tiny.
+fn gpu_wrap(i: i32, w: i32) -> i32 {
+    if w < 8 {
+        return ((i % w) + w) % w;
+    }
+    return select(select(i, i - w, i >= w), i + w, i < 0);
+}
+
 // A row beyond a pole is the row reflected and turned by half a turn; for odd widths the mean of two columns.
 fn gpu_sky_texel(i: i32, j: i32) -> vec3<f32> {
     let size = vec2<i32>(textureDimensions(gpu_sky));
     let w = size.x;
     if j >= 0 && j < size.y {
-        return textureLoad(gpu_sky, vec2<i32>(((i % w) + w) % w, j), 0).rgb;
+        return textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i, w), j), 0).rgb;
     }
     let r = clamp(select(2 * size.y - 1 - j, -1 - j, j < 0), 0, size.y - 1);
-    let a = textureLoad(gpu_sky, vec2<i32>((((i + w / 2) % w) + w) % w, r), 0).rgb;
-    let b = textureLoad(gpu_sky, vec2<i32>((((i + (w + 1) / 2) % w) + w) % w, r), 0).rgb;
+    let a = textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i + w / 2, w), r), 0).rgb;
+    let b = textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i + (w + 1) / 2, w), r), 0).rgb;
     return 0.5 * (a + b);
 }
 

@@ -1,4 +1,5 @@
-// Samples to pixels: the CPU renderer's filter, a quadratic B-spline of radius 1.25 pixels.
+// Samples to pixels: the mean of a pixel's own samples, or the CPU renderer's filter, a quadratic B-spline of
+// radius 1.25 pixels.
 // SOURCE, LOAD, SAMPLES and POSITIONS are filled in per kind of target.
 @group(0) @binding(0) var gpu_source: SOURCE;
 @group(0) @binding(1) var<storage, read_write> gpu_film: array<vec4<f32>>;
@@ -8,7 +9,12 @@
 // Largest value of the target's format.
 const GPU_LARGEST: f32 = LARGEST;
 
+const GPU_REACH: f32 = REACH;
+
 fn gpu_weight(distance: f32) -> f32 {
+    if GPU_REACH < 1.0 {
+        return 1.0;
+    }
     let x = abs(distance) * 1.2;
     if x < 0.5 {
         return 0.75 - x * x;
@@ -26,8 +32,8 @@ fn gpu_resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let scale = gpu_camera.film.z;
     let texels = vec2<i32>(textureDimensions(gpu_source));
     let centre = vec2<f32>(id.xy) + 0.5;
-    let first = max(vec2<i32>(floor((centre - 1.25) * scale)), vec2<i32>(0));
-    let last = min(vec2<i32>(ceil((centre + 1.25) * scale)), texels);
+    let first = max(vec2<i32>(floor((centre - GPU_REACH) * scale)), vec2<i32>(0));
+    let last = min(vec2<i32>(ceil((centre + GPU_REACH) * scale)), texels);
     var positions = array<vec2<f32>, SAMPLES>(POSITIONS);
     var sum = vec4<f32>(0.0);
     var total = 0.0;

@@ -33,8 +33,10 @@ fn gpu_tangent(n: vec3<f32>, tangent: vec3<f32>) -> vec3<f32> {
     return normalize(cross(select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(n.y) < 0.99), n));
 }
 
+// `at` is at most one texel beyond the borders, where the texture repeats.
 fn gpu_texel(at: vec2<i32>, size: vec2<i32>, level: i32) -> vec3<f32> {
-    return textureLoad(gpu_base_colour, ((at % size) + size) % size, level).rgb;
+    let below = select(at, at + size, at < vec2<i32>(0));
+    return textureLoad(gpu_base_colour, select(below, below - size, below >= size), level).rgb;
 }
 
 fn gpu_bilinear(uv: vec2<f32>, level: i32) -> vec3<f32> {
