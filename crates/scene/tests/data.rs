@@ -31,7 +31,17 @@ fn the_bunny_keeps_its_1113_loose_vertices_and_says_so() {
 
 #[test]
 fn every_mesh_gets_unit_normals_and_tangents() {
-    for name in ["happy_vrip_res3.ply", "spot.obj", "teapot.obj", "bunny_pedestal.ply", "DamagedHelmet.glb"] {
+    for name in [
+        "happy_vrip_res3.ply",
+        "spot.obj",
+        "teapot.obj",
+        "bunny_pedestal.ply",
+        "DamagedHelmet.glb",
+        "armadillo.obj",
+        "nefertiti.obj",
+        "max_planck_decimated.obj",
+        "dragon_vrip_res2.ply.gz",
+    ] {
         let Some(loaded) = mesh(name) else { return };
         let mut m = loaded.merged();
         sane(&m);
