@@ -46,12 +46,14 @@ pub enum Negative {
 /// Where to compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Backend {
-    /// The CPU.
+    /// A GPU where the build has the feature `gpu` and there is one, else the CPU
     Auto,
-    /// The CPU.
+    /// The CPU
     Cpu,
-    /// The GPU (needs the feature `gpu`).
+    /// A GPU: render and compare (needs the feature `gpu`)
     Gpu,
+    /// Both, side by side: compare (needs the feature `gpu`)
+    Both,
 }
 
 fn parse_size(text: &str) -> Result<u64, String> {
@@ -78,12 +80,29 @@ pub struct Context {
     provenance: Provenance,
 }
 
+/// Extensions of image files that are written.
+pub const IMAGES: [&str; 5] = ["exr", "hdr", "pic", "pfm", "png"];
+
+/// Refuses an output whose extension is none of `known`: asked before the work, so that it is not done in vain.
+pub fn check_output(path: &Path, known: &[&str]) -> Outcome {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if extension.as_deref().is_some_and(|e| known.contains(&e)) {
+        return Ok(());
+    }
+    let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
+    let what = match extension {
+        Some(e) => format!("cannot write '.{e}' files"),
+        None => "the name has no extension to tell the format".into(),
+    };
+    Err(Failure::usage(format!("{}: {what}; use one of {}", path.display(), there_are.join(" "))))
+}
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 impl Context {
     /// Sets threads, progress and Ctrl-C up.
     pub fn new(common: Common, arguments: Vec<String>) -> Result<Self, Failure> {
-        if common.backend == Backend::Gpu {
+        if cfg!(not(feature = "gpu")) && matches!(common.backend, Backend::Gpu | Backend::Both) {
             let why = "this build has no GPU back end: build with --features gpu, or use --backend cpu";
             return Err(Failure::failed(why));
         }
@@ -162,6 +181,7 @@ impl Context {
     /// An image to a file, with provenance; clipped samples are reported.
     pub fn write_image(&self, path: &Path, raster: &Raster, options: WriteOptions) -> Outcome {
         self.task.check()?;
+        check_output(path, &IMAGES)?;
         let mut options = options;
         options.metadata.extend(self.provenance.pairs());
         let report = write_image(path, raster, &options)?;

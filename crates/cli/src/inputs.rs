@@ -2,6 +2,7 @@
 
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
+use crate::model::complete;
 use clap::Args;
 use glam::{DMat3, DVec3};
 use std::io::Read;
@@ -320,13 +321,15 @@ pub fn brdf(spec: &str, context: &mut Context) -> Result<SharedBrdf, Failure> {
     Ok(brdf)
 }
 
-/// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file (`./teapot` is a file).
-pub fn mesh(spec: &str, context: &mut Context) -> Result<Mesh, Failure> {
+/// Is this the name of a built-in shape rather than a file (`./teapot` is a file)?
+pub fn is_shape(spec: &str) -> bool {
     let name = spec.split(':').next().unwrap_or(spec);
-    if shapes::SHAPES.iter().any(|s| s.name == name) {
-        return shape(spec);
-    }
-    mesh_file(Path::new(spec), context)
+    shapes::SHAPES.iter().any(|s| s.name == name)
+}
+
+/// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file.
+pub fn mesh(spec: &str, context: &mut Context) -> Result<Mesh, Failure> {
+    if is_shape(spec) { shape(spec) } else { mesh_file(Path::new(spec), context) }
 }
 
 /// A built-in shape.
@@ -334,11 +337,18 @@ pub fn shape(spec: &str) -> Result<Mesh, Failure> {
     shapes::by_name(spec).map_err(Failure::usage)
 }
 
-/// Loads a mesh file; what was mended is warned about.
-pub fn mesh_file(path: &Path, context: &mut Context) -> Result<Mesh, Failure> {
+/// Loads a mesh file with all that it says; what was mended is warned about.
+pub fn load_mesh(path: &Path, context: &mut Context) -> Result<steradian_scene::Loaded, Failure> {
     let loaded = steradian_scene::load(path, &context.limits())?;
     context.note_input(path);
     loaded.notes.iter().for_each(|n| context.warn(format_args!("{}: {n}", path.display())));
+    Ok(loaded)
+}
+
+/// Loads the geometry of a mesh file.
+pub fn mesh_file(path: &Path, context: &mut Context) -> Result<Mesh, Failure> {
+    let mut loaded = load_mesh(path, context)?;
+    complete(&mut loaded.meshes);
     let mut mesh = loaded.merged();
     mesh.materials.clear();
     Ok(mesh)

@@ -6,10 +6,14 @@
 mod commands;
 mod context;
 mod csv;
+mod engine;
 mod failure;
 mod inputs;
 mod layouts;
+mod looks;
+mod model;
 mod progress;
+mod report;
 mod scene;
 mod studio;
 mod study;
@@ -57,8 +61,9 @@ static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
 fn guarded(cli: Cli) -> failure::Outcome {
     std::panic::set_hook(Box::new(|info| {
+        // The last one: earlier ones may have been caught, as those of a decoder that a broken file leads astray.
         let mut slot = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert_with(|| info.to_string().replace('\n', " "));
+        *slot = Some(info.to_string().replace('\n', " "));
     }));
     let arguments: Vec<String> =
         std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();

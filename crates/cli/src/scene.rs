@@ -4,17 +4,14 @@ use crate::commands::render::{Plan, SceneOverrides};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::inputs::{self, Adjust, Method};
-use crate::studio::Look;
-use glam::{Affine3A, Vec2, Vec3};
+use crate::looks::Wanted;
+use crate::model::complete;
+use glam::Affine3A;
 use std::path::{Path, PathBuf};
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
 use steradian_render::{SceneFile, Settings};
 use steradian_scene::Mesh;
-use steradian_sphere::Frame;
-
-/// Technique of materials where neither they nor the output name one.
-const DEFAULT_TECHNIQUE: &str = "reference";
 
 /// Loads the scene file `path` and all that it refers to.
 pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> Result<Plan, Failure> {
@@ -91,39 +88,24 @@ fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, context: &mut Conte
     Ok(mesh.transformed(&Affine3A::from_mat4(m.transform)))
 }
 
-/// Gives every mesh what any of them has: a merged mesh keeps only what all have.
-fn complete(meshes: &mut [Mesh]) {
-    let tangents = meshes.iter().any(|m| !m.tangents.is_empty());
-    let uvs = meshes.iter().any(|m| !m.uvs.is_empty());
-    for m in meshes {
-        if tangents && m.tangents.is_empty() {
-            let t = |n: &Vec3| Frame::from_normal(n.as_dvec3()).t.as_vec3().extend(1.0);
-            m.tangents = m.normals.iter().map(t).collect();
-        }
-        if uvs && m.uvs.is_empty() {
-            m.uvs = vec![Vec2::ZERO; m.positions.len()];
-        }
-    }
-}
-
 fn look(
     file: &SceneFile,
     m: &SceneMaterial,
     folder: &Path,
     overrides: &SceneOverrides,
     context: &mut Context,
-) -> Result<Look, Failure> {
+) -> Result<Wanted, Failure> {
     let named = m.technique.as_ref().or(file.output.technique.as_ref());
     let method = match (overrides.method, named) {
-        (Some(method), _) => method,
-        (None, Some(slug)) => located(file, slug, Method::find(&slug.value))?,
-        (None, None) => Method::find(DEFAULT_TECHNIQUE)?,
+        (Some(method), _) => Some(method),
+        (None, Some(slug)) => Some(located(file, slug, Method::find(&slug.value))?),
+        (None, None) => None,
     };
     let texture = m.base_colour.as_ref().map(|t| {
         let loaded = below(folder, &t.value).and_then(|p| inputs::texture(&p, context));
         located(file, t, loaded)
     });
-    Ok(Look { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()? })
+    Ok(Wanted { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()? })
 }
 
 fn lights(

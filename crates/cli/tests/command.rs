@@ -101,10 +101,33 @@ fn wrong_usage_is_exit_2() {
     assert_eq!(run(dir, &["--version"]).status.code(), Some(0));
 }
 
+#[cfg(not(feature = "gpu"))]
 #[test]
 fn the_gpu_back_end_names_its_feature() {
     let d = folder();
     fails(d.path(), 1, "--features gpu", &["irradiance", "furnace", "--backend", "gpu"]);
+}
+
+#[cfg(all(feature = "gpu", target_os = "linux"))]
+#[test]
+fn without_an_adapter_the_gpu_back_end_names_the_package_and_auto_takes_the_cpu() {
+    let d = folder();
+    let picture = |backend: &str| {
+        let arguments =
+            ["render", "sphere", "-t", "sh-irradiance", "-e", "furnace", "--size", "16", "-o", "a.exr"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_steradian"));
+        // The loader looks for drivers here, and finds none.
+        command.env("VK_DRIVER_FILES", "none.json").env("VK_ICD_FILENAMES", "none.json");
+        command.current_dir(d.path()).args(arguments).args(["--backend", backend]).output().expect("runs")
+    };
+    let o = picture("gpu");
+    assert_eq!((o.status.code(), stderr(&o).trim_end().lines().count()), (Some(1), 1), "{}", stderr(&o));
+    assert!(stderr(&o).contains("mesa-vulkan-drivers"));
+    assert!(!d.path().join("a.exr").exists());
+    let o = picture("auto");
+    assert_eq!(o.status.code(), Some(0));
+    assert!(stderr(&o).contains("rendering on the CPU"), "{}", stderr(&o));
+    fails(d.path(), 2, "computes on the CPU", &["irradiance", "furnace", "--backend", "gpu"]);
 }
 
 #[test]
@@ -268,4 +291,181 @@ fn a_reader_that_goes_away_ends_it_quietly() {
     drop(child.stdout.take());
     let o = child.wait_with_output().expect("ends");
     assert_eq!((o.status.code(), stderr(&o).as_str()), (Some(0), ""));
+}
+
+/// Renders to `name` and reads the picture: width and planes.
+fn picture(dir: &Path, name: &str, arguments: &[&str]) -> (usize, [Vec<f32>; 3], String) {
+    let o = run(dir, &[&["render", "-o", name], arguments].concat());
+    assert_eq!(o.status.code(), Some(0), "{arguments:?}: {}", stderr(&o));
+    let raster =
+        steradian_formats::read_image(&dir.join(name), &steradian_formats::Limits::default()).expect("reads");
+    (raster.width, raster.into_rgb().expect("has colour"), stderr(&o))
+}
+
+/// RMS difference relative to the RMS of `b`, all channels.
+fn rms(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f(f64::from(*a), f64::from(*b))).sum()
+    };
+    (sum(&|a, b| (a - b).powi(2)) / sum(&|_, b| b * b)).sqrt()
+}
+
+#[test]
+fn turning_light_and_camera_together_changes_nothing() {
+    let d = folder();
+    let view = |name: &str, rotate: &str, from: &str| {
+        let fixed = ["sphere", "-e", "sky:elevation=35,azimuth=40", "-t", "diffuse_map", "--at", "0,0,0"];
+        let own = ["--size", "64x48", "--fov", "60", "--rotate", rotate, "--from", from];
+        picture(d.path(), name, &[fixed.as_slice(), &own].concat()).1
+    };
+    let still = view("a.exr", "0", "0,1,4");
+    // By 90° about +Y, +Z becomes +X; 30° is no whole number of texels.
+    assert!(rms(&view("b.exr", "90", "4,1,0"), &still) < 5e-3);
+    assert!(rms(&view("c.exr", "30", "2,1,3.4641016"), &still) < 2e-2);
+    assert!(rms(&view("d.exr", "90", "0,1,4"), &still) > 0.05);
+}
+
+#[test]
+fn two_suns_add_up() {
+    let d = folder();
+    let suns = [
+        "[[light.disk]]\ndirection = [1, 1, 1]\nangular_radius = 0.5\nradiance = [9000, 0, 100]\n",
+        "[[light.disk]]\ndirection = [-1, 1, 1]\nangular_radius = 2\nradiance = [0, 900, 100]\n",
+    ];
+    let scene = |suns: &str| {
+        format!(
+            "[[mesh]]\nshape = \"sphere\"\nmaterial = \"a\"\n[material.a]\nbrdf = \"lambert:albedo=0.5\"\n\
+             {suns}[output]\nwidth = 24\nheight = 24\nbackground = \"none\"\ntechnique = \"reference\"\n"
+        )
+    };
+    let [a, b, both] = [suns[0].to_string(), suns[1].to_string(), suns.concat()].map(|s| {
+        fs::write(d.path().join("s.toml"), scene(&s)).unwrap();
+        picture(d.path(), "s.exr", &["s.toml"]).1
+    });
+    let sum: [Vec<f32>; 3] = std::array::from_fn(|c| a[c].iter().zip(&b[c]).map(|(a, b)| a + b).collect());
+    assert!(rms(&both, &sum) < 2e-3);
+    assert!(a[0].iter().any(|v| *v > 0.1) && b[1].iter().any(|v| *v > 0.1));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let d = folder();
+    for technique in ["split_sum", "reference"] {
+        let with = |n: &str| {
+            let fixed = ["sphere", "-e", "studio", "-b", "ggx:alpha=0.3", "--size", "20", "-t", technique];
+            picture(d.path(), "t.exr", &[fixed.as_slice(), &["--threads", n]].concat()).1
+        };
+        assert!(with("1") == with("3"), "{technique}");
+    }
+}
+
+#[test]
+fn materials_of_mesh_files_are_used_and_textures_stand_upright() {
+    let d = folder();
+    let dir = d.path();
+    fs::write(
+        dir.join("q.obj"),
+        "mtllib q.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+         usemtl a\nf 1/1 2/2 3/3 4/4\n",
+    )
+    .unwrap();
+    fs::write(dir.join("q.mtl"), "newmtl a\nKd 0.25 0.5 0.75\n").unwrap();
+    let fixed = ["q.obj", "-e", "furnace", "--size", "32", "--from", "0,0,4", "--at", "0,0,0"];
+    let centre = |name: &str, more: &[&str]| {
+        let (w, rgb, said) = picture(dir, name, &[fixed.as_slice(), more].concat());
+        ([0, 1, 2].map(|c: usize| rgb[c][(w / 2) * w + w / 2]), said)
+    };
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 4e-3);
+    let (seen, said) = centre("a.exr", &[]);
+    assert!(close(seen, [0.25, 0.5, 0.75]), "{seen:?}");
+    assert!(said.contains("taken as lambert") && said.contains("technique "), "{said}");
+    let (seen, said) = centre("b.exr", &["-b", "lambert:albedo=0.5"]);
+    assert!(close(seen, [0.125, 0.25, 0.375]) && said.contains("multiply"), "{seen:?} {said}");
+    assert!(close(centre("c.exr", &["-b", "lambert:albedo=0.5", "--plain"]).0, [0.5; 3]));
+    // Red above, blue below.
+    let halves = |top: f32, bottom: f32| vec![top, top, bottom, bottom];
+    let planes = [halves(1.0, 0.0), halves(0.0, 0.0), halves(0.0, 1.0)];
+    let raster = steradian_formats::Raster::rgb(2, 2, planes);
+    steradian_formats::write_image(&dir.join("t.png"), &raster, &Default::default()).unwrap();
+    let (w, rgb, _) = picture(dir, "d.exr", &[fixed.as_slice(), &["--base-color", "t.png"]].concat());
+    let at = |y: usize| [rgb[0][y * w + w / 2], rgb[2][y * w + w / 2]];
+    assert!(
+        at(w / 4)[0] > 0.8 && at(w / 4)[1] < 0.1 && at(3 * w / 4)[1] > 0.8,
+        "{:?} {:?}",
+        at(w / 4),
+        at(3 * w / 4)
+    );
+    fs::write(dir.join("n.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fails(dir, 2, "texture coordinates", &["render", "n.obj", "--base-color", "t.png", "-o", "e.png"]);
+}
+
+#[test]
+fn the_map_of_irradiance_is_pi_times_the_radiance_of_white_paint() {
+    let d = folder();
+    let dir = d.path();
+    let o = run(dir, &["irradiance", "sky:elevation=20", "-o", "e.exr", "--size", "64x32", "--json"]);
+    assert_eq!(json(&o)["radiance"].as_array().map(Vec::len), Some(9), "{}", stderr(&o));
+    let map =
+        steradian_formats::read_image(&dir.join("e.exr"), &steradian_formats::Limits::default()).unwrap();
+    assert!(map.metadata.iter().any(|(k, v)| k == "steradian.quantity" && v.contains("W m^-2")));
+    let rgb = map.into_rgb().unwrap();
+    let texels = [(0usize, 5usize), (17, 12), (40, 20), (63, 31)];
+    let mut csv = String::from("nx,ny,nz,vx,vy,vz\n");
+    for (i, j) in texels {
+        let (phi, theta) = (
+            ((i as f64 + 0.5) / 64.0 - 0.5) * std::f64::consts::TAU,
+            (j as f64 + 0.5) / 32.0 * std::f64::consts::PI,
+        );
+        let n = [theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()];
+        csv.push_str(&format!("{0},{1},{2},{0},{1},{2}\n", n[0], n[1], n[2]));
+    }
+    fs::write(dir.join("n.csv"), csv).unwrap();
+    let o = run(dir, &["eval", "-e", "sky:elevation=20", "-b", "lambert", "-p", "n.csv", "--json"]);
+    for (k, (i, j)) in texels.into_iter().enumerate() {
+        let want = json(&o)["points"][k]["rgb"][1].as_f64().unwrap() * std::f64::consts::PI;
+        let got = f64::from(rgb[1][j * 64 + i]);
+        assert!((got - want).abs() < 2e-3 * want, "({i}, {j}): {got} against {want}");
+    }
+    let o = run(dir, &["irradiance", "furnace:radiance=2", "-o", "c.ktx2", "-q"]);
+    assert!(String::from_utf8_lossy(&o.stdout).starts_with("l,m,"));
+    fs::write(dir.join("d.csv"), "x,y,z\n1,2,3\n").unwrap();
+    let o = run(dir, &["sample", "c.ktx2", "-d", "d.csv", "--json"]);
+    assert!((json(&o)["rgb"][0][0].as_f64().unwrap() - std::f64::consts::TAU).abs() < 1e-3);
+    fails(dir, 2, "belong to a map", &["irradiance", "furnace", "--size", "8"]);
+}
+
+#[test]
+fn outputs_of_unknown_formats_are_wrong_usage() {
+    let d = folder();
+    for arguments in [
+        &["render", "sphere", "-o", "x.tif"][..],
+        &["render", "sphere", "-o", "x"],
+        &["convert", "furnace", "-o", "x.foo"],
+        &["irradiance", "furnace", "-o", "x.foo"],
+        &["compare", "-o", "x.exr"],
+        &["compare", "--html", "x.png"],
+    ] {
+        fails(d.path(), 2, "use one of", arguments);
+    }
+    assert_eq!(fs::read_dir(d.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_scene_is_compared_and_its_report_holds_everything() {
+    let d = folder();
+    let scene = "[[mesh]]\nshape = \"sphere\"\nmaterial = \"a\"\n[[mesh]]\nshape = \"sphere\"\nmaterial = \"b\"\n\
+        translate = [2.2, 0, 0]\n[material.a]\nbrdf = \"lambert:albedo=0.5\"\n[material.b]\nbrdf = \"phong:n=20\"\n\
+        [light]\nenvironment = \"overcast\"\n";
+    fs::write(d.path().join("<b>&.toml"), scene).unwrap();
+    let arguments =
+        ["compare", "<b>&.toml", "-t", "sh_irradiance", "-t", "mirror_map", "--size", "24", "--json"];
+    let o = run(d.path(), &[arguments.as_slice(), &["--html", "r.html", "-o", "r.png"]].concat());
+    let v = json(&o);
+    let answers = &v["comparisons"][0]["techniques"];
+    assert!(answers[1]["relative_rms"].as_f64().unwrap() < 0.05, "{answers}");
+    assert!(answers[1]["bytes"].as_u64().unwrap() > 0 && answers[1]["flip"].is_number());
+    assert!(answers[2]["refused"].is_string());
+    let page = fs::read_to_string(d.path().join("r.html")).unwrap();
+    assert!(page.contains("&lt;b&gt;&amp;.toml") && !page.contains("<b>"));
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), page.matches("<img").count());
 }

@@ -1,29 +1,37 @@
 //! `steradian compare`: techniques side by side against the reference.
 
-use crate::commands::render::{save_display, size, tone_mapper};
-use crate::context::Context;
+use crate::commands::render::{SceneOverrides, save_display, size, tone_mapper};
+use crate::context::{Backend, Context, check_output};
+use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
-use crate::study::{self, Answer, Case, Plan};
+use crate::looks::Wanted;
+use crate::model::{self, Model};
+use crate::report::Page;
+use crate::study::{self, Answer, Plan, Subject};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_render::{Row, Settings, Sheet, ToneMapper};
-use steradian_scene::{Bvh, Camera};
+use steradian_base::ParamValues;
+use steradian_render::scenefile::SceneBackground;
+use steradian_render::{Background, Row, Settings, Sheet, ToneMapper};
+use steradian_scene::{Bvh, Camera, Mesh};
 
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Mesh file or built-in shape
-    #[arg(value_name = "MESH|SHAPE", default_value = "sphere")]
+    /// Mesh file, built-in shape, or scene file (.toml), in which a technique shades the materials that it takes and the
+    /// reference the others
+    #[arg(value_name = "MESH|SHAPE|SCENE", default_value = "sphere")]
     mesh: String,
-    /// Image or sky spec; may be given several times [default: sky]
+    /// Light: image or sky spec; may be given several times [default: sky, or the scene file's]
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Vec<String>,
     #[command(flatten)]
     adjust: Adjust,
-    /// BRDF spec; may be given several times [default: lambert:albedo=0.6 and ggx:alpha=0.2]
+    /// BRDF spec; may be given several times [default: the mesh file's materials, else lambert:albedo=0.6 and
+    /// ggx:alpha=0.2]
     #[arg(short, long, value_name = "SPEC")]
     brdf: Vec<String>,
     /// Technique; may be given several times [default: all that take the material]
@@ -32,19 +40,19 @@ pub struct Options {
     /// Contact sheet
     #[arg(short, long, value_name = "OUT.png")]
     output: Option<PathBuf>,
-    /// Report as a web page
+    /// Report as one web page: table, pictures, maps of the differences
     #[arg(long, value_name = "OUT.html")]
     html: Option<PathBuf>,
-    /// Size of each picture
+    /// Size of each picture, pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     size: (usize, usize),
-    /// Relative error of the reference at each sample
+    /// Relative error of the reference at each point
     #[arg(long, value_name = "T", default_value_t = 5e-3, value_parser = inputs::positive)]
     reference_tolerance: f64,
     /// Exit 4 where a technique's relative RMS error is larger
     #[arg(long, value_name = "T", value_parser = inputs::positive)]
     tolerance: Option<f64>,
-    /// Tone mapper of the pictures and of FLIP
+    /// Tone mapper of the pictures and of FLIP: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
 }
@@ -57,12 +65,18 @@ struct Finding {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    if let Some(path) = &o.output {
+        check_output(path, &["png"])?;
+    }
+    if let Some(path) = &o.html {
+        check_output(path, &["html", "htm"])?;
+    }
     let findings = study(&o, context)?;
     if let Some(path) = &o.output {
         save_display(path, &sheet(&o, &findings).draw(), Vec::new(), context)?;
     }
     if let Some(path) = &o.html {
-        context.write_text(Some(path), &html(&o, &findings))?;
+        context.write_text(Some(path), &html(&o, &findings)?)?;
     }
     if context.common.json {
         context.print_json(document(&findings))?;
@@ -73,44 +87,116 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 }
 
 fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
-    let or = |given: &[String], default: &[&str]| -> Vec<String> {
-        if given.is_empty() { default.iter().map(|s| (*s).into()).collect() } else { given.to_vec() }
-    };
     let methods: Vec<Method> = if o.technique.is_empty() {
         Method::slugs().into_iter().skip(1).map(Method::find).collect::<Result<_, _>>()?
     } else {
         o.technique.iter().filter(|t| *t != "reference").map(|t| Method::find(t)).collect::<Result<_, _>>()?
     };
-    let mesh = inputs::mesh(&o.mesh, context)?;
-    let aspect = o.size.0 as f32 / o.size.1 as f32;
-    let (low, high) = mesh.bounds().ok_or_else(|| Failure::input(format!("{}: has no triangles", o.mesh)))?;
-    let camera = Camera::framing(low, high, 30f32.to_radians(), aspect);
-    let bvh = Bvh::build(&mesh);
-    let mesh = Arc::new((mesh, bvh));
     let plan = Plan {
         settings: Settings { inner: 1, share: true, ..Settings::new(o.size.0, o.size.1) },
         tone_mapper: o.tone_mapper.unwrap_or_default(),
         tolerance: o.reference_tolerance,
     };
+    let engines = engines(context)?;
+    let subjects = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        scenes(o, context)?
+    } else {
+        meshes(o, context)?
+    };
     let mut findings = Vec::new();
-    for environment in or(&o.environment, &[inputs::DEFAULT_SKY]) {
-        let lights = Arc::new(inputs::light(&environment, &o.adjust, context)?);
-        let background = Arc::new(study::backdrop(&lights, &camera, o.size.1, 0.02));
-        for spec in or(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]) {
-            let case = Case {
-                label: Vec::new(),
-                mesh: mesh.clone(),
-                camera,
-                lights: lights.clone(),
-                brdf: inputs::brdf(&spec, context)?,
-                background: background.clone(),
-                ev: 0.0,
-            };
-            let answers = study::run(&case, &methods, &plan, context)?;
-            findings.push(Finding { environment: short(&environment), brdf: short(&spec), answers });
-        }
+    for (environment, brdf, subject) in subjects {
+        let answers = study::run_subject(&subject, &methods, &plan, &engines, context)?;
+        findings.push(Finding { environment, brdf, answers });
     }
     Ok(findings)
+}
+
+/// What is compared, with the names of its light and its materials.
+type Named = (String, String, Subject);
+
+/// A camera that sees the whole mesh.
+fn framing(o: &Options, mesh: &Mesh) -> Result<Camera, Failure> {
+    let aspect = o.size.0 as f32 / o.size.1 as f32;
+    let (low, high) = mesh.bounds().ok_or_else(|| Failure::input(format!("{}: has no triangles", o.mesh)))?;
+    Ok(Camera::framing(low, high, 30f32.to_radians(), aspect))
+}
+
+fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
+    if list.is_empty() { default.to_vec() } else { list.iter().map(String::as_str).collect() }
+}
+
+/// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
+/// reflectance the file's own materials.
+fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
+    let Model { mesh, materials } = model::model(&o.mesh, context)?;
+    let camera = framing(o, &mesh)?;
+    let bvh = Bvh::build(&mesh);
+    let mesh = Arc::new((mesh, bvh));
+    let look = |brdf, texture| Wanted { brdf, method: None, params: ParamValues::default(), texture };
+    let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
+    if o.brdf.is_empty() && !materials.is_empty() {
+        let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone())));
+        looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
+    } else {
+        for spec in given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]) {
+            let brdf = inputs::brdf(spec, context)?;
+            let mut all: Vec<_> =
+                materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone())).collect();
+            if all.is_empty() {
+                all.push(look(brdf, None));
+            }
+            looks.push((short(spec), all));
+        }
+    }
+    let mut out = Vec::new();
+    for environment in given(&o.environment, &[inputs::DEFAULT_SKY]) {
+        let lights = Arc::new(inputs::light(environment, &o.adjust, context)?);
+        let background = Arc::new(study::backdrop(&lights, &camera, o.size.1, 0.02));
+        for (name, looks) in &looks {
+            let (mesh, lights, background) = (mesh.clone(), lights.clone(), background.clone());
+            let subject = Subject { mesh, camera, lights, looks: looks.clone(), background, ev: 0.0 };
+            out.push((short(environment), name.clone(), subject));
+        }
+    }
+    Ok(out)
+}
+
+/// A scene file, under its own light or those of the command line.
+fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
+    if !o.brdf.is_empty() {
+        return Err(Failure::usage("--brdf belongs to a mesh; a scene file has materials"));
+    }
+    let lights = if o.environment.is_empty() { vec![None] } else { o.environment.iter().map(Some).collect() };
+    let mut out = Vec::new();
+    for environment in lights {
+        let overrides =
+            SceneOverrides { environment: environment.cloned(), adjust: o.adjust.clone(), method: None };
+        let plan = crate::scene::plan(Path::new(&o.mesh), &overrides, context)?;
+        let camera = plan.camera.map_or_else(|| framing(o, &plan.mesh), Ok)?;
+        let bvh = Bvh::build(&plan.mesh);
+        let background = match plan.background {
+            SceneBackground::Colour(c) => Background::Colour(c),
+            SceneBackground::Environment(blur) => {
+                study::backdrop(&plan.lights, &camera, o.size.1, blur.max(0.02))
+            }
+        };
+        let subject = Subject {
+            mesh: Arc::new((plan.mesh, bvh)),
+            camera,
+            lights: Arc::new(plan.lights),
+            looks: plan.looks,
+            background: Arc::new(background),
+            ev: 0.0,
+        };
+        let light = environment.map_or_else(|| "the scene's light".into(), |e| short(e));
+        out.push((light, short(&o.mesh), subject));
+    }
+    Ok(out)
+}
+
+fn engines(context: &Context) -> Result<Vec<Engine>, Failure> {
+    let asked = Engine::open(context)?;
+    Ok(if context.common.backend == Backend::Both { vec![Engine::Cpu, asked] } else { vec![asked] })
 }
 
 /// A name without its folders.
@@ -124,13 +210,13 @@ fn short(spec: &str) -> String {
     if head.is_empty() || head.contains(['/', '\\']) { name } else { format!("{head}:{name}") }
 }
 
-fn columns(findings: &[Finding]) -> Vec<&'static str> {
+fn columns(findings: &[Finding]) -> Vec<String> {
     // Every row answers for the same methods; those that no row shows have no column.
     let Some(first) = findings.first() else { return Vec::new() };
-    let shown = |slug: &str| {
-        findings.iter().any(|f| f.answers.iter().any(|a| a.slug() == slug && matches!(a, Answer::Shown(_))))
+    let shown = |name: &String| {
+        findings.iter().any(|f| f.answers.iter().any(|a| a.name() == *name && matches!(a, Answer::Shown(_))))
     };
-    first.answers.iter().map(Answer::slug).filter(|s| shown(s)).collect()
+    first.answers.iter().map(Answer::name).filter(|n| shown(n)).collect()
 }
 
 fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
@@ -139,7 +225,7 @@ fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
         .iter()
         .map(|f| Row {
             label: wrapped(&f.brdf).into_iter().chain(wrapped(&f.environment)).collect(),
-            cells: columns.iter().map(|c| f.answers.iter().find(|a| a.slug() == *c)?.cell(false)).collect(),
+            cells: columns.iter().map(|c| f.answers.iter().find(|a| a.name() == *c)?.cell(false)).collect(),
         })
         .collect();
     Sheet {
@@ -182,7 +268,7 @@ fn document(findings: &[Finding]) -> Value {
 
 /// Cells of one line of the table.
 fn line(f: &Finding, a: &Answer) -> [String; 8] {
-    let head = [f.environment.clone(), f.brdf.clone(), a.slug().to_string()];
+    let head = [f.environment.clone(), f.brdf.clone(), a.name()];
     let [environment, brdf, slug] = head;
     match a {
         Answer::Refused { why, .. } => {
@@ -224,32 +310,23 @@ fn table(findings: &[Finding]) -> String {
         .collect()
 }
 
-fn html(o: &Options, findings: &[Finding]) -> String {
-    let mut out = String::from(
-        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>Steradian: techniques and the reference</title>\n\
-         <style>body{font:15px/1.5 sans-serif;margin:2em;max-width:70em}table{border-collapse:collapse}td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left}img{max-width:100%}</style>\n\
-         <h1>Techniques and the reference</h1>\n",
-    );
-    if let Some(name) = o.output.as_ref().and_then(|p| p.file_name()) {
-        let name = escaped(&name.to_string_lossy());
-        out.push_str(&format!("<p><img src=\"{name}\" alt=\"contact sheet\"></p>\n"));
-    }
-    let row = |cells: &[String], tag: &str| {
-        let cells: String = cells.iter().map(|c| format!("<{tag}>{}</{tag}>", escaped(c))).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    out.push_str("<table>\n");
-    out.push_str(&row(&HEAD.map(String::from), "th"));
+fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
+    let mut page = Page::new("Techniques and the reference", &short(&o.mesh));
+    page.table(&HEAD, findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
     for f in findings {
-        f.answers.iter().for_each(|a| out.push_str(&row(&line(f, a), "td")));
+        page.heading(&format!("{} under {}", f.brdf, f.environment));
+        for a in &f.answers {
+            let Answer::Shown(s) = a else { continue };
+            let caption = s.errors.as_ref().map_or_else(String::new, |(e, flip)| {
+                format!(": {:.2} %, FLIP {flip:.3}", 100.0 * e.relative_rms)
+            });
+            page.figure(&s.picture, &format!("{}{caption}", a.name()))?;
+            if let Some(d) = &s.difference {
+                page.figure(d, &format!("{}: FLIP per pixel", a.name()))?;
+            }
+        }
     }
-    out.push_str("</table></html>\n");
-    out
-}
-
-fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    text.replace('"', "&quot;").replace('\'', "&#39;")
+    Ok(page.finish())
 }
 
 fn gate(o: &Options, findings: &[Finding]) -> Outcome {
@@ -276,11 +353,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_lose_folders_and_markup() {
+    fn names_lose_folders() {
         assert_eq!(short("/a/b/c.hdr"), "c.hdr");
         assert_eq!(short("merl:/a/b.binary"), "merl:b.binary");
         assert_eq!(short("ggx:alpha=0.1,f0=1/0.8/0.3"), "ggx:alpha=0.1,f0=1/0.8/0.3");
-        assert_eq!(escaped("<a b=\"'&\">"), "&lt;a b=&quot;&#39;&amp;&quot;&gt;");
         assert_eq!(wrapped("ggx:alpha=0.1,f0=1.0/0.8/0.3,x=1"), ["ggx:alpha=0.1,", "f0=1.0/0.8/0.3,x=1"]);
     }
 }

@@ -1,14 +1,14 @@
 //! `steradian convert`: one layout, format, size or orientation to another.
 
 use crate::commands::render::{save_display, tone_mapper};
-use crate::context::Context;
+use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use steradian_formats::{ExrSamples, Raster, TextureLevels, WriteOptions, write_ktx2};
+use steradian_formats::{ExrSamples, Raster, WriteOptions};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::SphereImage;
 
@@ -43,6 +43,9 @@ pub struct Options {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if extension != "ktx2" {
+        check_output(&o.output, &[IMAGES.as_slice(), &["ktx2"]].concat())?;
+    }
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
     let mut image = source(&o, context)?;
     inputs::scale(&mut image, o.adjust.gain());
@@ -116,15 +119,6 @@ fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<(u
 
 fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<(usize, usize), Failure> {
     let size = (image.width, image.height);
-    let texels = (0..image.planes[0].len())
-        .flat_map(|i| [image.planes[0][i], image.planes[1][i], image.planes[2][i], 1.0])
-        .collect();
-    let mut metadata = context.provenance_pairs();
-    metadata.push(("steradian.profile".into(), "steradian".into()));
-    let texture = TextureLevels { width: size.0, height: size.1, faces: 6, levels: vec![texels], metadata };
-    let report = write_ktx2(&o.output, &texture, o.half)?;
-    if report.clipped > 0 {
-        context.warn(format_args!("{}: {} samples clipped", o.output.display(), report.clipped));
-    }
+    layouts::write_cube(&o.output, &image, o.half, Vec::new(), context)?;
     Ok(size)
 }

@@ -1,17 +1,23 @@
 //! `steradian irradiance`: SH coefficients of radiance and irradiance, or a diffuse map.
 
-use crate::context::Context;
-use crate::failure::Outcome;
+use crate::commands::render::{save_display, size, tone_mapper};
+use crate::context::{Context, IMAGES, check_output};
+use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
+use crate::layouts::{self, Target};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use steradian_formats::WriteOptions;
+use steradian_prefilter::{Cosine, Source, Tree, angular};
+use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::sh::ShRgb;
+use steradian_sphere::{Layout, SphereImage};
 
 /// Options of `steradian irradiance`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image or sky spec
+    /// Light: an image, or a sky spec such as sky:elevation=35
     #[arg(value_name = "ENV")]
     environment: String,
     #[command(flatten)]
@@ -19,17 +25,45 @@ pub struct Options {
     /// Bands of spherical harmonics; 3 bands are orders 0 to 2, 9 coefficients
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=512))]
     bands: u16,
-    /// Output file, as text or with --json as JSON [default: standard output]
+    /// Coefficients as .csv, .txt or .json; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻²
+    /// (no 1/π), beside the coefficients on standard output [default: coefficients on standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
+    /// Layout of the map: latlong, cube, cross, octahedral, … [default: latlong; cube for .ktx2]
+    #[arg(long, value_name = "LAYOUT", value_parser = Target::parse)]
+    to: Option<Target>,
+    /// Side of a face of the map, or WIDTHxHEIGHT of a lat-long map, pixels [default: 32, 128x64]
+    #[arg(long, value_name = "N|WxH", value_parser = size)]
+    size: Option<(usize, usize)>,
+    /// Tone mapper of a .png [default: linear, which clips]
+    #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
+    tone_mapper: Option<ToneMapper>,
 }
 
+/// Extensions of coefficients.
+const TEXTS: [&str; 3] = ["csv", "json", "txt"];
+
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let map = match o.output.as_deref().filter(|p| *p != Path::new("-")) {
+        None => None,
+        Some(path) => {
+            check_output(path, &[TEXTS.as_slice(), &IMAGES, &["ktx2"]].concat())?;
+            (!is(path, &TEXTS)).then_some(path)
+        }
+    };
+    if map.is_none() && (o.to.is_some() || o.size.is_some() || o.tone_mapper.is_some()) {
+        return Err(Failure::usage(
+            "--to, --size and --tone-mapper belong to a map: give -o with .exr, .hdr, …",
+        ));
+    }
+    if let Some(path) = map {
+        write_map(&o, path, context)?;
+    }
     let order = usize::from(o.bands) - 1;
     let radiance = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
     let mut irradiance = radiance.clone();
     irradiance.convolve(&inputs::cosine(usize::from(o.bands)));
-    let text = if context.common.json {
+    let text = if context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"])) {
         context.json_text(json!({
             "bands": o.bands,
             "order": o.bands - 1,
@@ -39,7 +73,62 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     } else {
         table(&radiance, &irradiance)
     };
-    context.write_text(o.output.as_deref(), &text)
+    context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
+}
+
+fn is(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| extensions.contains(&e.to_string_lossy().to_lowercase().as_str()))
+}
+
+/// E(n) = ∫ L ⟨n·w⟩ dw at every texel centre: direct summation over a hierarchy of the light, disks exactly. A sum of
+/// harmonics rings where a sun sets; this does not.
+fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
+    let texture = is(path, &["ktx2"]);
+    let target = o.to.unwrap_or(if texture { Target::Cube } else { Target::LatLong });
+    if texture && target != Target::Cube {
+        return Err(Failure::usage(format!("{}: holds cube faces; --to is another layout", path.display())));
+    }
+    let layout = target.layout();
+    let default = if layout == Layout::LatLong { (128, 64) } else { (32, 32) };
+    let (w, h) = o.size.map_or(Ok(default), |s| layouts::side(s, target))?;
+    let lights = inputs::light(&o.environment, &o.adjust, context)?;
+    // The spectrum is not used: band 0 is enough of it.
+    let source = Source::new(&lights, 0, &context.task)?;
+    let tree = Tree::new(source.base.as_ref(), &source.beams, &context.task)?;
+    let image = SphereImage::from_fn(layout, w, h, |n| {
+        if context.task.check().is_err() {
+            return [0.0; 3];
+        }
+        angular::convolve_at(&tree, &Cosine, n).map(|e| e as f32)
+    });
+    context.task.check()?;
+    let quantity = ("steradian.quantity".to_string(), "irradiance E, W m^-2 (no 1/pi)".to_string());
+    if texture {
+        layouts::write_cube(path, &image, false, vec![quantity], context)?;
+    } else {
+        write_image(o, path, image, target, quantity, context)?;
+    }
+    context.say(format_args!("{}: irradiance E in W m⁻², {} {w} x {h}", path.display(), target.name()));
+    Ok(())
+}
+
+fn write_image(
+    o: &Options,
+    path: &Path,
+    image: SphereImage,
+    target: Target,
+    quantity: (String, String),
+    context: &Context,
+) -> Outcome {
+    let raster = layouts::arranged(image, target);
+    let mut metadata = layouts::metadata(target);
+    metadata.push(quantity);
+    if let (true, Some(mapper)) = (is(path, &["png"]), o.tone_mapper) {
+        let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the map has no colour"))?;
+        metadata.push(("steradian.tone_mapper".into(), mapper.name().into()));
+        return save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context);
+    }
+    context.write_image(path, &raster, WriteOptions { metadata, ..WriteOptions::default() })
 }
 
 fn rows(sh: &ShRgb) -> Vec<[f64; 3]> {

@@ -1,8 +1,11 @@
 //! `steradian render`: a lit picture of a mesh, a built-in shape or a scene file.
 
-use crate::context::Context;
+use crate::context::{Backend, Context, check_output};
+use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
+use crate::looks::{self, Wanted};
+use crate::model::{self, Model};
 use crate::studio::{self, Baked, Look};
 use clap::Args;
 use glam::Vec3;
@@ -25,42 +28,47 @@ pub struct Options {
     /// Output: .png is tone-mapped; .exr, .hdr and .pfm are linear
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Image or sky spec
+    /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky]
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Option<String>,
     #[command(flatten)]
     adjust: Adjust,
-    /// BRDF spec
+    /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
+    /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
     brdf: Option<String>,
-    /// Technique, or reference
+    /// Technique, or reference, which integrates at every point and takes longer [default: the technique of the
+    /// smallest certified error; with --tolerance the smallest that meets it]
     #[arg(short, long, value_name = "SLUG")]
     technique: Option<String>,
-    /// Parameter of the technique
+    /// Parameter of the named technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<(String, f64)>,
-    /// Relative error asked of the technique or the reference; a miss exits 4
+    /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
     #[arg(long, value_name = "T", value_parser = inputs::positive)]
     tolerance: Option<f64>,
-    /// Image that multiplies the net reflectance
-    #[arg(long, value_name = "FILE")]
+    /// Image that multiplies the net reflectance, in place of the file's base colours
+    #[arg(long, visible_alias = "base-color", value_name = "FILE")]
     base_color_texture: Option<PathBuf>,
-    /// Size of the picture in pixels
+    /// Leave out the materials of the mesh file
+    #[arg(long)]
+    plain: bool,
+    /// Size of the picture, pixels [default: 512x512, or what the scene file says]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(usize, usize)>,
-    /// Exposure value, or auto
+    /// Exposure in stops (EV) before the tone mapper of .png, or auto [default: auto]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<Exposure>,
-    /// Tone mapper of .png
+    /// Tone mapper of .png: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
-    /// Samples per pixel and axis on edges
+    /// Samples per pixel and axis on edges [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
     samples: Option<u8>,
-    /// environment, none, or R/G/B
+    /// What shows beside the surfaces: environment, none (black), or linear R/G/B [default: environment]
     #[arg(long, value_name = "WHAT", value_parser = background)]
     background: Option<SceneBackground>,
-    /// Blur of the background, degrees
+    /// Blur of the background, degrees [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = inputs::finite)]
     blur: Option<f64>,
     /// Position of the camera, metres [default: framed]
@@ -69,7 +77,7 @@ pub struct Options {
     /// Target of the camera, metres [default: centre of the mesh]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     at: Option<[f64; 3]>,
-    /// Vertical field of view, degrees
+    /// Vertical field of view, degrees [default: 32, or what the scene file says]
     #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
     fov: Option<f64>,
 }
@@ -113,7 +121,7 @@ fn background(text: &str) -> Result<SceneBackground, String> {
 /// Everything that a picture is made of.
 pub struct Plan {
     pub mesh: Mesh,
-    pub looks: Vec<Look>,
+    pub looks: Vec<Wanted>,
     pub lights: Lights,
     pub camera: Option<Camera>,
     pub settings: Settings,
@@ -126,38 +134,29 @@ pub struct Plan {
 /// A finished picture.
 struct Picture {
     film: Film,
+    looks: Vec<Look>,
     baked: Vec<Baked>,
+    backend: &'static str,
     seconds: f64,
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    check_output(&o.output)?;
+    check_output(&o.output, &["png", "exr", "hdr", "pfm"])?;
     let plan = plan(&o, context)?;
-    let picture = paint(&plan, context)?;
+    // What is asked for by name fails before the work.
+    let engine = (context.common.backend != Backend::Auto).then(|| Engine::open(context)).transpose()?;
+    let mut picture = paint(&plan, engine, context)?;
     let ev = plan.exposure.unwrap_or_else(|| expose(&picture.film));
     let worst = picture.baked.iter().map(Baked::error).fold(0.0, f64::max);
     context.note_error(format!("relative error {worst:.3e}"));
-    save(&o.output, picture.film, Develop { ev, mapper: plan.tone_mapper }, context)?;
-    report(&o, &plan, &picture.baked, picture.seconds, ev, context)?;
+    save(&o.output, std::mem::take(&mut picture.film), Develop { ev, mapper: plan.tone_mapper }, context)?;
+    report(&o, &plan, &picture, ev, context)?;
     match o.tolerance {
         Some(t) if worst > t => {
             Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}")))
         }
         _ => Ok(()),
     }
-}
-
-/// Says before the work starts that an output cannot be.
-fn check_output(path: &Path) -> Outcome {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if !["png", "exr", "hdr", "pfm"].contains(&extension.as_str()) && path.extension().is_some() {
-        let why = format!(
-            "{}: no picture format is called '.{extension}'; there are .png .exr .hdr .pfm",
-            path.display()
-        );
-        return Err(Failure::usage(why));
-    }
-    Ok(())
 }
 
 fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
@@ -197,8 +196,8 @@ pub struct SceneOverrides {
 
 impl SceneOverrides {
     fn of(o: &Options) -> Result<Self, Failure> {
-        if o.brdf.is_some() || o.base_color_texture.is_some() || !o.params.is_empty() {
-            let why = "--brdf, --base-color-texture and --param belong to a mesh; a scene file has materials";
+        if o.brdf.is_some() || o.base_color_texture.is_some() || o.plain || !o.params.is_empty() {
+            let why = "--brdf, --base-color-texture, --plain and --param belong to a mesh; a scene file has materials";
             return Err(Failure::usage(why));
         }
         let method = o.technique.as_deref().map(Method::find).transpose()?;
@@ -206,17 +205,45 @@ impl SceneOverrides {
     }
 }
 
-/// A mesh or shape with one material.
+/// A mesh or shape with the material of the command line, of its file, or of clay.
 fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
-    let method = Method::find(o.technique.as_deref().unwrap_or("reference"))?;
-    let brdf = inputs::brdf(o.brdf.as_deref().unwrap_or("lambert:albedo=0.6"), context)?;
+    let method = o.technique.as_deref().map(Method::find).transpose()?;
+    if method.is_none() && !o.params.is_empty() {
+        return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
+    }
+    let given = o.brdf.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?;
     let texture = o.base_color_texture.as_deref().map(|p| inputs::texture(p, context)).transpose()?;
-    let mesh = inputs::mesh(&o.input, context)?;
+    let mut model = model::model(&o.input, context)?;
+    if texture.is_some() && model.mesh.uvs.is_empty() {
+        let why = format!("{}: has no texture coordinates for --base-color-texture", o.input);
+        return Err(Failure::usage(why));
+    }
+    if o.plain {
+        model.materials.clear();
+        model.mesh.materials.clear();
+    }
     let spec = o.environment.as_deref().unwrap_or(inputs::DEFAULT_SKY);
     let lights = inputs::light(spec, &o.adjust, context)?;
+    let wanted = |brdf, texture| Wanted { brdf, method, params: inputs::parameters(&o.params), texture };
+    let mut looks = Vec::new();
+    for m in &model.materials {
+        let brdf = match &given {
+            Some(brdf) => brdf.clone(),
+            None => m.brdf()?,
+        };
+        looks.push(wanted(brdf, texture.clone().or_else(|| m.base_colour.clone())));
+    }
+    if looks.is_empty() {
+        let brdf = match given.clone() {
+            Some(brdf) => brdf,
+            None => inputs::brdf(if texture.is_some() { "lambert" } else { "lambert:albedo=0.6" }, context)?,
+        };
+        looks.push(wanted(brdf, texture.clone()));
+    }
+    say_materials(o, &model, given.is_some(), texture.is_some(), context);
     Ok(Plan {
-        mesh,
-        looks: vec![Look { brdf, method, params: inputs::parameters(&o.params), texture }],
+        mesh: model.mesh,
+        looks,
         lights,
         camera: None,
         settings: Settings::new(512, 512),
@@ -225,6 +252,29 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         background: SceneBackground::Environment(0.0),
         tolerance: None,
     })
+}
+
+/// Says what of the file's materials is used; of many, the first ones.
+fn say_materials(o: &Options, model: &Model, given: bool, texture: bool, context: &Context) {
+    const LINES: usize = 4;
+    if given {
+        let own = model.materials.iter().filter(|m| m.base_colour.is_some()).count();
+        if own > 0 && !texture {
+            context.say(format_args!(
+                "{}: base colours of {own} materials multiply --brdf (--plain leaves them out)",
+                o.input
+            ));
+        }
+        return;
+    }
+    model
+        .materials
+        .iter()
+        .take(LINES)
+        .for_each(|m| context.say(format_args!("{}: {}", o.input, m.assumed())));
+    if let Some(more @ 1..) = model.materials.len().checked_sub(LINES) {
+        context.say(format_args!("{}: and {more} more materials", o.input));
+    }
 }
 
 fn camera(o: &Options, plan: &mut Plan) -> Outcome {
@@ -255,12 +305,16 @@ fn camera(o: &Options, plan: &mut Plan) -> Outcome {
     Ok(())
 }
 
-fn paint(plan: &Plan, context: &Context) -> Result<Picture, Failure> {
+fn paint(plan: &Plan, engine: Option<Engine>, context: &Context) -> Result<Picture, Failure> {
     let camera = plan.camera.ok_or_else(|| Failure::failed("no camera"))?;
-    let mut baked = Vec::new();
-    for look in &plan.looks {
-        baked.push(studio::bake(look, &plan.lights, &camera, plan.tolerance, context)?);
-    }
+    let (looks, baked): (Vec<Look>, Vec<Baked>) =
+        looks::bake(&plan.looks, &plan.lights, &camera, plan.tolerance, context)?.into_iter().unzip();
+    let judged = looks.iter().any(|l| matches!(l.method, Method::Reference));
+    let engine = match engine {
+        Some(engine) => engine,
+        None if judged => Engine::Cpu,
+        None => Engine::open(context)?,
+    };
     let footprint = studio::footprint(&camera, plan.settings.height);
     let background = match plan.background {
         SceneBackground::Colour(c) => Background::Colour(c),
@@ -272,14 +326,15 @@ fn paint(plan: &Plan, context: &Context) -> Result<Picture, Failure> {
     let surfaces: Vec<_> = baked.iter().map(|b| b.surface.clone()).collect();
     let stage = Stage { mesh: &plan.mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
     let mut settings = plan.settings;
-    if plan.looks.iter().any(|l| matches!(l.method, Method::Reference)) {
+    if judged {
         // The judge integrates each point on its own: one in a pixel and surface is enough, coverage gets its samples.
         settings.inner = 1;
         settings.share = true;
     }
     let start = Instant::now();
-    let film = steradian_render::render(&stage, &settings, &context.task)?;
-    Ok(Picture { film, baked, seconds: start.elapsed().as_secs_f64() })
+    let rooms: Vec<&Baked> = baked.iter().collect();
+    let (film, backend) = engine.film(&stage, &rooms, &settings, context)?;
+    Ok(Picture { film, looks, baked, backend, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// Automatic exposure: of the surfaces, where there are any.
@@ -318,10 +373,10 @@ pub fn save_display(
     )
 }
 
-fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, context: &Context) -> Outcome {
+fn report(o: &Options, plan: &Plan, picture: &Picture, ev: f32, context: &Context) -> Outcome {
+    let Picture { looks, baked, seconds, backend, .. } = picture;
     if context.common.json {
-        let materials: Vec<Value> = plan
-            .looks
+        let materials: Vec<Value> = looks
             .iter()
             .zip(baked)
             .map(|(look, b)| {
@@ -341,6 +396,7 @@ fn report(o: &Options, plan: &Plan, baked: &[Baked], seconds: f64, ev: f32, cont
             "height": plan.settings.height,
             "exposure": ev,
             "triangles": plan.mesh.triangles.len(),
+            "backend": backend,
             "render_seconds": seconds,
             "materials": materials,
         }));
