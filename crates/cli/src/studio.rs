@@ -37,6 +37,9 @@ pub struct Baked {
     pub certificate: Option<Certificate>,
     /// The reference, which says its error once it has shaded.
     pub judge: Option<Arc<JudgeShader>>,
+    /// The technique's bake; `None` for the reference.
+    #[cfg(feature = "gpu")]
+    pub bake: Option<Arc<BakeShader>>,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
@@ -65,23 +68,34 @@ pub fn bake(
     context: &Context,
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
-    let (shader, judge, certificate, bytes): (Arc<dyn Shader>, _, _, _) = match look.method {
+    let (shader, judge, bake, certificate, bytes): (Arc<dyn Shader>, _, _, _, _) = match look.method {
         Method::Reference => {
             let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
             let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
             let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
-            (shader.clone(), Some(shader), None, 0)
+            (shader.clone(), Some(shader), None, None, 0)
         }
         Method::Technique(t) => {
             let task = context.task.clone().with_tolerance(tolerance);
             let mut bake = t.bake(lights, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
             bake.frame(&view(camera));
             let (certificate, bytes) = (bake.certificate().clone(), bake.bytes());
-            (Arc::new(BakeShader(bake)), None, Some(certificate), bytes)
+            let bake = Arc::new(BakeShader(bake));
+            (bake.clone(), None, Some(bake), Some(certificate), bytes)
         }
     };
+    #[cfg(not(feature = "gpu"))]
+    drop(bake);
     let surface = Surface { shader, base_colour: look.texture.clone() };
-    Ok(Baked { surface, certificate, judge, bytes, seconds: start.elapsed().as_secs_f64() })
+    Ok(Baked {
+        surface,
+        certificate,
+        judge,
+        #[cfg(feature = "gpu")]
+        bake,
+        bytes,
+        seconds: start.elapsed().as_secs_f64(),
+    })
 }
 
 fn view(camera: &Camera) -> View {

@@ -2,6 +2,7 @@
 
 use crate::commands::render::save_display;
 use crate::context::Context;
+use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Method};
 use crate::study::{self, Answer, Case, Plan};
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
-use steradian_render::{Row, Settings, Sheet, ToneMapper};
+use steradian_render::{Cell, Row, Settings, Sheet, ToneMapper};
 use steradian_scene::{Bvh, Camera};
 
 /// Options of `steradian demo`.
@@ -78,21 +79,21 @@ static SCENES: [Scene; 4] = [
     },
     Scene {
         material: "blue gloss",
-        place: "overcast sky",
+        place: "noon sky",
         shape: "torus",
-        sky: "overcast:ground=0.3/0.26/0.2",
-        brdf: "phong:n=60,scale=0.12/0.3/1",
-        view: (75.0, 16.0),
+        sky: "sky:elevation=62,azimuth=40,turbidity=2.5,ground=0.12/0.13/0.1",
+        brdf: "phong:n=60,scale=1.2/2.9/9",
+        view: (75.0, 14.0),
         distance: 3.2,
         blur: 2.0,
-        ev: -1.0,
+        ev: 0.0,
     },
 ];
 
 /// Columns beside the reference.
 const TECHNIQUES: usize = 3;
 /// Size of the skies' images.
-const SKY_SIZE: (usize, usize) = (512, 256);
+const SKY_SIZE: (usize, usize) = (256, 128);
 /// Relative error of the reference at each sample: below what eight bits show.
 const TOLERANCE: f64 = 1e-2;
 
@@ -108,7 +109,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     for scene in &SCENES {
         context.say(format_args!("{} in {} …", scene.material, scene.place));
         let case = case(scene, side)?;
-        rows.push((case.label.clone(), study::run(&case, &methods(&case), &plan, context)?));
+        rows.push((case.label.clone(), study::run(&case, &methods(&case), &plan, &[Engine::Cpu], context)?));
     }
     save_display(&o.output, &sheet(&rows).draw(), Vec::new(), context)?;
     finish(&o, &rows, start, context)
@@ -151,6 +152,9 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
     let columns = vec![String::new(); most];
     let cells = |answers: &[Answer]| {
         let mut cells: Vec<_> = answers.iter().map(|a| a.cell(true)).collect();
+        if cells.len() < most {
+            cells.push(difference(answers));
+        }
         cells.resize(most, None);
         cells
     };
@@ -166,6 +170,17 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
             .collect(),
         text_scale: 1.4,
     }
+}
+
+/// Where the technique that comes nearest to the reference differs from it.
+fn difference(answers: &[Answer]) -> Option<Cell> {
+    let shown = answers.iter().filter_map(|a| match a {
+        Answer::Shown(s) => Some((s, s.errors.as_ref()?.0.relative_rms)),
+        Answer::Refused { .. } => None,
+    });
+    let (nearest, _) = shown.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let caption = vec!["difference (FLIP)".into(), format!("of {}", nearest.slug.replace('_', " "))];
+    Some(Cell { picture: nearest.difference.clone()?, caption })
 }
 
 fn finish(o: &Options, rows: &[(Vec<String>, Vec<Answer>)], start: Instant, context: &Context) -> Outcome {

@@ -9,8 +9,8 @@ mod irradiance;
 pub mod render;
 mod sample;
 
-use crate::context::Context;
-use crate::failure::Outcome;
+use crate::context::{Backend, Context};
+use crate::failure::{Failure, Outcome};
 use clap::Subcommand;
 
 /// The commands.
@@ -38,6 +38,7 @@ pub enum Command {
 impl Command {
     /// Runs the command.
     pub fn run(self, context: &mut Context) -> Outcome {
+        self.check_backend(context.common.backend)?;
         match self {
             Self::Demo(o) => demo::run(o, context),
             Self::Compare(o) => compare::run(o, context),
@@ -47,6 +48,19 @@ impl Command {
             Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),
+        }
+    }
+
+    /// Says which commands draw on a GPU, rather than computing elsewhere than asked.
+    fn check_backend(&self, backend: Backend) -> Outcome {
+        match (self, backend) {
+            (_, Backend::Auto | Backend::Cpu) | (Self::Compare(_), _) | (Self::Render(_), Backend::Gpu) => {
+                Ok(())
+            }
+            (Self::Render(_), Backend::Both) => {
+                Err(Failure::usage("--backend both belongs to compare: render takes auto, cpu or gpu"))
+            }
+            _ => Err(Failure::usage("this command computes on the CPU: use --backend cpu or auto")),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! How far a picture is from another.
 
+mod difference;
 mod flip;
 
+pub use difference::difference_picture;
 pub use flip::{DEFAULT_PPD, Flip, flip, flip_displays};
 
 use crate::Film;

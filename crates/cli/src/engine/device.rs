@@ -1,0 +1,149 @@
+//! Pictures on a GPU.
+
+use super::Engine;
+use crate::context::{Backend, Context};
+use crate::failure::Failure;
+use crate::studio::Baked;
+use glam::{Affine3A, Mat3};
+use std::sync::Arc;
+use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
+use steradian_gpu::{Gpu, GpuError, Renderer};
+use steradian_render::{Background, Film, Settings, Stage, Texture};
+use steradian_sphere::SphereImage;
+
+/// An open GPU.
+pub struct Device {
+    gpu: Gpu,
+}
+
+/// The GPU or the CPU, as `--backend` says.
+pub fn open(context: &Context) -> Result<Engine, Failure> {
+    let automatic = match context.common.backend {
+        Backend::Cpu => return Ok(Engine::Cpu),
+        Backend::Auto => true,
+        Backend::Gpu | Backend::Both => false,
+    };
+    match Gpu::open() {
+        Ok(gpu) if automatic && gpu.is_software() => {
+            context.say(format_args!(
+                "rendering on the CPU: {} is no GPU (--backend gpu uses it)",
+                gpu.describe()
+            ));
+            Ok(Engine::Cpu)
+        }
+        Ok(gpu) => Ok(Engine::Gpu(Box::new(Device { gpu }))),
+        Err(e) if automatic => {
+            context.say(format_args!("rendering on the CPU: {e}"));
+            Ok(Engine::Cpu)
+        }
+        Err(e) => Err(e.into()),
+    }
+}
+
+impl From<GpuError> for Failure {
+    fn from(e: GpuError) -> Self {
+        Self::failed(e)
+    }
+}
+
+impl Device {
+    /// The picture; `None` where `--backend auto` leaves it to the CPU.
+    pub fn film(
+        &self,
+        stage: &Stage<'_>,
+        baked: &[&Baked],
+        settings: &Settings,
+        context: &Context,
+    ) -> Result<Option<Film>, Failure> {
+        let automatic = context.common.backend == Backend::Auto;
+        if baked.iter().any(|b| b.bake.is_none()) {
+            if automatic {
+                return Ok(None);
+            }
+            return Err(Failure::usage(
+                "the reference runs on the CPU: choose a technique, or use --backend cpu",
+            ));
+        }
+        match self.draw(stage, baked, settings) {
+            Ok((film, clipped)) => {
+                if clipped > 0 {
+                    context.warn(format_args!(
+                        "{clipped} samples are beyond the GPU's 16-bit range and were clipped"
+                    ));
+                }
+                Ok(Some(film))
+            }
+            Err(e) if automatic => {
+                context.say(format_args!("rendering on the CPU: {e}"));
+                Ok(None)
+            }
+            Err(e) => Err(e.into()),
+        }
+    }
+
+    fn draw(&self, stage: &Stage<'_>, baked: &[&Baked], s: &Settings) -> Result<(Film, u32), GpuError> {
+        let settings = scene::Settings {
+            rate: Rate::Sample,
+            scale: s.edge.div_ceil(4).clamp(1, 4),
+            ..scene::Settings::new(s.width, s.height)
+        };
+        let (picture, _) = Renderer::new(&self.gpu, scene(stage, baked), &settings)?.render(&self.gpu)?;
+        let film = Film { width: s.width, height: s.height, rgb: picture.rgb, alpha: picture.alpha };
+        Ok((film, picture.clipped))
+    }
+}
+
+/// One object per material slot that has triangles.
+fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
+    let last = baked.len().saturating_sub(1);
+    let object = |(k, b): (usize, &&Baked)| {
+        let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
+        let room = b.bake.as_ref()?.0.gpu();
+        let base_colour = b.surface.base_colour.as_deref().map(texture);
+        let triangles = Arc::new(triangles);
+        (!triangles.indices.is_empty()).then_some(Object {
+            triangles,
+            room,
+            base_colour,
+            transform: Affine3A::IDENTITY,
+        })
+    };
+    Scene {
+        objects: baked.iter().enumerate().filter_map(object).collect(),
+        backdrop: backdrop(stage.background),
+        camera: stage.camera,
+        light_rotation: Mat3::IDENTITY,
+    }
+}
+
+fn texture(t: &Texture) -> scene::Texture {
+    let level = |(width, height, texels): (usize, usize, &[[f32; 3]])| Level {
+        width,
+        height,
+        texels: texels.to_vec(),
+    };
+    scene::Texture { levels: t.levels().map(level).collect() }
+}
+
+fn backdrop(background: &Background) -> scene::Backdrop {
+    match background {
+        Background::Colour(colour) => scene::Backdrop { colour: *colour, ..Default::default() },
+        Background::Sky(sky) => {
+            let disk = |&(direction, cosine, radiance): &(glam::Vec3, f32, [f32; 3])| scene::Disk {
+                direction,
+                angular_radius: cosine.clamp(-1.0, 1.0).acos(),
+                radiance,
+            };
+            scene::Backdrop {
+                colour: [0.0; 3],
+                image: sky.image().map(level),
+                disks: sky.disks().iter().map(disk).collect(),
+            }
+        }
+    }
+}
+
+fn level(i: &SphereImage) -> Level {
+    let texels = (0..i.width * i.height).map(|k| [i.planes[0][k], i.planes[1][k], i.planes[2][k]]);
+    Level { width: i.width, height: i.height, texels: texels.collect() }
+}
