@@ -13,6 +13,7 @@ use steradian_formats::{Limits, Raster, WriteOptions, write_atomic, write_image}
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Options of every command")]
 pub struct Common {
     /// Say nothing but errors on standard error
     #[arg(short, long, global = true)]
