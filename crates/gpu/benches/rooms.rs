@@ -37,8 +37,11 @@ fn main() {
     }
 }
 
+/// Shape, case and bake.
+type Room = (&'static str, Case, Box<dyn AnyBake>);
+
 /// Every room in the first scene of the demo whose material it takes.
-fn rooms(side: usize) -> Vec<(&'static str, Case, Box<dyn AnyBake>)> {
+fn rooms(side: usize) -> Vec<Room> {
     let first = |t: &&'static dyn steradian_techniques::AnyTechnique| {
         (0..SCENES.len()).find_map(|k| {
             let brdf = steradian_brdf::parse(SCENES[k].brdf).ok()?;
@@ -74,6 +77,9 @@ fn passes(t: &Timings) -> String {
 
 fn measure(gpu: &Gpu) -> Result<(), GpuError> {
     let rooms = rooms(FULL.1);
+    if std::env::args().any(|a| a == "fps") {
+        return live(gpu, rooms);
+    }
     roofs(gpu, &rooms[0].1)?;
     println!("\nGPU ms at {} x {}, four samples a pixel, shaded once a pixel and triangle", FULL.0, FULL.1);
     for (shape, case, bake) in &rooms {
@@ -92,12 +98,27 @@ fn measure(gpu: &Gpu) -> Result<(), GpuError> {
             );
         }
     }
-    println!("\nframes per second at 512 x 512, light turned every frame (uniforms only), wall clock");
+    live(gpu, rooms)
+}
+
+fn live(gpu: &Gpu, rooms: Vec<Room>) -> Result<(), GpuError> {
+    println!(
+        "\nframes per second at 512 x 512, light turned every frame (uniforms only): by the wall's clock, and CPU s a frame"
+    );
     for (shape, case, mut bake) in rooms {
         let [pixel, sample] = [Rate::Pixel, Rate::Sample].map(|rate| turning(gpu, &case, &mut *bake, rate));
-        println!("{:20} {:7.1}   shaded at every sample {:7.1}   {shape}", bake.card().slug, pixel?, sample?);
+        let slug = bake.card().slug;
+        println!("{slug:20} {}   shaded at every sample {}   {shape}", pixel?, sample?);
     }
     Ok(())
+}
+
+/// Seconds that this process has computed on all cores; 0 where the system does not tell.
+fn cpu_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+    // Fields 14 and 15, user and system time in hundredths; the third is the first after the name.
+    fields.skip(11).take(2).filter_map(|t| t.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 /// What the device does at most: a picture of one colour through the same target, and a copy.
@@ -124,11 +145,11 @@ fn roofs(gpu: &Gpu, case: &Case) -> Result<(), GpuError> {
     Ok(())
 }
 
-fn turning(gpu: &Gpu, case: &Case, bake: &mut dyn AnyBake, rate: Rate) -> Result<f64, GpuError> {
+fn turning(gpu: &Gpu, case: &Case, bake: &mut dyn AnyBake, rate: Rate) -> Result<String, GpuError> {
     let settings = Settings { rate, ..interactive((512, 512)) };
     let mut renderer = Renderer::new(gpu, scene(case, bake.gpu()), &settings)?;
     renderer.draw(gpu)?;
-    let start = Instant::now();
+    let (start, cpu) = (Instant::now(), cpu_seconds());
     let mut frames = 0;
     while frames < 5 || start.elapsed().as_secs_f64() < 1.5 {
         let light_rotation = Mat3::from_rotation_y(0.05 * frames as f32);
@@ -138,5 +159,7 @@ fn turning(gpu: &Gpu, case: &Case, bake: &mut dyn AnyBake, rate: Rate) -> Result
         renderer.draw(gpu)?;
         frames += 1;
     }
-    Ok(f64::from(frames) / start.elapsed().as_secs_f64())
+    let frames = f64::from(frames);
+    let each = (cpu_seconds() - cpu) / frames;
+    Ok(format!("{:7.1} fps {each:6.3} s", frames / start.elapsed().as_secs_f64()))
 }
