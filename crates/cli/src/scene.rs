@@ -99,6 +99,10 @@ fn look(
     let method = match (overrides.method, named) {
         (Some(method), _) => Some(method),
         (None, Some(slug)) => Some(located(file, slug, Method::find(&slug.value))?),
+        (None, None) if !m.params.0.is_empty() => {
+            let why = "params belong to a technique: name it with technique = \"…\"";
+            return Err(Failure::input(format!("{}: material '{}': {why}", file.file, m.name)));
+        }
         (None, None) => None,
     };
     let texture = m.base_colour.as_ref().map(|t| {

@@ -437,6 +437,18 @@ fn the_map_of_irradiance_is_pi_times_the_radiance_of_white_paint() {
 #[test]
 fn outputs_of_unknown_formats_are_wrong_usage() {
     let d = folder();
+    let o = run(d.path(), &["irradiance", "furnace", "-o", "coefficients"]);
+    assert!(o.status.success() && fs::remove_file(d.path().join("coefficients")).is_ok());
+    let scene = "[[mesh]]\nshape = \"sphere\"\nmaterial = \"a\"\n[material.a]\nbrdf = \"lambert\"\nparams = { size = 8 }\n\
+        [light]\nenvironment = \"furnace\"\n";
+    fs::write(d.path().join("s.toml"), scene).unwrap();
+    fails(
+        d.path(),
+        3,
+        "s.toml: material 'a': params belong to a technique",
+        &["render", "s.toml", "-o", "x.png"],
+    );
+    fs::remove_file(d.path().join("s.toml")).unwrap();
     for arguments in [
         &["render", "sphere", "-o", "x.tif"][..],
         &["render", "sphere", "-o", "x"],

@@ -46,6 +46,8 @@ const TEXTS: [&str; 3] = ["csv", "json", "txt"];
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let map = match o.output.as_deref().filter(|p| *p != Path::new("-")) {
         None => None,
+        // Devices have no extension: text.
+        Some(path) if path.extension().is_none() => None,
         Some(path) => {
             check_output(path, &[TEXTS.as_slice(), &IMAGES, &["ktx2"]].concat())?;
             (!is(path, &TEXTS)).then_some(path)
