@@ -1,7 +1,7 @@
 //! `steradian demo`: the first picture, from nothing but formulas.
 
 use crate::commands::render::save_display;
-use crate::context::Context;
+use crate::context::{Context, check_output};
 use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Method};
@@ -98,6 +98,7 @@ const SKY_SIZE: (usize, usize) = (256, 128);
 const TOLERANCE: f64 = 1e-2;
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    check_output(&o.output, &["png"])?;
     let start = Instant::now();
     let side = usize::from(o.size);
     let plan = Plan {
