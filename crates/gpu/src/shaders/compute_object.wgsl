@@ -20,7 +20,9 @@ fn gpu_at(triangle: u32, ray: GpuRay) -> GpuPoint {
     let n = mat3x3<f32>(gpu_vertices[3u * c.x + 1u].xyz, gpu_vertices[3u * c.y + 1u].xyz, gpu_vertices[3u * c.z + 1u].xyz) * w;
     let t = mat3x3<f32>(gpu_vertices[3u * c.x + 2u].xyz, gpu_vertices[3u * c.y + 2u].xyz, gpu_vertices[3u * c.z + 2u].xyz) * w;
     let uv = mat3x2<f32>(gpu_uv(c.x), gpu_uv(c.y), gpu_uv(c.z)) * w;
-    return GpuPoint(p, gpu_object.normals * n, (gpu_object.model * vec4<f32>(t, 0.0)).xyz, uv, gpu_plane(c));
+    let plane = gpu_plane(c);
+    let side = select(1.0, -1.0, dot(plane.xyz, ray.direction) > 0.0);
+    return GpuPoint(p, gpu_object.normals * n, (gpu_object.model * vec4<f32>(t, 0.0)).xyz, uv, plane, side);
 }
 
 @compute @workgroup_size(8, 8)

@@ -4,8 +4,11 @@ struct GpuPoint {
     n: vec3<f32>,
     t: vec3<f32>,
     uv: vec2<f32>,
-    // Geometric normal; w: texture coordinates per metre.
+    // Geometric normal; w: texture coordinates per metre. The raster path leaves it 0 where nothing
+    // needs it.
     plane: vec4<f32>,
+    // 1 where the viewer sees the outside, else -1.
+    side: f32,
 }
 
 // Smallest n.wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
@@ -65,13 +68,12 @@ fn gpu_tint(uv: vec2<f32>, footprint: f32) -> vec3<f32> {
 fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     let away = gpu_camera.origin.xyz - s.p;
     let wo = select(normalize(away), -gpu_camera.forward.xyz, gpu_camera.origin.w > 0.0);
-    let side = select(1.0, -1.0, dot(s.plane.xyz, wo) < 0.0);
     let length_n = length(s.n);
     var n = s.plane.xyz;
     if length_n > 0.0 {
         n = s.n / length_n;
     }
-    n = gpu_facing(side * n, wo);
+    n = gpu_facing(s.side * n, wo);
     var l = shade(n, gpu_tangent(n, s.t), wo, s.p);
     if gpu_object.counts.z > 0u {
         let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
