@@ -51,7 +51,7 @@ fn rooms(side: usize) -> Vec<Room> {
             Some((SCENES[k].shape, case, bake))
         })
     };
-    registry().iter().filter(|t| !t.card().needs.sites).filter_map(|t| first(t)).collect()
+    registry().iter().filter(|t| !t.card().needs.sites).filter_map(first).collect()
 }
 
 /// The shortest of some frames, as the device measures it; by the wall's clock where the device has none.
