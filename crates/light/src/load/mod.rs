@@ -69,6 +69,20 @@ impl FileLayout {
         Self::NAMED.iter().find(|(l, ..)| *l == self).map_or("", |(.., aspect)| aspect)
     }
 
+    /// Can one file of this size have the layout?
+    fn fits(self, w: usize, h: usize) -> bool {
+        match self {
+            Self::LatLong => true,
+            Self::AngularMap | Self::SphereMap | Self::Octahedral => w == h,
+            Self::HorizontalCross => 3 * w == 4 * h,
+            Self::VerticalCross => 4 * w == 3 * h,
+            Self::HorizontalStrip => w == 6 * h,
+            Self::VerticalStrip => 6 * w == h,
+            Self::ParaboloidPair => w == 2 * h || h == 2 * w,
+            Self::Faces | Self::ParaboloidFiles => false,
+        }
+    }
+
     /// The layout of a name; `cube` leaves the arrangement to the aspect ratio and gives `None` here.
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase().replace('_', "-");
@@ -98,7 +112,8 @@ pub enum Negative {
 /// How to load.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LoadOptions {
-    /// The arrangement; by aspect ratio where `None`.
+    /// The arrangement. Where `None`: what the file records (`steradian.layout`, OpenEXR's `envmap`), else by
+    /// aspect ratio.
     pub layout: Option<FileLayout>,
     /// Whose convention. Where `None`: ours, but OpenEXR's for an EXR with an `envmap` attribute and Debevec's for
     /// an angular map; files that Steradian wrote say so in their metadata and are ours always.
@@ -130,10 +145,37 @@ pub struct Report {
     pub most_negative: f32,
     /// Whether they were set to 0.
     pub negative_zeroed: bool,
+    /// The file's own samples (after [`LoadOptions::negative`]), where the profile's convention made the image by
+    /// interpolating them; `None` where the image holds the samples themselves.
+    pub samples: Option<Samples>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
     /// Metadata of the (first) file.
     pub metadata: Vec<(String, String)>,
+}
+
+/// Ranges of a file's samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Samples {
+    /// The smallest of each channel.
+    pub min: [f32; 3],
+    /// The largest of each channel.
+    pub max: [f32; 3],
+    /// How many samples are negative.
+    pub negative: u64,
+}
+
+impl Samples {
+    fn of(image: &SphereImage) -> Self {
+        let range = |f: fn(f32, f32) -> f32, start: f32| {
+            std::array::from_fn(|c| image.planes[c].iter().copied().fold(start, f))
+        };
+        Self {
+            min: range(f32::min, f32::INFINITY),
+            max: range(f32::max, f32::NEG_INFINITY),
+            negative: image.planes.iter().flatten().filter(|v| **v < 0.0).count() as u64,
+        }
+    }
 }
 
 /// A loaded environment in the layout of its file, over our world.
@@ -204,8 +246,11 @@ pub fn from_raster(name: &str, raster: Raster, options: &LoadOptions) -> Result<
     let (mut pixels, mut report) = check(name, raster, options)?;
     apply_negative(&mut pixels, options);
     let attribute = envmap(&report.metadata);
-    let own = report.metadata.iter().any(|(k, _)| k.starts_with("steradian."));
-    let layout = options.layout.or(attribute.and_then(|a| a.layout(pixels.width, pixels.height)));
+    let own = is_own(&report.metadata);
+    let layout = options
+        .layout
+        .or_else(|| recorded(&report.metadata, pixels.width, pixels.height))
+        .or_else(|| attribute.and_then(|a| a.layout(pixels.width, pixels.height)));
     report.layout_stated = layout.is_some();
     let Some(layout) = layout.or_else(|| assemble::guess(pixels.width, pixels.height)) else {
         let why = format!(
@@ -234,9 +279,24 @@ pub fn from_raster(name: &str, raster: Raster, options: &LoadOptions) -> Result<
 
 fn finish(image: SphereImage, mut report: Report, profile: &'static Profile) -> Loaded {
     report.profile = profile.name;
+    report.samples = profile.interpolates(image.layout).then(|| Samples::of(&image));
     let mut image = profile.import(image);
-    repair::fill_outside(&mut image);
+    // What we wrote holds, in a texel that the rim cuts, the mean over the part inside: that is light.
+    if !is_own(&report.metadata) {
+        repair::fill_outside(&mut image);
+    }
     Loaded { image, report }
+}
+
+/// Did Steradian write this file?
+fn is_own(metadata: &[(String, String)]) -> bool {
+    metadata.iter().any(|(k, _)| k.starts_with("steradian."))
+}
+
+/// The layout that a file of ours records, where its pixels have the shape.
+fn recorded(metadata: &[(String, String)], w: usize, h: usize) -> Option<FileLayout> {
+    let (_, name) = metadata.iter().find(|(k, _)| k == "steradian.layout")?;
+    FileLayout::from_name(name).filter(|l| l.fits(w, h))
 }
 
 /// What an EXR says of itself.
@@ -290,6 +350,7 @@ fn check(name: &str, mut raster: Raster, options: &LoadOptions) -> Result<(Pixel
         negative_count: 0,
         most_negative: 0.0,
         negative_zeroed: options.negative == Negative::Zero,
+        samples: None,
         warnings: Vec::new(),
         metadata,
     };

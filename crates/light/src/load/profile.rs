@@ -1,7 +1,7 @@
 //! Conventions of other tools, by name. Nothing is guessed: a file without a profile is in Steradian's own
 //! convention, and only an OpenEXR `envmap` attribute chooses a profile by itself.
 
-use super::warp::{Affine, warp};
+use super::warp::{Affine, Kernel, warp};
 use steradian_sphere::glam::{DMat3, DVec3};
 use steradian_sphere::image::Filter;
 use steradian_sphere::{Layout, SphereImage};
@@ -150,7 +150,9 @@ impl Profile {
     }
 
     /// Turns pixels in the tool's convention into an image over our world. Untouched (moved, not copied) where
-    /// the conventions agree; texels that only change places keep their values; otherwise bicubic.
+    /// the conventions agree; texels that only change places keep their values; where they come to lie between
+    /// texels, light that is nowhere negative stays so (bilinear, and in border-centred faces bicubic where
+    /// neighbours differ little). Only paraboloids with overscan are bicubic throughout.
     pub fn import(&self, mut image: SphereImage) -> SphereImage {
         if self.lattice && image.layout == Layout::AngularMap {
             image.layout = Layout::AngularLattice;
@@ -166,7 +168,17 @@ impl Profile {
             return image;
         }
         let (layout, w, h) = (image.layout, image.width, image.height);
-        SphereImage::from_fn(layout, w, h, |d| image.lookup(Filter::CatmullRom, axes * d))
+        SphereImage::from_fn(layout, w, h, |d| moved(&image, axes * d))
+    }
+
+    /// Does [`Self::import`] make texels from several ones?
+    pub(super) fn interpolates(&self, layout: Layout) -> bool {
+        match layout {
+            Layout::LatLong => self.border_centred || self.latlong != DMat3::IDENTITY,
+            Layout::Cube => self.border_centred,
+            Layout::DualParaboloid => self.overscan != 1.0,
+            _ => false,
+        }
     }
 
     /// Undoes what happens inside each face: border-centred texels, overscan, flips.
@@ -175,10 +187,10 @@ impl Profile {
         let border = |n: f64, sign: f64| Affine { scale: sign * (n - 1.0) / n, shift: 0.5 * n };
         match image.layout {
             Layout::LatLong | Layout::Cube if self.border_centred => {
-                warp(&image, |_| (border(w, 1.0), border(h, 1.0)))
+                warp(&image, Kernel::Limited, |_| (border(w, 1.0), border(h, 1.0)))
             }
             Layout::DualParaboloid if self.overscan != 1.0 || self.paraboloid != OWN.paraboloid => {
-                warp(&image, |face| {
+                warp(&image, Kernel::Cubic, |face| {
                     let [s, t] = self.paraboloid[face];
                     let k = 1.0 / self.overscan;
                     (Affine { scale: s * k, shift: 0.5 * w }, Affine { scale: t * k, shift: 0.5 * h })
@@ -187,6 +199,16 @@ impl Profile {
             _ => image,
         }
     }
+}
+
+/// The texel whose centre `d` is, or bilinear between texels.
+fn moved(image: &SphereImage, d: DVec3) -> [f32; 3] {
+    let at = image.position(d);
+    let centred = |v: f64| (v - v.floor() - 0.5).abs() < 1e-6;
+    if centred(at.x) && centred(at.y) {
+        return image.nearest(d);
+    }
+    image.lookup(Filter::Bilinear, d)
 }
 
 /// Puts the file's face `slots[k]` at place k.

@@ -112,3 +112,92 @@ fn our_own_probes_are_not_foreign() {
     own.metadata.push(("steradian.version".into(), "0.1.0".into()));
     assert_eq!(open(own, &LoadOptions::default()).image.layout, Layout::AngularMap);
 }
+
+/// A file as `convert` writes it.
+fn written(image: SphereImage, layout: &str) -> Raster {
+    let (w, h) = (image.width, image.height * image.layout.faces());
+    let mut raster = Raster::rgb(w, h, image.planes);
+    raster.metadata.push(("steradian.layout".into(), layout.into()));
+    raster
+}
+
+#[test]
+fn recorded_layouts_are_read() {
+    let n = 8;
+    for (layout, name) in [
+        (Layout::Octahedral, "octahedral"),
+        (Layout::SphereMap, "sphere-map"),
+        (Layout::AngularMap, "angular"),
+        (Layout::Cube, "vertical-strip"),
+    ] {
+        let image = SphereImage::from_fn(layout, n, n, colour);
+        let loaded = open(written(image.clone(), name), &LoadOptions::default());
+        assert_eq!(loaded.image, image, "{name}");
+        assert!(loaded.report.layout_stated && loaded.report.warnings.is_empty(), "{name}");
+    }
+    let pair = SphereImage::from_fn(Layout::DualParaboloid, n, n, colour);
+    let mut beside = raster(2 * n, n, |i, j| pair.texel(i / n, i % n, j));
+    beside.metadata.push(("steradian.layout".into(), "paraboloid".into()));
+    assert_eq!(open(beside, &LoadOptions::default()).image, pair);
+    // Who names a layout is heard first; a record that the pixels contradict is not heard.
+    let octahedral = SphereImage::from_fn(Layout::Octahedral, n, n, colour);
+    let named = LoadOptions { layout: Some(FileLayout::SphereMap), ..LoadOptions::default() };
+    assert_eq!(open(written(octahedral.clone(), "octahedral"), &named).image.layout, Layout::SphereMap);
+    let odd = open(written(octahedral, "cross"), &LoadOptions::default());
+    assert!(!odd.report.layout_stated);
+}
+
+/// A window whose lower edge lies on −Z, the direction of a sphere map's rim.
+#[test]
+fn light_at_the_rim_of_our_own_maps_is_kept() {
+    let mut sky = SphereImage::new(Layout::LatLong, 100, 50);
+    for plane in &mut sky.planes {
+        for k in 0..100 {
+            plane[(15 + k / 10) * 100 + 20 + k % 10] = 1.0;
+        }
+    }
+    let before = sky.integral()[0];
+    for (layout, name) in [
+        (Layout::SphereMap, "sphere-map"),
+        (Layout::AngularMap, "angular"),
+        (Layout::Octahedral, "octahedral"),
+    ] {
+        for n in [16, 64] {
+            let loaded = open(written(sky.resample(layout, n, n), name), &LoadOptions::default());
+            let after = loaded.image.integral()[0];
+            assert!((after / before - 1.0).abs() < 1e-3, "{name} {n}: {}", after / before - 1.0);
+        }
+    }
+}
+
+#[test]
+fn re_centring_makes_no_negative_light() {
+    let (w, h) = (66, 34);
+    // A sun and an edge on black.
+    let r = || {
+        let mut r = raster(w, h, |i, j| match (i, j) {
+            (20, 12) => [1e4; 3],
+            _ if i > 40 => [1.0; 3],
+            _ => [0.0; 3],
+        });
+        r.metadata.push(("envmap".into(), "latlong".into()));
+        r
+    };
+    let loaded = open(r(), &LoadOptions::default());
+    assert_eq!(loaded.report.profile, "openexr");
+    assert!(loaded.image.planes.iter().flatten().all(|v| *v >= 0.0));
+    let samples = loaded.report.samples.expect("interpolated");
+    assert_eq!((samples.min, samples.max, samples.negative), ([0.0; 3], [1e4; 3], 0));
+    // The pitch is 2π/(w − 1) by π/(h − 1), and the latitude of row 12.
+    let sun: f64 = {
+        use std::f64::consts::PI;
+        1e4 * 2.0 * PI / 65.0 * PI / 33.0 * (PI * 12.0 / 33.0).sin()
+    };
+    let rest = {
+        let mut dark = r();
+        dark.channels.iter_mut().for_each(|c| c.data[12 * w + 20] = 0.0);
+        open(dark, &LoadOptions::default()).image.integral()[0]
+    };
+    let gap = (loaded.image.integral()[0] - rest) / sun - 1.0;
+    assert!(gap.abs() < 2.0 / 34.0 + 2.0 / 66.0, "{gap}");
+}

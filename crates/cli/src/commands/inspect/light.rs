@@ -7,6 +7,7 @@ use crate::inputs::{self, Adjust};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use steradian_light::load::Samples;
 use steradian_light::{DiskLight, Lights};
 use steradian_sphere::layout::Position;
 use steradian_sphere::sh::{self, ShRgb};
@@ -131,6 +132,7 @@ fn direction(image: &SphereImage, k: usize) -> DVec3 {
 /// The report on an image or a sky.
 pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Report, Failure> {
     let mut facts = Vec::new();
+    let mut samples = None;
     let (image, disks) = if inputs::is_sky(spec) {
         let lights = inputs::light(spec, adjust, context)?;
         let disks = lights.disks.clone();
@@ -138,6 +140,7 @@ pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) 
     } else {
         let loaded = inputs::map(spec, adjust, level, context)?;
         let r = loaded.report;
+        samples = r.samples;
         facts.push(("file_width", json!(r.width)));
         facts.push(("file_height", json!(r.height)));
         facts.push(("file_layout", json!(r.file_layout.name())));
@@ -147,11 +150,21 @@ pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) 
         facts.push(("warnings", json!(r.warnings)));
         (loaded.image, Vec::new())
     };
-    Ok(describe(spec, &image, &disks, facts))
+    Ok(describe(spec, &image, samples, &disks, facts))
 }
 
-fn describe(spec: &str, image: &SphereImage, disks: &[DiskLight], facts: Vec<(&str, Value)>) -> Report {
-    let s = sums(image);
+/// `samples`: those of the file, where the image is made from them.
+fn describe(
+    spec: &str,
+    image: &SphereImage,
+    samples: Option<Samples>,
+    disks: &[DiskLight],
+    facts: Vec<(&str, Value)>,
+) -> Report {
+    let mut s = sums(image);
+    if let Some(Samples { min, max, negative }) = samples {
+        (s.min, s.max, s.negative) = (min, max, negative);
+    }
     let sh = spectrum(image, disks);
     let bands = band_energy(&sh);
     let total: f64 = bands.iter().sum();
