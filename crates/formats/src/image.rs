@@ -197,7 +197,9 @@ impl Default for WriteOptions {
 pub struct WriteReport {
     /// Samples that lie outside the format's range and were clipped.
     pub clipped: u64,
-    /// Sum of |given − written| over the clipped samples.
+    /// Positive samples below the format's range, which became 0.
+    pub vanished: u64,
+    /// Sum of |given − written| over both kinds.
     pub lost: f64,
 }
 
@@ -210,6 +212,7 @@ impl WriteReport {
     /// Both reports together.
     pub(crate) fn merge(&mut self, other: Self) {
         self.clipped += other.clipped;
+        self.vanished += other.vanished;
         self.lost += other.lost;
     }
 }

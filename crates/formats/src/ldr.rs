@@ -293,7 +293,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.png");
         let report = write_image(&path, &raster, &WriteOptions::default()).unwrap();
-        assert_eq!(report, WriteReport { clipped: 2, lost: 2.0 });
+        assert_eq!(report, WriteReport { clipped: 2, lost: 2.0, vanished: 0 });
         let back = decode_image(&path, &std::fs::read(&path).unwrap(), &crate::Limits::default()).unwrap();
         assert!((back.channel("A").unwrap()[0] - 0.5).abs() < 1.0 / 255.0);
         assert!((back.channel("R").unwrap()[0] - 0.5).abs() < 0.005);

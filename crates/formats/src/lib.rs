@@ -7,29 +7,36 @@
 mod atomic;
 mod color;
 mod csv;
+mod dds;
 pub mod error;
 mod hdr;
 mod image;
+mod ktx1;
 mod ktx2;
 mod ldr;
 mod limits;
 pub mod mesh;
 mod openexr;
+pub mod packed;
 mod pfm;
 pub mod raster;
 mod srgb;
 mod tensors;
+mod texel;
 mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
+pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
     read_image, read_image_with, write_image,
 };
-pub use ktx2::{TextureLevels, decode_ktx2, read_ktx2, write_ktx2};
+pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
+pub use ktx2::{Supercompression, TextureLevels, decode_ktx2, read_ktx2, write_ktx2, write_ktx2_as};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use tensors::{Tensor, TensorData, TensorFile, decode_tensors, read_tensors, write_tensors};
+pub use texel::TexelFormat;

@@ -2,20 +2,27 @@
 //!
 //! [`Source`] prepares distant light, [`Zonal`] kernels say what it is convolved with, [`filter::filter`] makes a
 //! cube map ([`EdgeCube`]) of the convolution to a tolerance, in frequency space or by direct summation over
-//! a hierarchy of the light ([`Tree`]).
+//! a hierarchy of the light ([`Tree`]). [`Sampled`] and [`filter_image`] make images in any layout for other programs.
 
 pub mod angular;
 mod beam;
 pub mod edge_cube;
 pub mod filter;
 mod kernel;
+mod lobes;
+pub mod map;
 pub mod probe;
+mod sampled;
 pub mod source;
+mod split;
 mod tree;
 
 pub use beam::Beam;
 pub use edge_cube::EdgeCube;
 pub use filter::{Filtered, Size, Way, filter};
 pub use kernel::{Cosine, GgxMirror, Power, Zonal, quadrature};
+pub use lobes::Lobe;
+pub use map::{Deviation, FilteredImage, deviation, filter_image, mirror_image};
+pub use sampled::Sampled;
 pub use source::Source;
 pub use tree::Tree;

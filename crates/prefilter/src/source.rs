@@ -39,7 +39,7 @@ pub struct Source {
 impl Source {
     /// Prepares everything in `lights` but its point lights, with a spectrum up to `order`.
     pub fn new(lights: &Lights, order: usize, task: &Task) -> Result<Self, Cancelled> {
-        let image = lights.environment.as_ref().map(|e| reduced(&e.image));
+        let image = lights.environment.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
         let mut beams: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
         beams.extend(lights.directionals.iter().map(Beam::from));
         Self::of(image, beams, order, task)
@@ -61,6 +61,11 @@ impl Source {
     pub fn prepared(base: Option<SphereImage>, beams: Vec<Beam>, order: usize) -> Self {
         let order = base.as_ref().map_or(order, |b| order.min(2 * b.height.max(2)));
         let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project_exact(b, order));
+        Self::assembled(base, beams, spectrum)
+    }
+
+    /// The parts, with the spectrum of `base` known.
+    pub(crate) fn assembled(base: Option<SphereImage>, beams: Vec<Beam>, spectrum: ShRgb) -> Self {
         let base_energy = base.as_ref().map_or(0.0, energy);
         let negative = base.as_ref().is_some_and(|b| b.planes.iter().flatten().any(|&l| l < 0.0));
         let bands = bands(&spectrum, &beams);
@@ -102,19 +107,21 @@ fn bands(spectrum: &ShRgb, beams: &[Beam]) -> Vec<f64> {
     (0..=all.order).map(band).collect()
 }
 
-fn reduced(image: &SphereImage) -> SphereImage {
-    if image.height <= MAX_HEIGHT {
+/// The image with at most `rows` rows, area-exact.
+pub(crate) fn reduced(image: &SphereImage, rows: usize) -> SphereImage {
+    if image.height <= rows {
         return image.clone();
     }
-    let width = (image.width * MAX_HEIGHT).div_ceil(image.height);
-    image.resample(Layout::LatLong, width, MAX_HEIGHT)
+    let width = (image.width * rows).div_ceil(image.height);
+    image.resample(Layout::LatLong, width, rows)
 }
 
 fn row_solid_angles(image: &SphereImage) -> Vec<f64> {
     (0..image.height).map(|j| image.layout.solid_angle(image.width, image.height, 0, 0, j)).collect()
 }
 
-fn energy(image: &SphereImage) -> f64 {
+/// ∫ of the square, all channels.
+pub(crate) fn energy(image: &SphereImage) -> f64 {
     let omega = row_solid_angles(image);
     let square = |l: &f32| f64::from(*l).powi(2);
     let row = |j: usize| -> f64 {
@@ -125,7 +132,7 @@ fn energy(image: &SphereImage) -> f64 {
 }
 
 /// Caps the brightest texels of `image`; their excess is appended to `beams`.
-fn split(mut image: SphereImage, beams: &mut Vec<Beam>) -> SphereImage {
+pub(crate) fn split(mut image: SphereImage, beams: &mut Vec<Beam>) -> SphereImage {
     let omega = row_solid_angles(&image);
     let value =
         |image: &SphereImage, k: usize| image.planes.iter().map(|p| f64::from(p[k]).max(0.0)).sum::<f64>();

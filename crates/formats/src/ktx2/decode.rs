@@ -2,8 +2,11 @@
 
 use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
 use crate::image::{not_empty, read_bytes};
+use crate::texel::TexelFormat;
 use crate::{FormatError, Limits};
 use half::f16;
+use std::borrow::Cow;
+use std::io::Read;
 use std::path::Path;
 
 /// Reads the texture `path`.
@@ -35,7 +38,7 @@ pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Texture
     for level in 0..header.levels {
         let texels = texture.level_len(level) / 4;
         let data = header.level(bytes, level, texels).map_err(invalid)?;
-        texture.levels.push(header.format.expand(data, texels));
+        texture.levels.push(header.format.expand(&data, texels));
     }
     Ok(texture)
 }
@@ -47,12 +50,13 @@ struct Header {
     faces: usize,
     levels: usize,
     key_values: (usize, usize),
+    scheme: u32,
 }
 
 #[derive(Clone, Copy)]
-struct Format {
-    components: usize,
-    half: bool,
+enum Format {
+    Floats { components: usize, half: bool },
+    Packed(TexelFormat),
 }
 
 impl Format {
@@ -67,21 +71,33 @@ impl Format {
             103 => (2, false),
             106 => (3, false),
             109 => (4, false),
-            _ => return Err(format!("VkFormat {vk} is not read; 16- and 32-bit floats are")),
+            122 => return Ok(Self::Packed(TexelFormat::R11g11b10)),
+            123 => return Ok(Self::Packed(TexelFormat::Rgb9e5)),
+            _ => {
+                let why = "16- and 32-bit floats, B10G11R11 and E5B9G9R9 are";
+                return Err(format!("VkFormat {vk} is not read; {why}"));
+            }
         };
-        Ok(Self { components, half })
+        Ok(Self::Floats { components, half })
     }
 
     fn texel(self) -> usize {
-        self.components * if self.half { 2 } else { 4 }
+        match self {
+            Self::Floats { components, half } => components * if half { 2 } else { 4 },
+            Self::Packed(f) => f.bytes(),
+        }
     }
 
     fn expand(self, data: &[u8], texels: usize) -> Vec<f32> {
+        let (components, half) = match self {
+            Self::Floats { components, half } => (components, half),
+            Self::Packed(f) => return f.decode(data),
+        };
         let mut out = Vec::with_capacity(4 * texels);
         for texel in data.chunks_exact(self.texel()) {
             let mut rgba = [0.0, 0.0, 0.0, 1.0];
-            for (i, v) in rgba.iter_mut().take(self.components).enumerate() {
-                *v = if self.half {
+            for (i, v) in rgba.iter_mut().take(components).enumerate() {
+                *v = if half {
                     f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32()
                 } else {
                     f32::from_le_bytes([texel[4 * i], texel[4 * i + 1], texel[4 * i + 2], texel[4 * i + 3]])
@@ -108,9 +124,8 @@ impl Header {
         if f[4] > 1 || f[5] > 1 {
             return Err("volumes and arrays are not read".into());
         }
-        if f[8] != 0 {
-            let name =
-                ["none", "BasisLZ", "Zstandard", "ZLIB"].get(f[8] as usize).copied().unwrap_or("unknown");
+        if !matches!(f[8], 0 | 2 | 3) {
+            let name = if f[8] == 1 { "BasisLZ" } else { "unknown" };
             return Err(format!("{name} supercompression is not read; write the file without it"));
         }
         if !matches!(f[6], 1 | 6) || (f[6] == 6 && f[2] != f[3]) {
@@ -127,11 +142,12 @@ impl Header {
             // 0 asks the reader to make the levels itself; the first one is there.
             levels: f[7].max(1) as usize,
             key_values: (f[11] as usize, f[12] as usize),
+            scheme: f[8],
         })
     }
 
     /// The bytes of a level.
-    fn level<'a>(&self, bytes: &'a [u8], level: usize, texels: usize) -> Result<&'a [u8], String> {
+    fn level<'a>(&self, bytes: &'a [u8], level: usize, texels: usize) -> Result<Cow<'a, [u8]>, String> {
         let truncated = || format!("truncated: mip level {level} is incomplete");
         let entry = HEADER_BYTES + LEVEL_BYTES * level;
         let number = |i: usize| {
@@ -139,15 +155,34 @@ impl Header {
             usize::try_from(u64::from_le_bytes(b)).ok()
         };
         let (start, length) = number(0).zip(number(8)).ok_or_else(truncated)?;
-        if length != texels * self.format.texel() {
-            return Err(format!(
-                "mip level {level} has {length} bytes instead of {}",
-                texels * self.format.texel()
-            ));
+        let expected = texels * self.format.texel();
+        let wrong = |n: usize| format!("mip level {level} has {n} bytes instead of {expected}");
+        if self.scheme == 0 && length != expected {
+            return Err(wrong(length));
         }
         let end = start.checked_add(length).ok_or_else(truncated)?;
-        bytes.get(start..end).ok_or_else(truncated)
+        let data = bytes.get(start..end).ok_or_else(truncated)?;
+        if self.scheme == 0 {
+            return Ok(Cow::Borrowed(data));
+        }
+        let raw = inflate(data, self.scheme, expected)
+            .map_err(|e| format!("mip level {level} is damaged: {}", e.replace('\n', " ")))?;
+        if raw.len() != expected { Err(wrong(raw.len())) } else { Ok(Cow::Owned(raw)) }
     }
+}
+
+/// Decompresses at most one byte more than `expected`.
+fn inflate(data: &[u8], scheme: u32, expected: usize) -> Result<Vec<u8>, String> {
+    let mut raw = Vec::new();
+    let limit = expected as u64 + 1;
+    let n = if scheme == 2 {
+        let r = ruzstd::decoding::StreamingDecoder::new(data).map_err(|e| e.to_string())?;
+        r.take(limit).read_to_end(&mut raw)
+    } else {
+        flate2::read::ZlibDecoder::new(data).take(limit).read_to_end(&mut raw)
+    };
+    n.map_err(|e| e.to_string())?;
+    Ok(raw)
 }
 
 /// Keys and values; those whose value is not text are left out.

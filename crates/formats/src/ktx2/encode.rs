@@ -4,23 +4,71 @@ use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
 use crate::FormatError;
 use crate::atomic::write_atomic;
 use crate::image::WriteReport;
-use half::f16;
+use crate::texel::TexelFormat;
 use std::io::{self, Write};
 use std::path::Path;
+
+/// Lossless compression of a whole level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Supercompression {
+    /// None.
+    #[default]
+    None,
+    /// Zstandard, level 1: quick, and read by every loader that reads supercompressed files.
+    Zstd,
+    /// ZLIB, level 6.
+    Zlib,
+}
+
+impl Supercompression {
+    fn scheme(self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Zstd => 2,
+            Self::Zlib => 3,
+        }
+    }
+
+    fn apply(self, raw: Vec<u8>) -> io::Result<Vec<u8>> {
+        match self {
+            Self::None => Ok(raw),
+            Self::Zstd => {
+                Ok(ruzstd::encoding::compress_to_vec(&raw[..], ruzstd::encoding::CompressionLevel::Fastest))
+            }
+            Self::Zlib => {
+                let mut w = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::new(6));
+                w.write_all(&raw)?;
+                w.finish()
+            }
+        }
+    }
+}
 
 /// Writes `texture` to `path` with 16- or 32-bit floats, whole or not at all. `texture.metadata` becomes key and
 /// value data. Values that are not finite are refused; halves beyond 65504 clip and are counted.
 pub fn write_ktx2(path: &Path, texture: &TextureLevels, half: bool) -> Result<WriteReport, FormatError> {
+    let format = if half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
+    write_ktx2_as(path, texture, format, Supercompression::None)
+}
+
+/// [`write_ktx2`] in any texel format, compressed or not. What does not fit the format is counted.
+pub fn write_ktx2_as(
+    path: &Path,
+    texture: &TextureLevels,
+    format: TexelFormat,
+    compression: Supercompression,
+) -> Result<WriteReport, FormatError> {
     check(texture).map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
     let mut report = WriteReport::default();
     write_atomic(path, |w| {
-        report = encode(w, texture, half)?;
+        report = encode(w, texture, format, compression)?;
         Ok(())
     })?;
     Ok(report)
 }
 
-fn check(t: &TextureLevels) -> Result<(), String> {
+/// Is the texture whole and finite?
+pub(crate) fn check(t: &TextureLevels) -> Result<(), String> {
     if t.width == 0 || t.height == 0 || t.levels.is_empty() {
         return Err("the texture is empty".into());
     }
@@ -46,76 +94,101 @@ fn check(t: &TextureLevels) -> Result<(), String> {
     Ok(())
 }
 
-fn encode(w: &mut dyn Write, t: &TextureLevels, half: bool) -> io::Result<WriteReport> {
-    let texel = if half { 8 } else { 16 };
-    let dfd = descriptor(half);
+fn encode(
+    w: &mut dyn Write,
+    t: &TextureLevels,
+    format: TexelFormat,
+    compression: Supercompression,
+) -> io::Result<WriteReport> {
+    let mut report = WriteReport::default();
+    let mut levels = Vec::with_capacity(t.levels.len());
+    for level in &t.levels {
+        let mut raw = Vec::new();
+        format.encode(level, &mut raw, &mut report);
+        levels.push(compression.apply(raw)?);
+    }
+    let dfd = descriptor(format);
     let kvd = key_values(&t.metadata);
     let dfd_at = HEADER_BYTES + LEVEL_BYTES * t.levels.len();
     let kvd_at = dfd_at + dfd.len();
     let mut head = IDENTIFIER.to_vec();
-    // VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT.
-    let (format, type_size) = if half { (97, 2) } else { (109, 4) };
-    let fields = [format, type_size, t.width, t.height, 0, 0, t.faces, t.levels.len(), 0];
+    let (vk, type_size) = numbers(format);
+    let fields = [vk, type_size, t.width, t.height, 0, 0, t.faces, t.levels.len(), compression.scheme()];
     let index = [dfd_at, dfd.len(), kvd_at, kvd.len()];
     fields.iter().chain(&index).for_each(|v| head.extend((*v as u32).to_le_bytes()));
     // No supercompression data.
     head.extend([0; 16]);
-    // The smallest level comes first in the file; the index is in order of levels.
-    let bytes = |level: usize| t.level_len(level) / 4 * texel;
-    let mut at = (kvd_at + kvd.len()).next_multiple_of(texel);
+    // The smallest level comes first in the file; the index is in order of levels. Compressed levels need no
+    // alignment.
+    let align = if compression == Supercompression::None { format.bytes() } else { 1 };
+    let mut at = (kvd_at + kvd.len()).next_multiple_of(align);
     let padding = at - (kvd_at + kvd.len());
-    let mut offsets = vec![0; t.levels.len()];
-    for level in (0..t.levels.len()).rev() {
+    let mut offsets = vec![0; levels.len()];
+    for (level, bytes) in levels.iter().enumerate().rev() {
         offsets[level] = at;
-        at += bytes(level);
+        at += bytes.len();
     }
     for (level, offset) in offsets.iter().enumerate() {
-        [*offset, bytes(level), bytes(level)].iter().for_each(|v| head.extend((*v as u64).to_le_bytes()));
+        let raw = t.level_len(level) / 4 * format.bytes();
+        [*offset, levels[level].len(), raw].iter().for_each(|v| head.extend((*v as u64).to_le_bytes()));
     }
     w.write_all(&head)?;
     w.write_all(&dfd)?;
     w.write_all(&kvd)?;
     w.write_all(&vec![0; padding])?;
-    let mut report = WriteReport::default();
-    for level in t.levels.iter().rev() {
-        write_level(w, level, half, &mut report)?;
-    }
+    levels.iter().rev().try_for_each(|level| w.write_all(level))?;
     Ok(report)
 }
 
-fn write_level(w: &mut dyn Write, level: &[f32], half: bool, report: &mut WriteReport) -> io::Result<()> {
-    if !half {
-        return level.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()));
+/// The VkFormat and the size of its type.
+fn numbers(format: TexelFormat) -> (usize, usize) {
+    match format {
+        TexelFormat::Rgba16f => (97, 2),
+        TexelFormat::Rgba32f => (109, 4),
+        TexelFormat::R11g11b10 => (122, 4),
+        TexelFormat::Rgb9e5 => (123, 4),
     }
-    level.iter().try_for_each(|&v| {
-        let mut h = f16::from_f32(v);
-        if h.is_infinite() {
-            h = f16::MAX.copysign(h);
-            report.clip(v.into(), h.into());
-        }
-        w.write_all(&h.to_le_bytes())
-    })
 }
 
-/// The basic descriptor block (Khronos Data Format Specification 1.3, table 5.1): four signed float samples of
-/// linear Rec. 709, range −1 … 1.
-fn descriptor(half: bool) -> Vec<u8> {
-    let bits: u16 = if half { 16 } else { 32 };
-    let block: u16 = 24 + 4 * 16;
+/// One sample of a descriptor: first bit, bits, channel with qualifiers, lower and upper.
+type Bits = (u16, u16, u8, u32, u32);
+
+/// The basic descriptor block (Khronos Data Format Specification 1.3, table 5.1 and the examples of sections
+/// 5.20 and 10): linear Rec. 709.
+fn descriptor(format: TexelFormat) -> Vec<u8> {
+    const FLOAT: u8 = 0x80;
+    const SIGNED: u8 = 0x40;
+    const EXPONENT: u8 = 0x20;
+    let (one, minus) = (1f32.to_bits(), (-1f32).to_bits());
+    let wide = |bits: u16| -> Vec<Bits> {
+        let sample = |(i, c): (u16, u8)| (i * bits, bits, c | FLOAT | SIGNED, minus, one);
+        (0..4).zip([0, 1, 2, 15]).map(sample).collect()
+    };
+    let samples: Vec<Bits> = match format {
+        TexelFormat::Rgba16f => wide(16),
+        TexelFormat::Rgba32f => wide(32),
+        TexelFormat::R11g11b10 => {
+            vec![(0, 11, FLOAT, 0, one), (11, 11, 1 | FLOAT, 0, one), (22, 10, 2 | FLOAT, 0, one)]
+        }
+        // Mantissa and exponent of each channel; 8448 is the mantissa of 1.0 as the specification counts.
+        TexelFormat::Rgb9e5 => (0..3u8)
+            .flat_map(|c| [(9 * u16::from(c), 9, c, 0, 8448), (27, 5, c | EXPONENT, 15, 31)])
+            .collect(),
+    };
+    let block = 24 + 16 * samples.len() as u16;
     let mut d = u32::from(block + 4).to_le_bytes().to_vec();
     d.extend([0; 4]); // vendor Khronos, basic format
     d.extend(2u16.to_le_bytes()); // version 1.3
     d.extend(block.to_le_bytes());
     d.extend([1, 1, 1, 0]); // RGBSDA, BT.709, linear, straight alpha
     d.extend([0; 4]); // texel blocks of 1 × 1 × 1 × 1
-    d.extend([(bits / 2) as u8, 0, 0, 0, 0, 0, 0, 0]); // bytes of plane 0
-    for (i, channel) in [0u8, 1, 2, 15].into_iter().enumerate() {
-        d.extend((i as u16 * bits).to_le_bytes());
-        d.push((bits - 1) as u8);
-        d.push(channel | 0x80 | 0x40); // float, signed
+    d.extend([format.bytes() as u8, 0, 0, 0, 0, 0, 0, 0]); // bytes of plane 0
+    for (first, bits, channel, lower, upper) in samples {
+        d.extend(first.to_le_bytes());
+        d.extend([(bits - 1) as u8, channel]);
         d.extend([0; 4]);
-        d.extend((-1f32).to_le_bytes());
-        d.extend(1f32.to_le_bytes());
+        d.extend(lower.to_le_bytes());
+        d.extend(upper.to_le_bytes());
     }
     d
 }
@@ -155,9 +228,46 @@ mod tests {
     }
 
     fn bytes(t: &TextureLevels, half: bool) -> (Vec<u8>, WriteReport) {
+        let format = if half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
+        written(t, format, Supercompression::None)
+    }
+
+    fn written(t: &TextureLevels, format: TexelFormat, c: Supercompression) -> (Vec<u8>, WriteReport) {
         let mut b = Vec::new();
-        let report = encode(&mut b, t, half).unwrap();
+        let report = encode(&mut b, t, format, c).unwrap();
         (b, report)
+    }
+
+    #[test]
+    fn every_format_and_compression_comes_back() {
+        let mut t = texture(6);
+        // Values that every format holds.
+        t.levels.iter_mut().flatten().enumerate().for_each(|(i, v)| {
+            *v = if i % 4 == 3 { 1.0 } else { [0.5, 1.0, 0.75, 256.0][i / 4 % 4] };
+        });
+        for format in TexelFormat::ALL {
+            for c in [Supercompression::None, Supercompression::Zstd, Supercompression::Zlib] {
+                let (b, report) = written(&t, format, c);
+                let back = decode_ktx2(Path::new("t.ktx2"), &b, &Limits::default()).unwrap();
+                assert_eq!(back.levels, t.levels, "{format:?} {c:?}");
+                assert_eq!(report, WriteReport::default());
+                for cut in [b.len() - 1, 100, 200, b.len() / 2] {
+                    assert!(decode_ktx2(Path::new("t.ktx2"), &b[..cut], &Limits::default()).is_err());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_compressed_levels_are_refused_without_a_panic() {
+        for c in [Supercompression::Zstd, Supercompression::Zlib] {
+            let (b, _) = written(&texture(6), TexelFormat::Rgba16f, c);
+            for at in (0..b.len()).step_by(3) {
+                let mut bad = b.clone();
+                bad[at] ^= 0x5a;
+                let _ = decode_ktx2(Path::new("t.ktx2"), &bad, &Limits::default());
+            }
+        }
     }
 
     #[test]
@@ -195,7 +305,10 @@ mod tests {
     fn halves_clip_and_bad_textures_are_refused() {
         let mut t = texture(1);
         t.levels[0][0] = -1e6;
-        assert_eq!(bytes(&t, true).1, WriteReport { clipped: 1, lost: 1e6 - 65504.0 });
+        assert_eq!(
+            bytes(&t, true).1,
+            WriteReport { clipped: 1, lost: 1e6 - 65504.0, ..WriteReport::default() }
+        );
         t.levels[1][5] = f32::NAN;
         assert_eq!(check(&t).unwrap_err(), "level 1, face 0, texel (1, 0) is not finite");
         t.levels[1].pop();

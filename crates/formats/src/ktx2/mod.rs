@@ -1,14 +1,16 @@
 //! KTX2 textures (Khronos KTX File Format Specification 2.0): two-dimensional and cube maps with mip levels, floats.
 //!
-//! Written: R32G32B32A32_SFLOAT and R16G16B16A16_SFLOAT without supercompression, linear Rec. 709 in the data format
-//! descriptor, `KTXorientation` rd and `KTXwriter`. Read: 16- and 32-bit float formats of one to four components.
-//! Refused: arrays, volumes, block compression, supercompression.
+//! Written: R32G32B32A32_SFLOAT, R16G16B16A16_SFLOAT, E5B9G9R9_UFLOAT_PACK32 and B10G11R11_UFLOAT_PACK32, as they
+//! are or with Zstandard or ZLIB supercompression; linear Rec. 709 in the data format descriptor, `KTXorientation` rd
+//! and `KTXwriter`. Read: these, and 16- and 32-bit float formats of one to three components. Refused: arrays, volumes,
+//! block compression, BasisLZ.
 
 mod decode;
 mod encode;
 
 pub use decode::{decode_ktx2, read_ktx2};
-pub use encode::write_ktx2;
+pub(crate) use encode::check;
+pub use encode::{Supercompression, write_ktx2, write_ktx2_as};
 
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 

@@ -305,6 +305,6 @@ mod tests {
         let mut w = Cursor::new(Vec::new());
         let options = WriteOptions { exr_samples: ExrSamples::Half, ..WriteOptions::default() };
         let report = encode(&mut w, &r, &options).unwrap();
-        assert_eq!(report, WriteReport { clipped: 2, lost: (1e5 - 65504.0) + (7e4 - 65504.0) });
+        assert_eq!(report, WriteReport { clipped: 2, lost: (1e5 - 65504.0) + (7e4 - 65504.0), vanished: 0 });
     }
 }

@@ -1,0 +1,94 @@
+//! Texel formats of texture containers, and levels in them.
+
+use crate::WriteReport;
+use crate::packed::{decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5};
+use half::f16;
+
+/// Texel formats that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TexelFormat {
+    /// Four 16-bit floats.
+    Rgba16f,
+    /// Four 32-bit floats.
+    Rgba32f,
+    /// E5B9G9R9: a shared exponent, no sign, no alpha; up to 65408.
+    Rgb9e5,
+    /// B10G11R11: unsigned short floats, no alpha; up to 64512.
+    R11g11b10,
+}
+
+impl TexelFormat {
+    /// Every format.
+    pub const ALL: [Self; 4] = [Self::Rgba16f, Self::Rgba32f, Self::Rgb9e5, Self::R11g11b10];
+
+    /// The name that commands and file names use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rgba16f => "rgba16f",
+            Self::Rgba32f => "rgba32f",
+            Self::Rgb9e5 => "rgb9e5",
+            Self::R11g11b10 => "r11g11b10",
+        }
+    }
+
+    /// The format of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Bytes of a texel.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Rgba16f => 8,
+            Self::Rgba32f => 16,
+            Self::Rgb9e5 | Self::R11g11b10 => 4,
+        }
+    }
+
+    /// Appends texels given as R G B A; what does not fit is counted.
+    pub(crate) fn encode(self, rgba: &[f32], out: &mut Vec<u8>, report: &mut WriteReport) {
+        out.reserve(rgba.len() / 4 * self.bytes());
+        for t in rgba.chunks_exact(4) {
+            let rgb = [t[0], t[1], t[2]];
+            match self {
+                Self::Rgba32f => t.iter().for_each(|v| out.extend(v.to_le_bytes())),
+                Self::Rgba16f => t.iter().for_each(|&v| out.extend(half(v, report).to_le_bytes())),
+                Self::Rgb9e5 => out.extend(encode_rgb9e5(rgb, report).to_le_bytes()),
+                Self::R11g11b10 => out.extend(encode_r11g11b10(rgb, report).to_le_bytes()),
+            }
+        }
+    }
+
+    /// Texels as R G B A.
+    pub(crate) fn decode(self, data: &[u8]) -> Vec<f32> {
+        let mut out = Vec::with_capacity(data.len() / self.bytes() * 4);
+        for t in data.chunks_exact(self.bytes()) {
+            let word = || u32::from_le_bytes([t[0], t[1], t[2], t[3]]);
+            match self {
+                Self::Rgba32f => {
+                    out.extend(t.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+                }
+                Self::Rgba16f => {
+                    out.extend(t.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()));
+                }
+                Self::Rgb9e5 => out.extend(decode_rgb9e5(word()).into_iter().chain([1.0])),
+                Self::R11g11b10 => out.extend(decode_r11g11b10(word()).into_iter().chain([1.0])),
+            }
+        }
+        out
+    }
+}
+
+fn half(v: f32, report: &mut WriteReport) -> f16 {
+    let h = f16::from_f32(v);
+    if h.is_infinite() {
+        let h = f16::MAX.copysign(h);
+        report.clip(v.into(), h.into());
+        return h;
+    }
+    if v > 0.0 && h == f16::ZERO {
+        report.vanished += 1;
+        report.lost += f64::from(v);
+    }
+    h
+}

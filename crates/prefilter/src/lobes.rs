@@ -1,0 +1,177 @@
+//! Normalised kernels for filtered maps: ∫K dω = 1, so that a constant environment stays as it is.
+//!
+//! Those of microfacet models are seen with n = wo = r, K ∝ D(n·h)/4 · ⟨n·wi⟩₊ with n·h = cos(θ/2).
+
+use crate::kernel::{GgxMirror, Power, Zonal, quadrature};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A normalised kernel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lobe {
+    shape: Shape,
+    /// 1/∫ of the shape.
+    scale: f64,
+}
+
+/// What a lobe looks like; factors that normalisation takes out are left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    Ggx(GgxMirror),
+    Beckmann { alpha: f64 },
+    Charlie { alpha: f64 },
+    BlinnPhong { n: f64 },
+    Phong(Power),
+    Gaussian { sigma: f64 },
+}
+
+impl Lobe {
+    fn new(shape: Shape) -> Self {
+        let mut lobe = Self { shape, scale: 1.0 };
+        lobe.scale = quadrature(|x| lobe.value(x), lobe.width(), lobe.support(), 0)[0].recip();
+        lobe
+    }
+
+    /// Trowbridge–Reitz (GGX): the split sum's ∫L w/∫w. `alpha` = perceptual_roughness², kept ≥ 1e-4.
+    pub fn ggx(alpha: f64) -> Self {
+        Self { shape: Shape::Ggx(GgxMirror::new(alpha)), scale: 1.0 }
+    }
+
+    /// Beckmann: D = exp(−tan²θ_h/α²)/(π α² cos⁴θ_h). `alpha` is kept ≥ 1e-4.
+    pub fn beckmann(alpha: f64) -> Self {
+        Self::new(Shape::Beckmann { alpha: alpha.max(1e-4) })
+    }
+
+    /// Charlie sheen (Estevez & Kulla 2017): D ∝ sin^{1/α} θ_h. `alpha` is kept ≥ 0.02.
+    pub fn charlie(alpha: f64) -> Self {
+        Self::new(Shape::Charlie { alpha: alpha.max(0.02) })
+    }
+
+    /// Blinn–Phong: D ∝ (n·h)^n, n > 0.
+    pub fn blinn_phong(n: f64) -> Self {
+        Self::new(Shape::BlinnPhong { n })
+    }
+
+    /// Phong: (n+1)/2π ⟨cos θ⟩₊^n, n > 0.
+    pub fn phong(n: f64) -> Self {
+        Self { shape: Shape::Phong(Power { n }), scale: (n + 1.0) / (2.0 * PI) }
+    }
+
+    /// Lambert: ⟨cos θ⟩₊/π, so that a map holds E/π.
+    pub fn lambert() -> Self {
+        Self::phong(1.0)
+    }
+
+    /// A Gaussian of the angle, ∝ exp(−θ²/2σ²) over the whole sphere; `sigma` in radians, > 0.
+    pub fn gaussian(sigma: f64) -> Self {
+        Self::new(Shape::Gaussian { sigma })
+    }
+}
+
+impl Zonal for Lobe {
+    fn value(&self, x: f64) -> f64 {
+        if x <= 0.0 && self.support() <= FRAC_PI_2 {
+            return 0.0;
+        }
+        // cos²θ_h and sin²θ_h
+        let (c2, s2) = (0.5 * (1.0 + x), 0.5 * (1.0 - x).max(0.0));
+        self.scale
+            * match self.shape {
+                Shape::Ggx(k) => k.value(x),
+                Shape::Beckmann { alpha } => (-s2 / (c2 * alpha * alpha)).exp() / (alpha * c2).powi(2) * x,
+                Shape::Charlie { alpha } => s2.powf(0.5 / alpha) * x,
+                Shape::BlinnPhong { n } => c2.powf(0.5 * n) * x,
+                Shape::Phong(k) => k.value(x),
+                Shape::Gaussian { sigma } => {
+                    let theta = if s2 < 0.5 { 2.0 * s2.sqrt().asin() } else { x.clamp(-1.0, 1.0).acos() };
+                    (-0.5 * (theta / sigma).powi(2)).exp()
+                }
+            }
+    }
+
+    fn width(&self) -> f64 {
+        match self.shape {
+            Shape::Ggx(k) => k.width(),
+            Shape::Beckmann { alpha } => alpha.min(1.0),
+            // It varies over the last part of its hemisphere, but like a power: panels from 0.3 resolve it.
+            Shape::Charlie { .. } => 0.3,
+            Shape::BlinnPhong { n } => (2.0 / n.max(2.0).sqrt()).min(1.0),
+            Shape::Phong(k) => k.width(),
+            Shape::Gaussian { sigma } => sigma.min(1.0),
+        }
+    }
+
+    fn support(&self) -> f64 {
+        if matches!(self.shape, Shape::Gaussian { .. }) { PI } else { FRAC_PI_2 }
+    }
+
+    fn coefficients(&self, order: usize) -> Vec<f64> {
+        match self.shape {
+            Shape::Ggx(k) => k.coefficients(order),
+            Shape::Phong(k) => k.coefficients(order).into_iter().map(|k| k * self.scale).collect(),
+            _ => quadrature(|x| self.value(x), self.width(), self.support(), order),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Cosine;
+
+    #[test]
+    fn every_lobe_is_normalised_at_every_width() {
+        for w in [1e-3, 0.01, 0.1, 0.4, 1.0] {
+            let exponent = 1.0 / (w * w);
+            let lobes = [
+                Lobe::ggx(w),
+                Lobe::beckmann(w),
+                Lobe::charlie(w),
+                Lobe::blinn_phong(exponent),
+                Lobe::phong(exponent),
+                Lobe::gaussian(w),
+            ];
+            for lobe in lobes {
+                // A composite rule of its own: the midpoint rule in √θ-like steps.
+                let n = 400_000;
+                let top = lobe.support();
+                let sum: f64 = (0..n)
+                    .map(|k| {
+                        let t = (f64::from(k) + 0.5) / f64::from(n);
+                        let theta = top * t * t;
+                        2.0 * PI * lobe.value(theta.cos()) * theta.sin() * 2.0 * top * t / f64::from(n)
+                    })
+                    .sum();
+                assert!((sum - 1.0).abs() < 1e-6, "{lobe:?}: {sum}");
+                assert!((lobe.coefficients(4)[0] - 1.0).abs() < 1e-10, "{lobe:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn lambert_is_the_cosine_over_pi() {
+        for (a, b) in Lobe::lambert().coefficients(20).iter().zip(Cosine.coefficients(20)) {
+            assert!((a - b / PI).abs() < 1e-14);
+        }
+    }
+
+    /// Blinn–Phong of exponent 2/α² and Beckmann of α tend to the same Gaussian of θ_h.
+    #[test]
+    fn narrow_lobes_agree() {
+        let alpha = 0.01;
+        let (a, b, c) = (
+            Lobe::beckmann(alpha).coefficients(200),
+            Lobe::blinn_phong(2.0 / (alpha * alpha)).coefficients(200),
+            // exp(−θ_h²/α²) with θ_h = θ/2: σ = √2 α.
+            Lobe::gaussian(alpha * 2f64.sqrt()).coefficients(200),
+        );
+        for l in 0..=200 {
+            assert!(
+                (a[l] - b[l]).abs() < 2e-3 && (a[l] - c[l]).abs() < 2e-3,
+                "{l}: {} {} {}",
+                a[l],
+                b[l],
+                c[l]
+            );
+        }
+    }
+}
