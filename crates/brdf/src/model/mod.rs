@@ -4,6 +4,7 @@ pub mod abc;
 pub mod ashikhmin_shirley;
 pub mod blinn_phong;
 pub mod cook_torrance;
+mod cosine_power;
 pub mod ggx;
 pub mod lafortune;
 mod lafortune_file;
