@@ -6,6 +6,7 @@ mod demo;
 mod eval;
 mod inspect;
 mod irradiance;
+mod prefilter;
 pub mod render;
 mod sample;
 
@@ -25,6 +26,8 @@ pub enum Command {
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
     #[command(alias = "sh")]
     Irradiance(irradiance::Options),
+    /// Environment to filtered map, chain of levels, or an engine's files
+    Prefilter(Box<prefilter::Options>),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
@@ -45,6 +48,7 @@ impl Command {
             Self::Render(o) => render::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
+            Self::Prefilter(o) => prefilter::run(*o, context),
             Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),
