@@ -1,15 +1,12 @@
-//! The ring FFTs, folded into even and odd parts of row pairs.
+//! The ring FFTs, between rows of samples and cells of even and odd parts of eight row pairs.
 
 use super::Sample;
-use rayon::prelude::*;
+use super::kernel::CELL;
+use super::rings::{BLOCK, Rings};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f64::consts::{PI, SQRT_2};
-use std::ops::Range;
 use std::sync::Arc;
-
-/// Even part (north + south) as (cosine, sine) of red, green, blue and two zeros, then the odd part.
-pub(super) type PairRow = [f64; 16];
 
 /// Forward and inverse FFT of one ring.
 type Plans = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
@@ -20,8 +17,33 @@ pub(super) struct Fourier {
     pub(super) height: usize,
     /// None for an empty grid.
     plans: Option<Plans>,
-    /// e^{imφ0}, times the norm of the azimuthal functions: 1 for m = 0, else √2.
-    phase: Vec<Complex<f64>>,
+}
+
+/// One worker's buffers.
+#[derive(Default)]
+pub(super) struct Buffers {
+    /// A pair's rows: north and south, or sum and difference.
+    rings: [Vec<f64>; 2],
+    /// Spectra of the eight pairs, side by side.
+    bins: [Vec<Complex<f64>>; 2],
+    scratch: Vec<Complex<f64>>,
+}
+
+impl Buffers {
+    fn fit(&mut self, width: usize, scratch: usize) {
+        let zero = Complex::new(0.0, 0.0);
+        self.rings.iter_mut().for_each(|r| r.resize(width, 0.0));
+        self.bins.iter_mut().for_each(|b| b.resize(BLOCK * (width / 2 + 1), zero));
+        if self.scratch.len() < scratch {
+            self.scratch.resize(scratch, zero);
+        }
+    }
+}
+
+/// Rows of eight pairs of the three planes, from both poles towards the equator.
+pub(super) struct RowBlock<T> {
+    pub(super) north: [T; 3],
+    pub(super) south: [T; 3],
 }
 
 impl Fourier {
@@ -30,56 +52,7 @@ impl Fourier {
             let mut planner = RealFftPlanner::new();
             (planner.plan_fft_forward(width), planner.plan_fft_inverse(width))
         });
-        let phase = (0..=order).map(|m| phase(m, width)).collect();
-        Self { order, width, height, plans, phase }
-    }
-
-    /// Sums over φ of f·(cos, sin)·2π/width, times the basis' norm, for the row pairs of a range:
-    /// [pair][m]. `sinc` integrates over texels in place of sampling their centres.
-    pub(super) fn forward<S: Sample>(
-        &self,
-        planes: [&[S]; 3],
-        pairs: Range<usize>,
-        sinc: bool,
-    ) -> Vec<PairRow> {
-        let Some((fft, _)) = &self.plans else { return Vec::new() };
-        let columns = self.order + 1;
-        let mut rows = vec![[0.0; 16]; pairs.len() * columns];
-        let scale: Vec<f64> = (0..columns)
-            .map(|m| {
-                let h = PI * m as f64 / self.width as f64;
-                let sinc = if sinc && m > 0 { h.sin() / h } else { 1.0 };
-                sinc * 2.0 * PI / self.width as f64
-            })
-            .collect();
-        let init = || (fft.make_input_vec(), fft.make_output_vec(), fft.make_scratch_vec());
-        rows.par_chunks_mut(columns).zip(pairs).for_each_init(init, |(ring, bins, scratch), (out, north)| {
-            let south = self.height - 1 - north;
-            for (k, plane) in planes.iter().enumerate() {
-                for (row, sign) in [(north, 1.0), (south, -1.0)] {
-                    if row == south && north == south && sign < 0.0 {
-                        continue;
-                    }
-                    let samples = &plane[row * self.width..(row + 1) * self.width];
-                    ring.iter_mut().zip(samples).for_each(|(r, s)| *r = s.to_f64());
-                    fft.process_with_scratch(ring, bins, scratch).expect("buffers come from the plan");
-                    self.fold(bins, &scale, k, sign, out);
-                }
-            }
-        });
-        rows
-    }
-
-    fn fold(&self, bins: &[Complex<f64>], scale: &[f64], k: usize, sign: f64, out: &mut [PairRow]) {
-        for (m, row) in out.iter_mut().enumerate() {
-            let (bin, conjugate) = self.bin(m);
-            let f = if conjugate { bins[bin].conj() } else { bins[bin] };
-            let f = f * self.phase[m].conj() * scale[m];
-            row[2 * k] += f.re;
-            row[2 * k + 1] -= f.im;
-            row[8 + 2 * k] += sign * f.re;
-            row[8 + 2 * k + 1] -= sign * f.im;
-        }
+        Self { order, width, height, plans }
     }
 
     /// The bin of a real FFT that holds frequency m, and whether as its conjugate.
@@ -88,62 +61,167 @@ impl Fourier {
         if 2 * k <= self.width { (k, false) } else { (self.width - k, true) }
     }
 
-    /// Rows of samples from the sums over l: `spectra` is [m][pair].
-    pub(super) fn backward<S: Sample>(
+    fn is_aliased(&self) -> bool {
+        2 * self.order >= self.width
+    }
+
+    /// What turns Σ f·(cos, sin) mφ counted from the first column into the integral over φ times the norm of
+    /// the azimuthal functions. `sinc` integrates over texels in place of sampling their centres.
+    pub(super) fn analysis_phase(&self, m: usize, sinc: bool) -> [f64; 2] {
+        let h = PI * m as f64 / self.width as f64;
+        let sinc = if sinc && m > 0 { h.sin() / h } else { 1.0 };
+        phase(m, self.width).map(|p| p * sinc * 2.0 * PI / self.width as f64)
+    }
+
+    /// What turns coefficients of (cos, sin) mφ into bins counted from the first column.
+    pub(super) fn synthesis_phase(&self, m: usize) -> [f64; 2] {
+        let bin = self.bin(m).0;
+        let half = if bin == 0 || 2 * bin == self.width { 1.0 } else { 0.5 };
+        phase(m, self.width).map(|p| p * half)
+    }
+
+    /// Cells [ring block][m] of weighted sums over φ from the rows of one block; `ring` is its first ring.
+    pub(super) fn forward<S: Sample>(
         &self,
-        spectra: &[PairRow],
-        pairs: Range<usize>,
-        planes: &mut [&mut [S]; 3],
+        block: &RowBlock<&[S]>,
+        rings: &Rings,
+        ring: usize,
+        cells: &mut [f64],
+        buffers: &mut Buffers,
     ) {
-        let Some((_, fft)) = &self.plans else { return };
-        let stride = pairs.len();
-        let init = || (fft.make_input_vec(), fft.make_output_vec(), fft.make_scratch_vec());
-        for (k, plane) in planes.iter_mut().enumerate() {
-            for south in [false, true] {
-                let first = if south { self.height - pairs.end } else { pairs.start };
-                let range = first * self.width..(first + stride) * self.width;
-                let rows = plane[range].par_chunks_mut(self.width).enumerate();
-                rows.for_each_init(init, |(bins, ring, scratch), (r, out)| {
-                    let pair = if south { stride - 1 - r } else { r };
-                    self.unfold(spectra, stride, pair, k, if south { -1.0 } else { 1.0 }, bins);
-                    fft.process_with_scratch(bins, ring, scratch).expect("buffers come from the plan");
-                    out.iter_mut().zip(&*ring).for_each(|(o, r)| *o = S::from_f64(*r));
-                });
+        let (Some((fft, _)), width) = (&self.plans, self.width) else { return };
+        buffers.fit(width, fft.get_scratch_len());
+        let bins = width / 2 + 1;
+        for k in 0..3 {
+            for (lane, north) in block.north[k].chunks_exact(width).enumerate() {
+                let [sum, difference] = &mut buffers.rings;
+                // The equator is its own mirror.
+                let south = block.south[k].rchunks_exact(width).nth(lane);
+                if let Some(south) = south {
+                    for (((a, b), n), s) in sum.iter_mut().zip(&mut *difference).zip(north).zip(south) {
+                        let (n, s) = (n.to_f64(), s.to_f64());
+                        (*a, *b) = (n + s, n - s);
+                    }
+                } else {
+                    sum.iter_mut().zip(north).for_each(|(a, n)| *a = n.to_f64());
+                    difference.copy_from_slice(sum);
+                }
+                for (ring, out) in buffers.rings.iter_mut().zip(&mut buffers.bins) {
+                    let out = &mut out[lane * bins..(lane + 1) * bins];
+                    fft.process_with_scratch(ring, out, &mut buffers.scratch)
+                        .expect("buffers are as long as the plan asks");
+                }
+            }
+            for i in 0..rings.per_row {
+                self.fold(k, i, rings, ring, &buffers.bins, cells);
             }
         }
     }
 
-    fn unfold(
+    /// Spectra of channel k, weighted, into the i-th eight rings of a block.
+    fn fold(
         &self,
-        spectra: &[PairRow],
-        stride: usize,
-        pair: usize,
         k: usize,
-        sign: f64,
-        bins: &mut [Complex<f64>],
+        i: usize,
+        rings: &Rings,
+        ring: usize,
+        bins: &[Vec<Complex<f64>>; 2],
+        cells: &mut [f64],
     ) {
-        bins.fill(Complex::new(0.0, 0.0));
-        for m in 0..=self.order {
-            let row = &spectra[m * stride + pair];
-            let (c, s) = (row[2 * k] + sign * row[8 + 2 * k], row[2 * k + 1] + sign * row[8 + 2 * k + 1]);
-            let g = Complex::new(c, -s) * self.phase[m];
+        let stride = self.width / 2 + 1;
+        let at = ring + i * BLOCK;
+        let row: [usize; BLOCK] = std::array::from_fn(|lane| (i * BLOCK + lane) / rings.per_row * stride);
+        let even: [f64; BLOCK] = std::array::from_fn(|lane| rings.weight[at + lane]);
+        let odd: [f64; BLOCK] = std::array::from_fn(|lane| even[lane] * rings.cos[at + lane]);
+        let cells = &mut cells[i * (self.order + 1) * CELL..(i + 1) * (self.order + 1) * CELL];
+        for (m, cell) in cells.chunks_exact_mut(CELL).enumerate() {
             let (bin, conjugate) = self.bin(m);
-            if bin == 0 || 2 * bin == self.width {
-                bins[bin].re += g.re;
+            let sign = if conjugate { 1.0 } else { -1.0 };
+            for (bins, weight, c) in [(&bins[0], &even, 2 * k), (&bins[1], &odd, 6 + 2 * k)] {
+                let cell = &mut cell[c * BLOCK..(c + 2) * BLOCK];
+                for lane in 0..BLOCK {
+                    let f = bins[row[lane] + bin];
+                    cell[lane] = weight[lane] * f.re;
+                    cell[BLOCK + lane] = sign * weight[lane] * f.im;
+                }
+            }
+        }
+    }
+
+    /// Rows of samples from cells [m][block], `stride` apart, from the block's own.
+    pub(super) fn backward<S: Sample>(
+        &self,
+        cells: &[f64],
+        stride: usize,
+        block: &mut RowBlock<&mut [S]>,
+        buffers: &mut Buffers,
+    ) {
+        let (Some((_, fft)), width) = (&self.plans, self.width) else { return };
+        buffers.fit(width, fft.get_scratch_len());
+        let bins = width / 2 + 1;
+        for k in 0..3 {
+            self.unfold(k, cells, stride, &mut buffers.bins);
+            let north = block.north[k].chunks_exact_mut(width).map(Some);
+            let south = block.south[k].rchunks_exact_mut(width).map(Some);
+            let south = south.chain(std::iter::repeat_with(|| None));
+            for (lane, (north, south)) in north.zip(south).enumerate() {
+                for (out, spectra) in [north, south].into_iter().zip(&mut buffers.bins) {
+                    let Some(out) = out else { continue };
+                    let spectrum = &mut spectra[lane * bins..(lane + 1) * bins];
+                    let ring = &mut buffers.rings[0];
+                    fft.process_with_scratch(spectrum, ring, &mut buffers.scratch)
+                        .expect("buffers are as long as the plan asks, and ends are real");
+                    out.iter_mut().zip(&*ring).for_each(|(o, r)| *o = S::from_f64(*r));
+                }
+            }
+        }
+    }
+
+    /// Northern and southern spectra of channel k.
+    fn unfold(&self, k: usize, cells: &[f64], stride: usize, bins: &mut [Vec<Complex<f64>>; 2]) {
+        let size = self.width / 2 + 1;
+        let aliased = self.is_aliased();
+        let keep = if aliased { 0 } else { self.order + 1 };
+        let [north, south] = bins;
+        for bins in [&mut *north, &mut *south] {
+            bins.chunks_exact_mut(size).for_each(|b| b[keep..].fill(Complex::new(0.0, 0.0)));
+        }
+        for m in 0..=self.order {
+            let cell = &cells[m * stride..m * stride + CELL];
+            let (even, odd) = (&cell[2 * k * BLOCK..][..2 * BLOCK], &cell[(6 + 2 * k) * BLOCK..][..2 * BLOCK]);
+            let mut n = [0.0; 2 * BLOCK];
+            let mut s = n;
+            for i in 0..2 * BLOCK {
+                (n[i], s[i]) = (even[i] + odd[i], even[i] - odd[i]);
+            }
+            let (bin, conjugate) = self.bin(m);
+            let sign = if bin == 0 || 2 * bin == self.width {
+                0.0
+            } else if conjugate {
+                1.0
             } else {
-                bins[bin] += if conjugate { g.conj() } else { g } * 0.5;
+                -1.0
+            };
+            for (part, bins) in [(n, &mut *north), (s, &mut *south)] {
+                for lane in 0..BLOCK {
+                    let f = Complex::new(part[lane], sign * part[BLOCK + lane]);
+                    let bin = &mut bins[lane * size + bin];
+                    *bin = if aliased { *bin + f } else { f };
+                }
             }
         }
     }
 }
 
-/// e^{imφ0} with φ0 = −π + π/width, the first column's centre; the angle is reduced exactly first.
-fn phase(m: usize, width: usize) -> Complex<f64> {
+/// (cos, sin) of mφ0 with φ0 = −π + π/width, the first column's centre, times the norm of the azimuthal
+/// functions: 1 for m = 0, else √2. The angle is reduced exactly first.
+fn phase(m: usize, width: usize) -> [f64; 2] {
     if m == 0 || width == 0 {
-        return Complex::new(1.0, 0.0);
+        return [1.0, 0.0];
     }
     // mφ0 = π m (1 − width)/width, modulo 2π: an integer modulo 2·width.
     let turns = 2 * width as i128;
     let k = (m as i128 * (1 - width as i128)).rem_euclid(turns);
-    Complex::from_polar(SQRT_2, PI * k as f64 / width as f64)
+    let (sin, cos) = (PI * k as f64 / width as f64).sin_cos();
+    [SQRT_2 * cos, SQRT_2 * sin]
 }
