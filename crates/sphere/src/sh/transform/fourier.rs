@@ -30,10 +30,15 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
+    /// Complex numbers from one pair's spectrum to the next: eight streams through the cache without meeting.
+    fn stride(width: usize) -> usize {
+        (width / 2 + 1).next_multiple_of(256) + 20
+    }
+
     fn fit(&mut self, width: usize, scratch: usize) {
         let zero = Complex::new(0.0, 0.0);
         self.rings.iter_mut().for_each(|r| r.resize(width, 0.0));
-        self.bins.iter_mut().for_each(|b| b.resize(BLOCK * (width / 2 + 1), zero));
+        self.bins.iter_mut().for_each(|b| b.resize(BLOCK * Self::stride(width), zero));
         if self.scratch.len() < scratch {
             self.scratch.resize(scratch, zero);
         }
@@ -91,7 +96,7 @@ impl Fourier {
     ) {
         let (Some((fft, _)), width) = (&self.plans, self.width) else { return };
         buffers.fit(width, fft.get_scratch_len());
-        let bins = width / 2 + 1;
+        let (bins, stride) = (width / 2 + 1, Buffers::stride(width));
         for k in 0..3 {
             for (lane, north) in block.north[k].chunks_exact(width).enumerate() {
                 let [sum, difference] = &mut buffers.rings;
@@ -107,7 +112,7 @@ impl Fourier {
                     difference.copy_from_slice(sum);
                 }
                 for (ring, out) in buffers.rings.iter_mut().zip(&mut buffers.bins) {
-                    let out = &mut out[lane * bins..(lane + 1) * bins];
+                    let out = &mut out[lane * stride..][..bins];
                     fft.process_with_scratch(ring, out, &mut buffers.scratch)
                         .expect("buffers are as long as the plan asks");
                 }
@@ -128,7 +133,7 @@ impl Fourier {
         bins: &[Vec<Complex<f64>>; 2],
         cells: &mut [f64],
     ) {
-        let stride = self.width / 2 + 1;
+        let stride = Buffers::stride(self.width);
         let at = ring + i * BLOCK;
         let row: [usize; BLOCK] = std::array::from_fn(|lane| (i * BLOCK + lane) / rings.per_row * stride);
         let even: [f64; BLOCK] = std::array::from_fn(|lane| rings.weight[at + lane]);
@@ -148,26 +153,25 @@ impl Fourier {
         }
     }
 
-    /// Rows of samples from cells [m][block], `stride` apart, from the block's own.
-    pub(super) fn backward<S: Sample>(
+    /// Rows of samples from a block's cell for each m.
+    pub(super) fn backward<'a, S: Sample>(
         &self,
-        cells: &[f64],
-        stride: usize,
+        cell: impl Fn(usize) -> &'a [f64],
         block: &mut RowBlock<&mut [S]>,
         buffers: &mut Buffers,
     ) {
         let (Some((_, fft)), width) = (&self.plans, self.width) else { return };
         buffers.fit(width, fft.get_scratch_len());
-        let bins = width / 2 + 1;
+        let (bins, gap) = (width / 2 + 1, Buffers::stride(width));
         for k in 0..3 {
-            self.unfold(k, cells, stride, &mut buffers.bins);
+            self.unfold(k, &cell, &mut buffers.bins);
             let north = block.north[k].chunks_exact_mut(width).map(Some);
             let south = block.south[k].rchunks_exact_mut(width).map(Some);
             let south = south.chain(std::iter::repeat_with(|| None));
             for (lane, (north, south)) in north.zip(south).enumerate() {
                 for (out, spectra) in [north, south].into_iter().zip(&mut buffers.bins) {
                     let Some(out) = out else { continue };
-                    let spectrum = &mut spectra[lane * bins..(lane + 1) * bins];
+                    let spectrum = &mut spectra[lane * gap..][..bins];
                     let ring = &mut buffers.rings[0];
                     fft.process_with_scratch(spectrum, ring, &mut buffers.scratch)
                         .expect("buffers are as long as the plan asks, and ends are real");
@@ -178,16 +182,21 @@ impl Fourier {
     }
 
     /// Northern and southern spectra of channel k.
-    fn unfold(&self, k: usize, cells: &[f64], stride: usize, bins: &mut [Vec<Complex<f64>>; 2]) {
-        let size = self.width / 2 + 1;
+    fn unfold<'a>(
+        &self,
+        k: usize,
+        cell: &impl Fn(usize) -> &'a [f64],
+        bins: &mut [Vec<Complex<f64>>; 2],
+    ) {
+        let (size, gap) = (self.width / 2 + 1, Buffers::stride(self.width));
         let aliased = self.is_aliased();
         let keep = if aliased { 0 } else { self.order + 1 };
         let [north, south] = bins;
         for bins in [&mut *north, &mut *south] {
-            bins.chunks_exact_mut(size).for_each(|b| b[keep..].fill(Complex::new(0.0, 0.0)));
+            bins.chunks_exact_mut(gap).for_each(|b| b[keep.min(size)..size].fill(Complex::new(0.0, 0.0)));
         }
         for m in 0..=self.order {
-            let cell = &cells[m * stride..m * stride + CELL];
+            let cell = cell(m);
             let (even, odd) = (&cell[2 * k * BLOCK..][..2 * BLOCK], &cell[(6 + 2 * k) * BLOCK..][..2 * BLOCK]);
             let mut n = [0.0; 2 * BLOCK];
             let mut s = n;
@@ -205,7 +214,7 @@ impl Fourier {
             for (part, bins) in [(n, &mut *north), (s, &mut *south)] {
                 for lane in 0..BLOCK {
                     let f = Complex::new(part[lane], sign * part[BLOCK + lane]);
-                    let bin = &mut bins[lane * size + bin];
+                    let bin = &mut bins[lane * gap + bin];
                     *bin = if aliased { *bin + f } else { f };
                 }
             }

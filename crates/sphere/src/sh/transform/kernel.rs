@@ -27,6 +27,15 @@ pub(super) struct Part<'a> {
     pub(super) phase: [f64; 2],
 }
 
+/// The first `n` numbers of a buffer from a cache line's start, so that no vector straddles two lines.
+pub(super) fn aligned(buffer: &mut Vec<f64>, n: usize) -> &mut [f64] {
+    if buffer.len() < n + BLOCK {
+        buffer.resize(n + BLOCK, 0.0);
+    }
+    let start = buffer.as_ptr().align_offset(64).min(BLOCK);
+    &mut buffer[start..start + n]
+}
+
 /// One worker's buffers.
 #[derive(Default)]
 pub(super) struct Scratch {
@@ -57,7 +66,12 @@ impl Part<'_> {
 
     #[inline(always)]
     fn vectors<V: Vector, const N: usize>(x: &[f64], ring: usize) -> [V; N] {
-        std::array::from_fn(|v| V::load(&x[ring + v * V::LANES..]))
+        // Loops, not closures: these would be compiled for themselves, without the instruction set.
+        let mut vectors = [V::splat(0.0); N];
+        for v in 0..N {
+            vectors[v] = V::load(&x[ring + v * V::LANES..]);
+        }
+        vectors
     }
 
     /// Sets lanes that start at step k.
@@ -105,7 +119,11 @@ impl Analysis<'_> {
         let Scratch { state, sums, rows, active } = std::mem::take(self.scratch);
         let (mut state, mut sums, mut rows, mut active) = (state, sums, rows, active);
         active.clear();
-        active.extend((0..rings).step_by(n).filter_map(|ring| self.part.active(ring, n)));
+        for ring in (0..rings).step_by(n) {
+            if let Some(unit) = self.part.active(ring, n) {
+                active.push(unit);
+            }
+        }
         state.clear();
         state.resize(2 * n * active.len(), 0.0);
         rows.clear();
@@ -113,16 +131,15 @@ impl Analysis<'_> {
         let width = 12 * V::LANES;
         for from in (0..self.part.steps.len()).step_by(STEPS) {
             let to = self.part.steps.len().min(from + STEPS);
-            sums.clear();
-            sums.resize((to - from) * width, 0.0);
+            let sums = aligned(&mut sums, (to - from) * width);
+            sums.fill(0.0);
             for (unit, state) in active.iter().zip(state.chunks_exact_mut(2 * n)) {
                 if unit.begin < to {
-                    self.block::<V, N>(*unit, from, to, state, &mut sums);
+                    self.block::<V, N>(*unit, from, to, state, sums);
                 }
             }
             for (sums, row) in sums.chunks_exact(width).zip(&mut rows[from..to]) {
-                let sums: [V; 12] = std::array::from_fn(|c| V::load(&sums[c * V::LANES..]));
-                V::add_sums(&sums, row);
+                V::add_sums(&Part::vectors(sums, 0), row);
             }
         }
         self.finish(&rows);
@@ -143,11 +160,13 @@ impl Analysis<'_> {
         let x2: [V; N] = Part::vectors(part.x2, unit.ring);
         let mut now: [V; N] = Part::vectors(state, 0);
         let mut before: [V; N] = Part::vectors(state, N * V::LANES);
-        let values: [[V; N]; 12] = std::array::from_fn(|c| {
-            std::array::from_fn(|v| {
-                V::load(&self.cells[place(unit.ring + v * V::LANES, self.stride, c)..])
-            })
-        });
+        let mut values = [[V::splat(0.0); N]; 12];
+        for c in 0..12 {
+            for v in 0..N {
+                let at = place(unit.ring + v * V::LANES, self.stride, c);
+                values[c][v] = V::load(&self.cells[at..]);
+            }
+        }
         let width = 12 * V::LANES;
         let begin = from.max(unit.begin);
         let all = unit.all.clamp(begin, to);
@@ -169,24 +188,33 @@ impl Analysis<'_> {
     /// From sums over rings to coefficients.
     #[inline(always)]
     fn finish(&mut self, rows: &[[f64; 16]]) {
-        let [cos, sin] = self.part.phase;
-        let turn = |s: &[f64], f: f64| -> Row {
-            std::array::from_fn(|c| {
-                let (a, b) = (s[c & !1], s[c | 1]);
-                f * if c % 2 == 0 { cos * a - sin * b } else { sin * a + cos * b }
-            })
-        };
-        let add = |row: &mut Row, s: Row| row.iter_mut().zip(s).for_each(|(r, s)| *r += s);
         for (k, (step, row)) in self.part.steps.iter().zip(rows).enumerate() {
-            let (even, odd) = row.split_at(6);
-            add(&mut self.column[2 * k], turn(even, step.even[0]));
-            if let Some(c) = self.column.get_mut(2 * k + 1) {
-                add(c, turn(odd, step.odd));
+            let mut turned = [0.0; 12];
+            turn(self.part.phase, &row[..12], &mut turned);
+            let (even, odd) = turned.split_at(6);
+            let after = &mut self.column[2 * k..];
+            for c in 0..6 {
+                after[0][c] += step.even[0] * even[c];
             }
-            if let Some(c) = self.column.get_mut(2 * k + 2) {
-                add(c, turn(even, step.even[1]));
+            if let Some(row) = after.get_mut(1) {
+                for c in 0..6 {
+                    row[c] += step.odd * odd[c];
+                }
+            }
+            if let Some(row) = after.get_mut(2) {
+                for c in 0..6 {
+                    row[c] += step.even[1] * even[c];
+                }
             }
         }
+    }
+}
+
+/// (cosine, sine) terms turned by an angle.
+#[inline(always)]
+fn turn([cos, sin]: [f64; 2], from: &[f64], to: &mut [f64]) {
+    for (t, f) in to.chunks_exact_mut(2).zip(from.chunks_exact(2)) {
+        (t[0], t[1]) = (cos * f[0] - sin * f[1], sin * f[0] + cos * f[1]);
     }
 }
 
@@ -223,8 +251,9 @@ fn advance<V: Vector, const N: usize>(a: f64, b: f64, x2: &[V; N], now: &mut [V;
 pub(super) struct Synthesis<'a> {
     pub(super) part: Part<'a>,
     pub(super) column: &'a [Row],
-    /// Cells of blocks, one after the other.
+    /// Cells of blocks, `stride` apart, from the one of this m.
     pub(super) cells: &'a mut [f64],
+    pub(super) stride: usize,
     pub(super) scratch: &'a mut Scratch,
 }
 
@@ -252,7 +281,7 @@ impl Synthesis<'_> {
                 let x = V::load(&self.part.x[ring..]);
                 for c in 0..12 {
                     let sum = if c < 6 { sums[c][v] } else { sums[c][v].mul(x) };
-                    sum.store(&mut self.cells[place(ring, CELL, c)..]);
+                    sum.store(&mut self.cells[place(ring, self.stride, c)..]);
                 }
             }
         }
@@ -262,27 +291,26 @@ impl Synthesis<'_> {
 /// A_k, B_k, and the six even and six odd terms of every step.
 #[inline(always)]
 fn prepare(part: &Part<'_>, column: &[Row], rows: &mut Vec<[f64; 16]>) {
-    let [cos, sin] = part.phase;
-    let turned = |i: usize| -> Row {
-        let Some(a) = column.get(i) else { return [0.0; 6] };
-        std::array::from_fn(|c| {
-            let (a, b) = (a[c & !1], a[c | 1]);
-            if c % 2 == 0 { cos * a + sin * b } else { cos * b - sin * a }
-        })
-    };
+    let back = [part.phase[0], -part.phase[1]];
     rows.clear();
-    let mut even = turned(0);
-    rows.extend(part.steps.iter().enumerate().map(|(k, step)| {
-        let (odd, next) = (turned(2 * k + 1), turned(2 * k + 2));
-        let mut row = [0.0; 16];
+    rows.resize(part.steps.len(), [0.0; 16]);
+    let mut even = [0.0; 6];
+    turn(back, &column[0], &mut even);
+    for (k, (step, row)) in part.steps.iter().zip(rows).enumerate() {
+        let (mut odd, mut next) = ([0.0; 6], [0.0; 6]);
+        if let Some(c) = column.get(2 * k + 1) {
+            turn(back, c, &mut odd);
+        }
+        if let Some(c) = column.get(2 * k + 2) {
+            turn(back, c, &mut next);
+        }
         (row[0], row[1]) = (step.a, step.b);
         for c in 0..6 {
             row[2 + c] = step.even[0] * even[c] + step.even[1] * next[c];
             row[8 + c] = step.odd * odd[c];
         }
         even = next;
-        row
-    }));
+    }
 }
 
 #[inline(always)]

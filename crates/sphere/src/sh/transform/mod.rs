@@ -16,15 +16,20 @@ use super::ShRgb;
 use super::rotation::exchange_yz;
 use columns::Columns;
 use fourier::{Buffers, Fourier, RowBlock};
-use kernel::{Analysis, CELL, Part, Scratch, Synthesis};
+use kernel::{Analysis, CELL, Part, Scratch, Synthesis, aligned};
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
 use rings::{BLOCK, Rings};
+use std::mem::take;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+/// Orders m whose cells of a block lie side by side, so that a block's spectra are met in long runs.
+const SIDE: usize = 8;
 
 /// Bytes of cells that are in memory at a time, about.
-const CELLS: usize = 48 << 20;
+const CELLS: usize = 64 << 20;
 
 /// Bytes up to which a plan keeps the recursion's constants and starting values.
 const KEPT: usize = 128 << 20;
@@ -69,6 +74,8 @@ pub struct ShTransform {
     fourier: Fourier,
     /// Per m, unless that takes too much memory.
     kept: Vec<(Vec<Step>, Starts)>,
+    /// The last transform's cells: fresh memory costs more than a pass over it.
+    cells: Mutex<Vec<f64>>,
 }
 
 impl ShTransform {
@@ -80,6 +87,7 @@ impl ShTransform {
             rings: Rings::new(grid, height, order),
             fourier: Fourier::new(order, width, height),
             kept: Vec::new(),
+            cells: Mutex::default(),
         };
         let bytes = (order + 1) * (24 * plan.rings.cos.len() + 10 * order);
         if bytes <= KEPT {
@@ -135,9 +143,9 @@ impl ShTransform {
         assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
         let mut columns = Columns::zero(self.order);
         if area > 0 {
-            let mut cells = Vec::new();
+            let mut buffer = self.buffer();
             for pairs in self.chunks() {
-                self.forward(planes, pairs.clone(), &mut cells);
+                let cells = self.forward(planes, pairs.clone(), &mut buffer);
                 self.each(columns.split(), |scratch: &mut Scratch, m, column| {
                     let stride = (self.order + 1) * CELL;
                     self.with_part(m, pairs.clone(), self.fourier.analysis_phase(m, self.grid.sinc()), |part| {
@@ -146,8 +154,17 @@ impl ShTransform {
                     });
                 });
             }
+            self.put_back(buffer);
         }
         columns.gather()
+    }
+
+    fn buffer(&self) -> Vec<f64> {
+        take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn put_back(&self, buffer: Vec<f64>) {
+        *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = buffer;
     }
 
     /// Synthesis: the function of `sh` (its bands above the plan's order left out) at every sample.
@@ -173,21 +190,31 @@ impl ShTransform {
             return;
         }
         let columns = Columns::scatter(sh, self.order);
-        let mut cells = Vec::new();
+        let mut buffer = self.buffer();
         for pairs in self.chunks() {
-            let stride = pairs.len().next_multiple_of(2 * BLOCK) / BLOCK * CELL;
-            cells.resize(stride * (self.order + 1), 0.0);
-            let parts = cells.chunks_exact_mut(stride).collect();
-            self.each(parts, |scratch: &mut Scratch, m, cells: &mut [f64]| {
-                self.with_part(m, pairs.clone(), self.fourier.synthesis_phase(m), |part| {
-                    steradian_simd::run(Synthesis { part, column: columns.of(m), cells, scratch });
-                });
+            let blocks = pairs.len().next_multiple_of(2 * BLOCK) / BLOCK;
+            let side = blocks * SIDE * CELL;
+            let cells = aligned(&mut buffer, side * (self.order / SIDE + 1));
+            let parts = cells.chunks_exact_mut(side).collect();
+            self.each(parts, |scratch: &mut Scratch, group, cells: &mut [f64]| {
+                for m in (group * SIDE..=self.order).take(SIDE) {
+                    let (cells, stride) = (&mut cells[m % SIDE * CELL..], SIDE * CELL);
+                    self.with_part(m, pairs.clone(), self.fourier.synthesis_phase(m), |part| {
+                        let column = columns.of(m);
+                        steradian_simd::run(Synthesis { part, column, cells, stride, scratch });
+                    });
+                }
             });
-            let blocks = blocks_mut(&mut planes, width, height, pairs.clone());
-            self.each(blocks, |buffers: &mut Buffers, b, mut block| {
-                self.fourier.backward(&cells[b * CELL..], stride, &mut block, buffers);
+            let rows = blocks_mut(&mut planes, width, height, pairs.clone());
+            self.each(rows, |buffers: &mut Buffers, b, mut rows| {
+                let cell = |m: usize| {
+                    let at = ((m / SIDE * blocks + b) * SIDE + m % SIDE) * CELL;
+                    &cells[at..at + CELL]
+                };
+                self.fourier.backward(cell, &mut rows, buffers);
             });
         }
+        self.put_back(buffer);
     }
 
     /// Ranges of row pairs.
@@ -199,10 +226,15 @@ impl ShTransform {
     }
 
     /// Spectra of the row pairs of a range, as cells [ring block][m].
-    fn forward<S: Sample>(&self, planes: [&[S]; 3], pairs: Range<usize>, cells: &mut Vec<f64>) {
+    fn forward<'a, S: Sample>(
+        &self,
+        planes: [&[S]; 3],
+        pairs: Range<usize>,
+        buffer: &'a mut Vec<f64>,
+    ) -> &'a [f64] {
         let (width, height) = (self.fourier.width, self.fourier.height);
         let block = self.rings.per_row * (self.order + 1) * CELL;
-        cells.resize(pairs.len().next_multiple_of(2 * BLOCK) / BLOCK * block, 0.0);
+        let cells = aligned(buffer, pairs.len().next_multiple_of(2 * BLOCK) / BLOCK * block);
         let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
         self.each(blocks, |buffers: &mut Buffers, _, (first, cells)| {
             let last = pairs.end.min(first + BLOCK);
@@ -214,6 +246,7 @@ impl ShTransform {
             };
             self.fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
         });
+        cells
     }
 
     fn with_part(&self, m: usize, pairs: Range<usize>, phase: [f64; 2], f: impl FnOnce(Part<'_>)) {
