@@ -7,8 +7,8 @@
 mod vector;
 
 use std::sync::OnceLock;
-pub use vector::Vector;
 use vector::Pair;
+pub use vector::Vector;
 #[cfg(target_arch = "x86_64")]
 use vector::x86::{Eight, Four};
 

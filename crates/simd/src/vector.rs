@@ -208,18 +208,15 @@ pub(crate) mod x86 {
         #[inline(always)]
         fn replace_if_equal(self, a: Self, b: Self, yes: Self) -> Self {
             // SAFETY: as in `splat`.
-            Self(unsafe {
-                _mm512_mask_mov_pd(self.0, _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(a.0, b.0), yes.0)
-            })
+            Self(unsafe { _mm512_mask_mov_pd(self.0, _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(a.0, b.0), yes.0) })
         }
         #[inline(always)]
         fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
             for (v, s) in v.chunks_exact(4).zip(sums.chunks_exact_mut(4)) {
                 let h = Self::halves(v[0], v[1], v[2], v[3]);
                 // SAFETY: as in `splat`.
-                let sum = unsafe {
-                    _mm256_add_pd(_mm512_castpd512_pd256(h.0), _mm512_extractf64x4_pd::<1>(h.0))
-                };
+                let sum =
+                    unsafe { _mm256_add_pd(_mm512_castpd512_pd256(h.0), _mm512_extractf64x4_pd::<1>(h.0)) };
                 Four(sum).add(Four::load(s)).store(s);
             }
         }

@@ -1,15 +1,19 @@
 //! The ring FFTs, between rows of samples and cells of even and odd parts of eight row pairs.
+//!
+//! Two real rings are the real and imaginary parts of one complex ring: north and south, or their sum and
+//! difference. With Z the complex ring's spectrum, frequency m of the real part is (Z_m + Z̄_{n−m})/2, that of
+//! the imaginary part (Z_m − Z̄_{n−m})/2i.
 
 use super::Sample;
 use super::kernel::CELL;
 use super::rings::{BLOCK, Rings};
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
 /// Forward and inverse FFT of one ring.
-type Plans = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
+type Plans = (Arc<dyn Fft<f64>>, Arc<dyn Fft<f64>>);
 
 pub(super) struct Fourier {
     order: usize,
@@ -22,23 +26,20 @@ pub(super) struct Fourier {
 /// One worker's buffers.
 #[derive(Default)]
 pub(super) struct Buffers {
-    /// A pair's rows: north and south, or sum and difference.
-    rings: [Vec<f64>; 2],
-    /// Spectra of the eight pairs, side by side.
-    bins: [Vec<Complex<f64>>; 2],
+    /// The eight pairs' rings or their spectra.
+    rings: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
 }
 
 impl Buffers {
-    /// Complex numbers from one pair's spectrum to the next: eight streams through the cache without meeting.
+    /// Complex numbers from one ring to the next: eight streams through the cache without meeting.
     fn stride(width: usize) -> usize {
-        (width / 2 + 1).next_multiple_of(256) + 20
+        width.next_multiple_of(256) + 20
     }
 
     fn fit(&mut self, width: usize, scratch: usize) {
         let zero = Complex::new(0.0, 0.0);
-        self.rings.iter_mut().for_each(|r| r.resize(width, 0.0));
-        self.bins.iter_mut().for_each(|b| b.resize(BLOCK * Self::stride(width), zero));
+        self.rings.resize(BLOCK * Self::stride(width), zero);
         if self.scratch.len() < scratch {
             self.scratch.resize(scratch, zero);
         }
@@ -54,20 +55,16 @@ pub(super) struct RowBlock<T> {
 impl Fourier {
     pub(super) fn new(order: usize, width: usize, height: usize) -> Self {
         let plans = (width > 0).then(|| {
-            let mut planner = RealFftPlanner::new();
+            let mut planner = FftPlanner::new();
             (planner.plan_fft_forward(width), planner.plan_fft_inverse(width))
         });
         Self { order, width, height, plans }
     }
 
-    /// The bin of a real FFT that holds frequency m, and whether as its conjugate.
-    fn bin(&self, m: usize) -> (usize, bool) {
-        let k = m % self.width;
-        if 2 * k <= self.width { (k, false) } else { (self.width - k, true) }
-    }
-
-    fn is_aliased(&self) -> bool {
-        2 * self.order >= self.width
+    /// Where the spectrum of a ring holds frequencies m and −m.
+    fn bins(&self, m: usize) -> (usize, usize) {
+        let k = if m < self.width { m } else { m % self.width };
+        (k, if k > 0 { self.width - k } else { 0 })
     }
 
     /// What turns Σ f·(cos, sin) mφ counted from the first column into the integral over φ times the norm of
@@ -78,11 +75,9 @@ impl Fourier {
         phase(m, self.width).map(|p| p * sinc * 2.0 * PI / self.width as f64)
     }
 
-    /// What turns coefficients of (cos, sin) mφ into bins counted from the first column.
+    /// What turns coefficients of (cos, sin) mφ into halves counted from the first column.
     pub(super) fn synthesis_phase(&self, m: usize) -> [f64; 2] {
-        let bin = self.bin(m).0;
-        let half = if bin == 0 || 2 * bin == self.width { 1.0 } else { 0.5 };
-        phase(m, self.width).map(|p| p * half)
+        phase(m, self.width).map(|p| 0.5 * p)
     }
 
     /// Cells [ring block][m] of weighted sums over φ from the rows of one block; `ring` is its first ring.
@@ -95,30 +90,26 @@ impl Fourier {
         buffers: &mut Buffers,
     ) {
         let (Some((fft, _)), width) = (&self.plans, self.width) else { return };
-        buffers.fit(width, fft.get_scratch_len());
-        let (bins, stride) = (width / 2 + 1, Buffers::stride(width));
+        buffers.fit(width, fft.get_inplace_scratch_len());
+        let stride = Buffers::stride(width);
         for k in 0..3 {
             for (lane, north) in block.north[k].chunks_exact(width).enumerate() {
-                let [sum, difference] = &mut buffers.rings;
+                let ring = &mut buffers.rings[lane * stride..][..width];
                 // The equator is its own mirror.
-                let south = block.south[k].rchunks_exact(width).nth(lane);
-                if let Some(south) = south {
-                    for (((a, b), n), s) in sum.iter_mut().zip(&mut *difference).zip(north).zip(south) {
+                if let Some(south) = block.south[k].rchunks_exact(width).nth(lane) {
+                    for ((z, n), s) in ring.iter_mut().zip(north).zip(south) {
                         let (n, s) = (n.to_f64(), s.to_f64());
-                        (*a, *b) = (n + s, n - s);
+                        *z = Complex::new(n + s, n - s);
                     }
                 } else {
-                    sum.iter_mut().zip(north).for_each(|(a, n)| *a = n.to_f64());
-                    difference.copy_from_slice(sum);
+                    for (z, n) in ring.iter_mut().zip(north) {
+                        *z = Complex::new(n.to_f64(), n.to_f64());
+                    }
                 }
-                for (ring, out) in buffers.rings.iter_mut().zip(&mut buffers.bins) {
-                    let out = &mut out[lane * stride..][..bins];
-                    fft.process_with_scratch(ring, out, &mut buffers.scratch)
-                        .expect("buffers are as long as the plan asks");
-                }
+                fft.process_with_scratch(ring, &mut buffers.scratch);
             }
             for i in 0..rings.per_row {
-                self.fold(k, i, rings, ring, &buffers.bins, cells);
+                self.fold(k, i, rings, ring, &buffers.rings, cells);
             }
         }
     }
@@ -130,25 +121,26 @@ impl Fourier {
         i: usize,
         rings: &Rings,
         ring: usize,
-        bins: &[Vec<Complex<f64>>; 2],
+        spectra: &[Complex<f64>],
         cells: &mut [f64],
     ) {
-        let stride = Buffers::stride(self.width);
-        let at = ring + i * BLOCK;
-        let row: [usize; BLOCK] = std::array::from_fn(|lane| (i * BLOCK + lane) / rings.per_row * stride);
-        let even: [f64; BLOCK] = std::array::from_fn(|lane| rings.weight[at + lane]);
+        let (stride, at) = (Buffers::stride(self.width), ring + i * BLOCK);
+        let spectra: [&[Complex<f64>]; BLOCK] =
+            std::array::from_fn(|lane| &spectra[(i * BLOCK + lane) / rings.per_row * stride..][..self.width]);
+        let even: [f64; BLOCK] = std::array::from_fn(|lane| 0.5 * rings.weight[at + lane]);
         let odd: [f64; BLOCK] = std::array::from_fn(|lane| even[lane] * rings.cos[at + lane]);
         let cells = &mut cells[i * (self.order + 1) * CELL..(i + 1) * (self.order + 1) * CELL];
         for (m, cell) in cells.chunks_exact_mut(CELL).enumerate() {
-            let (bin, conjugate) = self.bin(m);
-            let sign = if conjugate { 1.0 } else { -1.0 };
-            for (bins, weight, c) in [(&bins[0], &even, 2 * k), (&bins[1], &odd, 6 + 2 * k)] {
-                let cell = &mut cell[c * BLOCK..(c + 2) * BLOCK];
-                for lane in 0..BLOCK {
-                    let f = bins[row[lane] + bin];
-                    cell[lane] = weight[lane] * f.re;
-                    cell[BLOCK + lane] = sign * weight[lane] * f.im;
-                }
+            let (p, q) = self.bins(m);
+            let (first, second) = cell.split_at_mut(6 * BLOCK);
+            let first = &mut first[2 * k * BLOCK..][..2 * BLOCK];
+            let second = &mut second[2 * k * BLOCK..][..2 * BLOCK];
+            for lane in 0..BLOCK {
+                let (p, q) = (spectra[lane][p], spectra[lane][q]);
+                first[lane] = even[lane] * (p.re + q.re);
+                first[BLOCK + lane] = even[lane] * (q.im - p.im);
+                second[lane] = odd[lane] * (p.im + q.im);
+                second[BLOCK + lane] = odd[lane] * (p.re - q.re);
             }
         }
     }
@@ -161,61 +153,52 @@ impl Fourier {
         buffers: &mut Buffers,
     ) {
         let (Some((_, fft)), width) = (&self.plans, self.width) else { return };
-        buffers.fit(width, fft.get_scratch_len());
-        let (bins, gap) = (width / 2 + 1, Buffers::stride(width));
+        buffers.fit(width, fft.get_inplace_scratch_len());
+        let stride = Buffers::stride(width);
         for k in 0..3 {
-            self.unfold(k, &cell, &mut buffers.bins);
-            let north = block.north[k].chunks_exact_mut(width).map(Some);
-            let south = block.south[k].rchunks_exact_mut(width).map(Some);
-            let south = south.chain(std::iter::repeat_with(|| None));
-            for (lane, (north, south)) in north.zip(south).enumerate() {
-                for (out, spectra) in [north, south].into_iter().zip(&mut buffers.bins) {
-                    let Some(out) = out else { continue };
-                    let spectrum = &mut spectra[lane * gap..][..bins];
-                    let ring = &mut buffers.rings[0];
-                    fft.process_with_scratch(spectrum, ring, &mut buffers.scratch)
-                        .expect("buffers are as long as the plan asks, and ends are real");
-                    out.iter_mut().zip(&*ring).for_each(|(o, r)| *o = S::from_f64(*r));
+            self.unfold(k, &cell, &mut buffers.rings);
+            let north = block.north[k].chunks_exact_mut(width);
+            let mut south = block.south[k].rchunks_exact_mut(width);
+            for (lane, north) in north.enumerate() {
+                let ring = &mut buffers.rings[lane * stride..][..width];
+                fft.process_with_scratch(ring, &mut buffers.scratch);
+                north.iter_mut().zip(&*ring).for_each(|(o, z)| *o = S::from_f64(z.re));
+                if let Some(south) = south.next() {
+                    south.iter_mut().zip(&*ring).for_each(|(o, z)| *o = S::from_f64(z.im));
                 }
             }
         }
     }
 
-    /// Northern and southern spectra of channel k.
-    fn unfold<'a>(
-        &self,
-        k: usize,
-        cell: &impl Fn(usize) -> &'a [f64],
-        bins: &mut [Vec<Complex<f64>>; 2],
-    ) {
-        let (size, gap) = (self.width / 2 + 1, Buffers::stride(self.width));
-        let aliased = self.is_aliased();
-        let keep = if aliased { 0 } else { self.order + 1 };
-        let [north, south] = bins;
-        for bins in [&mut *north, &mut *south] {
-            bins.chunks_exact_mut(gap).for_each(|b| b[keep.min(size)..size].fill(Complex::new(0.0, 0.0)));
+    /// Spectra of channel k: north in the real, south in the imaginary part of the rings.
+    fn unfold<'a>(&self, k: usize, cell: &impl Fn(usize) -> &'a [f64], rings: &mut [Complex<f64>]) {
+        let (width, aliased) = (self.width, 2 * self.order >= self.width);
+        let mut spectra = rings.chunks_exact_mut(Buffers::stride(width));
+        let mut spectra: [&mut [Complex<f64>]; BLOCK] =
+            std::array::from_fn(|_| &mut spectra.next().expect("`fit` made eight")[..width]);
+        for spectrum in &mut spectra {
+            let unused = if aliased { 0..width } else { self.order + 1..width - self.order };
+            spectrum[unused].fill(Complex::new(0.0, 0.0));
         }
         for m in 0..=self.order {
-            let cell = cell(m);
-            let (even, odd) = (&cell[2 * k * BLOCK..][..2 * BLOCK], &cell[(6 + 2 * k) * BLOCK..][..2 * BLOCK]);
-            let mut n = [0.0; 2 * BLOCK];
-            let mut s = n;
-            for i in 0..2 * BLOCK {
-                (n[i], s[i]) = (even[i] + odd[i], even[i] - odd[i]);
-            }
-            let (bin, conjugate) = self.bin(m);
-            let sign = if bin == 0 || 2 * bin == self.width {
-                0.0
-            } else if conjugate {
-                1.0
-            } else {
-                -1.0
-            };
-            for (part, bins) in [(n, &mut *north), (s, &mut *south)] {
-                for lane in 0..BLOCK {
-                    let f = Complex::new(part[lane], sign * part[BLOCK + lane]);
-                    let bin = &mut bins[lane * gap + bin];
-                    *bin = if aliased { *bin + f } else { f };
+            let (even, odd) = cell(m).split_at(6 * BLOCK);
+            let (even, odd) = (&even[2 * k * BLOCK..][..2 * BLOCK], &odd[2 * k * BLOCK..][..2 * BLOCK]);
+            let (p, q) = self.bins(m);
+            for lane in 0..BLOCK {
+                let spectrum = &mut *spectra[lane];
+                let (ec, oc, es, os) = (even[lane], odd[lane], even[BLOCK + lane], odd[BLOCK + lane]);
+                // Halves c − is of the north and, times i, of the south.
+                let ((nc, ns), (sc, ss)) = ((ec + oc, es + os), (ec - oc, es - os));
+                let plus = Complex::new(nc + ss, sc - ns);
+                let minus = Complex::new(nc - ss, sc + ns);
+                if aliased {
+                    spectrum[p] += plus;
+                    spectrum[q] += minus;
+                } else if m == 0 {
+                    spectrum[0] = plus + minus;
+                } else {
+                    spectrum[p] = plus;
+                    spectrum[q] = minus;
                 }
             }
         }

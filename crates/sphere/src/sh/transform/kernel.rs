@@ -76,7 +76,13 @@ impl Part<'_> {
 
     /// Sets lanes that start at step k.
     #[inline(always)]
-    fn inject<V: Vector, const N: usize>(&self, ring: usize, k: usize, now: &mut [V; N], before: &mut [V; N]) {
+    fn inject<V: Vector, const N: usize>(
+        &self,
+        ring: usize,
+        k: usize,
+        now: &mut [V; N],
+        before: &mut [V; N],
+    ) {
         let k = V::splat(k as f64);
         for v in 0..N {
             let at = self.ring + ring + v * V::LANES;

@@ -148,10 +148,15 @@ impl ShTransform {
                 let cells = self.forward(planes, pairs.clone(), &mut buffer);
                 self.each(columns.split(), |scratch: &mut Scratch, m, column| {
                     let stride = (self.order + 1) * CELL;
-                    self.with_part(m, pairs.clone(), self.fourier.analysis_phase(m, self.grid.sinc()), |part| {
-                        let cells = &cells[m * CELL..];
-                        steradian_simd::run(Analysis { part, cells, stride, column, scratch });
-                    });
+                    self.with_part(
+                        m,
+                        pairs.clone(),
+                        self.fourier.analysis_phase(m, self.grid.sinc()),
+                        |part| {
+                            let cells = &cells[m * CELL..];
+                            steradian_simd::run(Analysis { part, cells, stride, column, scratch });
+                        },
+                    );
                 });
             }
             self.put_back(buffer);
@@ -299,10 +304,7 @@ fn blocks_mut<'a, S>(
         let south = south.rchunks_mut(BLOCK * width).chain(std::iter::repeat_with(|| &mut [] as &mut [S]));
         north.zip(south)
     });
-    r.zip(g)
-        .zip(b)
-        .map(|((r, g), b)| RowBlock { north: [r.0, g.0, b.0], south: [r.1, g.1, b.1] })
-        .collect()
+    r.zip(g).zip(b).map(|((r, g), b)| RowBlock { north: [r.0, g.0, b.0], south: [r.1, g.1, b.1] }).collect()
 }
 
 #[cfg(test)]

@@ -48,7 +48,8 @@ pub(super) struct Rings {
 
 impl Rings {
     pub(super) fn new(grid: Grid, height: usize, order: usize) -> Self {
-        let mut rings = Self { cos: vec![], sin: vec![], x2: vec![], weight: vec![], per_row: 1, count: 0, height };
+        let mut rings =
+            Self { cos: vec![], sin: vec![], x2: vec![], weight: vec![], per_row: 1, count: 0, height };
         if height == 0 {
             return rings;
         }
