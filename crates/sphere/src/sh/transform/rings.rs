@@ -76,7 +76,7 @@ impl Rings {
             Grid::ExactCells => rings.fill_cells(step, order),
         }
         rings.count = rings.cos.len();
-        while rings.cos.len() % (GROUP * rings.per_row) != 0 {
+        while !rings.cos.len().is_multiple_of(GROUP * rings.per_row) {
             rings.push(0.0, 1.0, 0.0);
         }
         rings
