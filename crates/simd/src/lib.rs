@@ -5,9 +5,14 @@
 //! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines.
 
 mod lanes;
+mod vector;
 
 pub use lanes::Lanes;
 use std::sync::OnceLock;
+use vector::Pair;
+pub use vector::Vector;
+#[cfg(target_arch = "x86_64")]
+use vector::x86::{Eight, Four};
 
 /// An instruction set that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,16 +100,20 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
 pub trait Arch: Copy {
     /// Eight f32.
     type F32x8: Lanes;
+    /// The widest register of f64.
+    type F64: Vector;
+
     /// `a·b + c`: fused where the instruction set has it, two roundings elsewhere (a call to the fused
     /// routine of the C library would be slower by an order of magnitude).
     fn fma(a: f64, b: f64, c: f64) -> f64;
 }
 
-/// Fused multiply-add in hardware.
+/// Fused multiply-add in hardware, with registers V.
 #[derive(Clone, Copy)]
-struct Fused;
+struct Fused<V>(std::marker::PhantomData<V>);
 
-impl Arch for Fused {
+impl<V: Vector> Arch for Fused<V> {
+    type F64 = V;
     #[cfg(target_arch = "x86_64")]
     type F32x8 = lanes::Avx;
     #[cfg(not(target_arch = "x86_64"))]
@@ -121,6 +130,8 @@ struct Separate;
 
 impl Arch for Separate {
     type F32x8 = lanes::Plain;
+    type F64 = Pair<false>;
+
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
         a * b + c
@@ -139,25 +150,32 @@ pub trait Kernel {
 /// Runs a kernel compiled for [`isa`].
 #[inline]
 pub fn run<K: Kernel>(kernel: K) -> K::Output {
+    run_on(isa(), kernel)
+}
+
+/// Runs a kernel compiled for `wanted`, or for the best that this machine has if that is less.
+#[inline]
+pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn avx2<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run::<Fused>()
+            kernel.run::<Fused<Four>>()
         }
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
         fn avx512<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run::<Fused>()
+            kernel.run::<Fused<Eight>>()
         }
-        match isa() {
-            // SAFETY: `isa` returns this only where the features were detected.
+        match wanted.min(detect()) {
+            // SAFETY: the features were detected.
             Isa::Avx512 => return unsafe { avx512(kernel) },
             // SAFETY: as above.
             Isa::Avx2 => return unsafe { avx2(kernel) },
             Isa::Portable => {}
         }
     }
-    if cfg!(target_arch = "aarch64") { kernel.run::<Fused>() } else { kernel.run::<Separate>() }
+    let _ = wanted;
+    if cfg!(target_arch = "aarch64") { kernel.run::<Fused<Pair<true>>>() } else { kernel.run::<Separate>() }
 }
 
 #[cfg(test)]
@@ -216,5 +234,36 @@ mod tests {
         let x: Vec<f64> = (0..100).map(f64::from).collect();
         assert_eq!(run(Dot(&x, &x)), 328_350.0);
         assert_eq!(Dot(&x, &x).run::<Separate>(), 328_350.0);
+    }
+
+    struct Sums<'a>(&'a [f64]);
+
+    impl Kernel for Sums<'_> {
+        type Output = [f64; 16];
+        #[inline(always)]
+        fn run<A: Arch>(self) -> [f64; 16] {
+            let v: [A::F64; 12] = std::array::from_fn(|k| A::F64::load(&self.0[8 * k..]));
+            let three = A::F64::splat(3.0);
+            let v = v.map(|v| v.fma(three, v).replace_if_equal(v, three, three));
+            let mut sums = [0.5; 16];
+            A::F64::add_sums(&v, &mut sums);
+            sums[15] = A::F64::LANES as f64;
+            sums
+        }
+    }
+
+    #[test]
+    fn vectors_sum_their_lanes() {
+        let x: Vec<f64> = (0..96).map(f64::from).collect();
+        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+            let s = run_on(isa, Sums(&x));
+            let lanes = s[15] as usize;
+            for k in 0..12 {
+                let f = |v: f64| if v == 3.0 { 3.0 } else { 4.0 * v };
+                let direct: f64 = x[8 * k..8 * k + lanes].iter().map(|v| f(*v)).sum();
+                assert_eq!(s[k], direct + 0.5, "{isa:?} {k}");
+            }
+            assert_eq!(s[14], 0.5);
+        }
     }
 }

@@ -1,18 +1,19 @@
-//! The ring FFTs, folded into even and odd parts of row pairs.
+//! The ring FFTs, between rows of samples and cells of even and odd parts of eight row pairs.
+//!
+//! Two real rings are the real and imaginary parts of one complex ring: north and south, or their sum and
+//! difference. With Z the complex ring's spectrum, frequency m of the real part is (Z_m + Z̄_{n−m})/2, that of
+//! the imaginary part (Z_m − Z̄_{n−m})/2i.
 
 use super::Sample;
-use rayon::prelude::*;
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use super::kernel::CELL;
+use super::rings::{BLOCK, Rings};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 use std::f64::consts::{PI, SQRT_2};
-use std::ops::Range;
 use std::sync::Arc;
 
-/// Even part (north + south) as (cosine, sine) of red, green, blue and two zeros, then the odd part.
-pub(super) type PairRow = [f64; 16];
-
 /// Forward and inverse FFT of one ring.
-type Plans = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
+type Plans = (Arc<dyn Fft<f64>>, Arc<dyn Fft<f64>>);
 
 pub(super) struct Fourier {
     order: usize,
@@ -20,130 +21,199 @@ pub(super) struct Fourier {
     pub(super) height: usize,
     /// None for an empty grid.
     plans: Option<Plans>,
-    /// e^{imφ0}, times the norm of the azimuthal functions: 1 for m = 0, else √2.
-    phase: Vec<Complex<f64>>,
+}
+
+/// One worker's buffers.
+#[derive(Default)]
+pub(super) struct Buffers {
+    /// The eight pairs' rings or their spectra.
+    rings: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+}
+
+impl Buffers {
+    /// Complex numbers from one ring to the next: eight streams through the cache without meeting.
+    fn stride(width: usize) -> usize {
+        width.next_multiple_of(256) + 20
+    }
+
+    fn fit(&mut self, width: usize, scratch: usize) {
+        let zero = Complex::new(0.0, 0.0);
+        self.rings.resize(BLOCK * Self::stride(width), zero);
+        if self.scratch.len() < scratch {
+            self.scratch.resize(scratch, zero);
+        }
+    }
+}
+
+/// Rows of eight pairs of the three planes, from both poles towards the equator.
+pub(super) struct RowBlock<T> {
+    pub(super) north: [T; 3],
+    pub(super) south: [T; 3],
 }
 
 impl Fourier {
     pub(super) fn new(order: usize, width: usize, height: usize) -> Self {
         let plans = (width > 0).then(|| {
-            let mut planner = RealFftPlanner::new();
+            let mut planner = FftPlanner::new();
             (planner.plan_fft_forward(width), planner.plan_fft_inverse(width))
         });
-        let phase = (0..=order).map(|m| phase(m, width)).collect();
-        Self { order, width, height, plans, phase }
+        Self { order, width, height, plans }
     }
 
-    /// Sums over φ of f·(cos, sin)·2π/width, times the basis' norm, for the row pairs of a range:
-    /// [pair][m]. `sinc` integrates over texels in place of sampling their centres.
+    /// Where the spectrum of a ring holds frequencies m and −m.
+    fn bins(&self, m: usize) -> (usize, usize) {
+        let k = if m < self.width { m } else { m % self.width };
+        (k, if k > 0 { self.width - k } else { 0 })
+    }
+
+    /// What turns Σ f·(cos, sin) mφ counted from the first column into the integral over φ times the norm of
+    /// the azimuthal functions. `sinc` integrates over texels in place of sampling their centres.
+    pub(super) fn analysis_phase(&self, m: usize, sinc: bool) -> [f64; 2] {
+        let h = PI * m as f64 / self.width as f64;
+        let sinc = if sinc && m > 0 { h.sin() / h } else { 1.0 };
+        phase(m, self.width).map(|p| p * sinc * 2.0 * PI / self.width as f64)
+    }
+
+    /// What turns coefficients of (cos, sin) mφ into halves counted from the first column.
+    pub(super) fn synthesis_phase(&self, m: usize) -> [f64; 2] {
+        phase(m, self.width).map(|p| 0.5 * p)
+    }
+
+    /// Cells [ring block][m] of weighted sums over φ from the rows of one block; `ring` is its first ring.
     pub(super) fn forward<S: Sample>(
         &self,
-        planes: [&[S]; 3],
-        pairs: Range<usize>,
-        sinc: bool,
-    ) -> Vec<PairRow> {
-        let Some((fft, _)) = &self.plans else { return Vec::new() };
-        let columns = self.order + 1;
-        let mut rows = vec![[0.0; 16]; pairs.len() * columns];
-        let scale: Vec<f64> = (0..columns)
-            .map(|m| {
-                let h = PI * m as f64 / self.width as f64;
-                let sinc = if sinc && m > 0 { h.sin() / h } else { 1.0 };
-                sinc * 2.0 * PI / self.width as f64
-            })
-            .collect();
-        let init = || (fft.make_input_vec(), fft.make_output_vec(), fft.make_scratch_vec());
-        rows.par_chunks_mut(columns).zip(pairs).for_each_init(init, |(ring, bins, scratch), (out, north)| {
-            let south = self.height - 1 - north;
-            for (k, plane) in planes.iter().enumerate() {
-                for (row, sign) in [(north, 1.0), (south, -1.0)] {
-                    if row == south && north == south && sign < 0.0 {
-                        continue;
+        block: &RowBlock<&[S]>,
+        rings: &Rings,
+        ring: usize,
+        cells: &mut [f64],
+        buffers: &mut Buffers,
+    ) {
+        let (Some((fft, _)), width) = (&self.plans, self.width) else { return };
+        buffers.fit(width, fft.get_inplace_scratch_len());
+        let stride = Buffers::stride(width);
+        for k in 0..3 {
+            for (lane, north) in block.north[k].chunks_exact(width).enumerate() {
+                let ring = &mut buffers.rings[lane * stride..][..width];
+                // The equator is its own mirror.
+                if let Some(south) = block.south[k].rchunks_exact(width).nth(lane) {
+                    for ((z, n), s) in ring.iter_mut().zip(north).zip(south) {
+                        let (n, s) = (n.to_f64(), s.to_f64());
+                        *z = Complex::new(n + s, n - s);
                     }
-                    let samples = &plane[row * self.width..(row + 1) * self.width];
-                    ring.iter_mut().zip(samples).for_each(|(r, s)| *r = s.to_f64());
-                    fft.process_with_scratch(ring, bins, scratch).expect("buffers come from the plan");
-                    self.fold(bins, &scale, k, sign, out);
+                } else {
+                    for (z, n) in ring.iter_mut().zip(north) {
+                        *z = Complex::new(n.to_f64(), n.to_f64());
+                    }
+                }
+                fft.process_with_scratch(ring, &mut buffers.scratch);
+            }
+            for i in 0..rings.per_row {
+                self.fold(k, i, rings, ring, &buffers.rings, cells);
+            }
+        }
+    }
+
+    /// Spectra of channel k, weighted, into the i-th eight rings of a block.
+    fn fold(
+        &self,
+        k: usize,
+        i: usize,
+        rings: &Rings,
+        ring: usize,
+        spectra: &[Complex<f64>],
+        cells: &mut [f64],
+    ) {
+        let (stride, at) = (Buffers::stride(self.width), ring + i * BLOCK);
+        let spectra: [&[Complex<f64>]; BLOCK] =
+            std::array::from_fn(|lane| &spectra[(i * BLOCK + lane) / rings.per_row * stride..][..self.width]);
+        let even: [f64; BLOCK] = std::array::from_fn(|lane| 0.5 * rings.weight[at + lane]);
+        let odd: [f64; BLOCK] = std::array::from_fn(|lane| even[lane] * rings.cos[at + lane]);
+        let cells = &mut cells[i * (self.order + 1) * CELL..(i + 1) * (self.order + 1) * CELL];
+        for (m, cell) in cells.chunks_exact_mut(CELL).enumerate() {
+            let (p, q) = self.bins(m);
+            let (first, second) = cell.split_at_mut(6 * BLOCK);
+            let first = &mut first[2 * k * BLOCK..][..2 * BLOCK];
+            let second = &mut second[2 * k * BLOCK..][..2 * BLOCK];
+            for lane in 0..BLOCK {
+                let (p, q) = (spectra[lane][p], spectra[lane][q]);
+                first[lane] = even[lane] * (p.re + q.re);
+                first[BLOCK + lane] = even[lane] * (q.im - p.im);
+                second[lane] = odd[lane] * (p.im + q.im);
+                second[BLOCK + lane] = odd[lane] * (p.re - q.re);
+            }
+        }
+    }
+
+    /// Rows of samples from a block's cell for each m.
+    pub(super) fn backward<'a, S: Sample>(
+        &self,
+        cell: impl Fn(usize) -> &'a [f64],
+        block: &mut RowBlock<&mut [S]>,
+        buffers: &mut Buffers,
+    ) {
+        let (Some((_, fft)), width) = (&self.plans, self.width) else { return };
+        buffers.fit(width, fft.get_inplace_scratch_len());
+        let stride = Buffers::stride(width);
+        for k in 0..3 {
+            self.unfold(k, &cell, &mut buffers.rings);
+            let north = block.north[k].chunks_exact_mut(width);
+            let mut south = block.south[k].rchunks_exact_mut(width);
+            for (lane, north) in north.enumerate() {
+                let ring = &mut buffers.rings[lane * stride..][..width];
+                fft.process_with_scratch(ring, &mut buffers.scratch);
+                north.iter_mut().zip(&*ring).for_each(|(o, z)| *o = S::from_f64(z.re));
+                if let Some(south) = south.next() {
+                    south.iter_mut().zip(&*ring).for_each(|(o, z)| *o = S::from_f64(z.im));
                 }
             }
-        });
-        rows
-    }
-
-    fn fold(&self, bins: &[Complex<f64>], scale: &[f64], k: usize, sign: f64, out: &mut [PairRow]) {
-        for (m, row) in out.iter_mut().enumerate() {
-            let (bin, conjugate) = self.bin(m);
-            let f = if conjugate { bins[bin].conj() } else { bins[bin] };
-            let f = f * self.phase[m].conj() * scale[m];
-            row[2 * k] += f.re;
-            row[2 * k + 1] -= f.im;
-            row[8 + 2 * k] += sign * f.re;
-            row[8 + 2 * k + 1] -= sign * f.im;
         }
     }
 
-    /// The bin of a real FFT that holds frequency m, and whether as its conjugate.
-    fn bin(&self, m: usize) -> (usize, bool) {
-        let k = m % self.width;
-        if 2 * k <= self.width { (k, false) } else { (self.width - k, true) }
-    }
-
-    /// Rows of samples from the sums over l: `spectra` is [m][pair].
-    pub(super) fn backward<S: Sample>(
-        &self,
-        spectra: &[PairRow],
-        pairs: Range<usize>,
-        planes: &mut [&mut [S]; 3],
-    ) {
-        let Some((_, fft)) = &self.plans else { return };
-        let stride = pairs.len();
-        let init = || (fft.make_input_vec(), fft.make_output_vec(), fft.make_scratch_vec());
-        for (k, plane) in planes.iter_mut().enumerate() {
-            for south in [false, true] {
-                let first = if south { self.height - pairs.end } else { pairs.start };
-                let range = first * self.width..(first + stride) * self.width;
-                let rows = plane[range].par_chunks_mut(self.width).enumerate();
-                rows.for_each_init(init, |(bins, ring, scratch), (r, out)| {
-                    let pair = if south { stride - 1 - r } else { r };
-                    self.unfold(spectra, stride, pair, k, if south { -1.0 } else { 1.0 }, bins);
-                    fft.process_with_scratch(bins, ring, scratch).expect("buffers come from the plan");
-                    out.iter_mut().zip(&*ring).for_each(|(o, r)| *o = S::from_f64(*r));
-                });
-            }
+    /// Spectra of channel k: north in the real, south in the imaginary part of the rings.
+    fn unfold<'a>(&self, k: usize, cell: &impl Fn(usize) -> &'a [f64], rings: &mut [Complex<f64>]) {
+        let (width, aliased) = (self.width, 2 * self.order >= self.width);
+        let mut spectra = rings.chunks_exact_mut(Buffers::stride(width));
+        let mut spectra: [&mut [Complex<f64>]; BLOCK] =
+            std::array::from_fn(|_| &mut spectra.next().expect("`fit` made eight")[..width]);
+        for spectrum in &mut spectra {
+            let unused = if aliased { 0..width } else { self.order + 1..width - self.order };
+            spectrum[unused].fill(Complex::new(0.0, 0.0));
         }
-    }
-
-    fn unfold(
-        &self,
-        spectra: &[PairRow],
-        stride: usize,
-        pair: usize,
-        k: usize,
-        sign: f64,
-        bins: &mut [Complex<f64>],
-    ) {
-        bins.fill(Complex::new(0.0, 0.0));
         for m in 0..=self.order {
-            let row = &spectra[m * stride + pair];
-            let (c, s) = (row[2 * k] + sign * row[8 + 2 * k], row[2 * k + 1] + sign * row[8 + 2 * k + 1]);
-            let g = Complex::new(c, -s) * self.phase[m];
-            let (bin, conjugate) = self.bin(m);
-            if bin == 0 || 2 * bin == self.width {
-                bins[bin].re += g.re;
-            } else {
-                bins[bin] += if conjugate { g.conj() } else { g } * 0.5;
+            let (even, odd) = cell(m).split_at(6 * BLOCK);
+            let (even, odd) = (&even[2 * k * BLOCK..][..2 * BLOCK], &odd[2 * k * BLOCK..][..2 * BLOCK]);
+            let (p, q) = self.bins(m);
+            for lane in 0..BLOCK {
+                let spectrum = &mut *spectra[lane];
+                let (ec, oc, es, os) = (even[lane], odd[lane], even[BLOCK + lane], odd[BLOCK + lane]);
+                // Halves c − is of the north and, times i, of the south.
+                let ((nc, ns), (sc, ss)) = ((ec + oc, es + os), (ec - oc, es - os));
+                let plus = Complex::new(nc + ss, sc - ns);
+                let minus = Complex::new(nc - ss, sc + ns);
+                if aliased {
+                    spectrum[p] += plus;
+                    spectrum[q] += minus;
+                } else if m == 0 {
+                    spectrum[0] = plus + minus;
+                } else {
+                    spectrum[p] = plus;
+                    spectrum[q] = minus;
+                }
             }
         }
     }
 }
 
-/// e^{imφ0} with φ0 = −π + π/width, the first column's centre; the angle is reduced exactly first.
-fn phase(m: usize, width: usize) -> Complex<f64> {
+/// (cos, sin) of mφ0 with φ0 = −π + π/width, the first column's centre, times the norm of the azimuthal
+/// functions: 1 for m = 0, else √2. The angle is reduced exactly first.
+fn phase(m: usize, width: usize) -> [f64; 2] {
     if m == 0 || width == 0 {
-        return Complex::new(1.0, 0.0);
+        return [1.0, 0.0];
     }
     // mφ0 = π m (1 − width)/width, modulo 2π: an integer modulo 2·width.
     let turns = 2 * width as i128;
     let k = (m as i128 * (1 - width as i128)).rem_euclid(turns);
-    Complex::from_polar(SQRT_2, PI * k as f64 / width as f64)
+    let (sin, cos) = (PI * k as f64 / width as f64).sin_cos();
+    [SQRT_2 * cos, SQRT_2 * sin]
 }

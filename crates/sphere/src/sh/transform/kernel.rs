@@ -1,36 +1,110 @@
-//! The Legendre stage for one m: eight rings at a time, P̄_lm into scratch, then a small matrix product.
+//! The Legendre stage for one m: sums over degrees at groups of rings, and over rings for blocks of degrees,
+//! with the recursion's state and six even and six odd parts in registers.
 
-use super::fourier::PairRow;
-use super::rings::RingRange;
-use crate::sh::basis::epsilon;
-use steradian_simd::{Arch, Kernel};
+use super::recursion::{Starts, Step};
+use super::rings::BLOCK;
+use steradian_simd::{Arch, Kernel, Vector};
 
-/// Cosine and sine terms of red, green and blue, and two zeros.
-pub(super) type Row = [f64; 8];
+/// Cosine and sine terms of red, green and blue.
+pub(super) type Row = [f64; 6];
 
-const LANES: usize = 8;
-const BIG: f64 = f64::from_bits((1023 + 800) << 52);
-const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
-const LIMIT: f64 = f64::from_bits((1023 - 60) << 52);
-const HALF_BIG: f64 = f64::from_bits((1023 + 400) << 52);
-const HALF_SMALL: f64 = f64::from_bits((1023 - 400) << 52);
+/// Numbers that a block of rings holds for one m: even parts of the six terms, then odd ones, ring by ring.
+pub(super) const CELL: usize = 12 * BLOCK;
+
+/// Steps of the recursion whose sums over rings stay in the first-level cache.
+const STEPS: usize = 32;
+
+/// What both directions share: one m and a range of rings.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    pub(super) steps: &'a [Step],
+    pub(super) starts: &'a Starts,
+    pub(super) x: &'a [f64],
+    pub(super) x2: &'a [f64],
+    /// The first ring's index in `starts`.
+    pub(super) ring: usize,
+    /// cos and sin of mφ0, times the norm of the azimuthal functions.
+    pub(super) phase: [f64; 2],
+}
+
+/// The first `n` numbers of a buffer from a cache line's start, so that no vector straddles two lines.
+pub(super) fn aligned(buffer: &mut Vec<f64>, n: usize) -> &mut [f64] {
+    if buffer.len() < n + BLOCK {
+        buffer.resize(n + BLOCK, 0.0);
+    }
+    let start = buffer.as_ptr().align_offset(64).min(BLOCK);
+    &mut buffer[start..start + n]
+}
 
 /// One worker's buffers.
 #[derive(Default)]
 pub(super) struct Scratch {
-    /// 1/ε_l and ε_{l−1}/ε_l.
-    ab: Vec<[f64; 2]>,
-    /// P̄_lm of eight rings, for l = m…order.
-    p: Vec<[f64; LANES]>,
+    state: Vec<f64>,
+    sums: Vec<f64>,
+    rows: Vec<[f64; 16]>,
+    active: Vec<Active>,
 }
 
-/// column[l] += Σ_rings weight · P̄_lm · (even or odd part of the pair).
+/// A group of rings that has a part in the sums: from step `begin`; all its rings take part from step `all`.
+#[derive(Clone, Copy)]
+struct Active {
+    ring: usize,
+    begin: usize,
+    all: usize,
+}
+
+impl Part<'_> {
+    #[inline(always)]
+    fn active(&self, ring: usize, n: usize) -> Option<Active> {
+        let (mut begin, mut all) = (f64::INFINITY, -1.0);
+        for &f in &self.starts.first[self.ring + ring..][..n] {
+            begin = f.min(begin);
+            all = if f < f64::INFINITY && f > all { f } else { all };
+        }
+        (all >= 0.0).then(|| Active { ring, begin: begin as usize, all: all as usize + 1 })
+    }
+
+    #[inline(always)]
+    fn vectors<V: Vector, const N: usize>(x: &[f64], ring: usize) -> [V; N] {
+        // Loops, not closures: these would be compiled for themselves, without the instruction set.
+        let mut vectors = [V::splat(0.0); N];
+        for v in 0..N {
+            vectors[v] = V::load(&x[ring + v * V::LANES..]);
+        }
+        vectors
+    }
+
+    /// Sets lanes that start at step k.
+    #[inline(always)]
+    fn inject<V: Vector, const N: usize>(
+        &self,
+        ring: usize,
+        k: usize,
+        now: &mut [V; N],
+        before: &mut [V; N],
+    ) {
+        let k = V::splat(k as f64);
+        for v in 0..N {
+            let at = self.ring + ring + v * V::LANES;
+            let first = V::load(&self.starts.first[at..]);
+            now[v] = now[v].replace_if_equal(first, k, V::load(&self.starts.now[at..]));
+            before[v] = before[v].replace_if_equal(first, k, V::load(&self.starts.before[at..]));
+        }
+    }
+}
+
+/// Where in a cell row `c` of the vector that starts at `ring` lies, in cells of blocks `stride` apart.
+#[inline(always)]
+fn place(ring: usize, stride: usize, c: usize) -> usize {
+    ring / BLOCK * stride + c * BLOCK + ring % BLOCK
+}
+
+/// out[k] += Σ_rings r_k · (even or odd part).
 pub(super) struct Analysis<'a> {
-    pub(super) m: usize,
-    pub(super) order: usize,
-    pub(super) rings: RingRange<'a>,
-    /// [pair][m].
-    pub(super) rows: &'a [PairRow],
+    pub(super) part: Part<'a>,
+    /// Cells of blocks, `stride` apart, from the one of this m.
+    pub(super) cells: &'a [f64],
+    pub(super) stride: usize,
     pub(super) column: &'a mut [Row],
     pub(super) scratch: &'a mut Scratch,
 }
@@ -40,49 +114,152 @@ impl Kernel for Analysis<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let norm = self.scratch.prepare(self.m, self.order);
-        for first in (0..self.rings.cos.len()).step_by(LANES) {
-            let Some(start) = generate::<A>(self.m, self.order, norm, self.rings, first, self.scratch) else {
-                continue;
-            };
-            let mut parts = [[[0.0; 8]; LANES]; 2];
-            for k in 0..LANES.min(self.rings.cos.len() - first) {
-                let r = first + k;
-                let row = &self.rows[r / self.rings.per_row * (self.order + 1) + self.m];
-                for c in 0..8 {
-                    parts[0][k][c] = self.rings.weight[r] * row[c];
-                    parts[1][k][c] = self.rings.weight[r] * row[8 + c];
+        if A::F64::REGISTERS >= 32 { self.with::<A::F64, 2>() } else { self.with::<A::F64, 1>() }
+    }
+}
+
+impl Analysis<'_> {
+    #[inline(always)]
+    fn with<V: Vector, const N: usize>(mut self) {
+        let (n, rings) = (N * V::LANES, self.part.x2.len());
+        let Scratch { state, sums, rows, active } = std::mem::take(self.scratch);
+        let (mut state, mut sums, mut rows, mut active) = (state, sums, rows, active);
+        active.clear();
+        for ring in (0..rings).step_by(n) {
+            if let Some(unit) = self.part.active(ring, n) {
+                active.push(unit);
+            }
+        }
+        state.clear();
+        state.resize(2 * n * active.len(), 0.0);
+        rows.clear();
+        rows.resize(self.part.steps.len(), [0.0; 16]);
+        let width = 12 * V::LANES;
+        for from in (0..self.part.steps.len()).step_by(STEPS) {
+            let to = self.part.steps.len().min(from + STEPS);
+            let sums = aligned(&mut sums, (to - from) * width);
+            sums.fill(0.0);
+            for (unit, state) in active.iter().zip(state.chunks_exact_mut(2 * n)) {
+                if unit.begin < to {
+                    self.block::<V, N>(*unit, from, to, state, sums);
                 }
             }
-            for (parity, part) in parts.iter().enumerate() {
-                let from = start + (start + parity) % 2;
-                accumulate::<A>(&self.scratch.p, part, from, self.column);
+            for (sums, row) in sums.chunks_exact(width).zip(&mut rows[from..to]) {
+                V::add_sums(&Part::vectors(sums, 0), row);
+            }
+        }
+        self.finish(&rows);
+        *self.scratch = Scratch { state, sums, rows, active };
+    }
+
+    /// Steps from…to of one group of rings.
+    #[inline(always)]
+    fn block<V: Vector, const N: usize>(
+        &self,
+        unit: Active,
+        from: usize,
+        to: usize,
+        state: &mut [f64],
+        sums: &mut [f64],
+    ) {
+        let part = self.part;
+        let x2: [V; N] = Part::vectors(part.x2, unit.ring);
+        let mut now: [V; N] = Part::vectors(state, 0);
+        let mut before: [V; N] = Part::vectors(state, N * V::LANES);
+        let mut values = [[V::splat(0.0); N]; 12];
+        for c in 0..12 {
+            for v in 0..N {
+                let at = place(unit.ring + v * V::LANES, self.stride, c);
+                values[c][v] = V::load(&self.cells[at..]);
+            }
+        }
+        let width = 12 * V::LANES;
+        let begin = from.max(unit.begin);
+        let all = unit.all.clamp(begin, to);
+        for k in begin..all {
+            part.inject(unit.ring, k, &mut now, &mut before);
+            let sums = &mut sums[(k - from) * width..(k - from + 1) * width];
+            step(&part.steps[k], &x2, &values, &mut now, &mut before, sums);
+        }
+        let sums = sums[(all - from) * width..].chunks_exact_mut(width);
+        for (step_k, sums) in part.steps[all..to].iter().zip(sums) {
+            step(step_k, &x2, &values, &mut now, &mut before, sums);
+        }
+        for v in 0..N {
+            now[v].store(&mut state[v * V::LANES..]);
+            before[v].store(&mut state[(N + v) * V::LANES..]);
+        }
+    }
+
+    /// From sums over rings to coefficients.
+    #[inline(always)]
+    fn finish(&mut self, rows: &[[f64; 16]]) {
+        for (k, (step, row)) in self.part.steps.iter().zip(rows).enumerate() {
+            let mut turned = [0.0; 12];
+            turn(self.part.phase, &row[..12], &mut turned);
+            let (even, odd) = turned.split_at(6);
+            let after = &mut self.column[2 * k..];
+            for c in 0..6 {
+                after[0][c] += step.even[0] * even[c];
+            }
+            if let Some(row) = after.get_mut(1) {
+                for c in 0..6 {
+                    row[c] += step.odd * odd[c];
+                }
+            }
+            if let Some(row) = after.get_mut(2) {
+                for c in 0..6 {
+                    row[c] += step.even[1] * even[c];
+                }
             }
         }
     }
+}
+
+/// (cosine, sine) terms turned by an angle.
+#[inline(always)]
+fn turn([cos, sin]: [f64; 2], from: &[f64], to: &mut [f64]) {
+    for (t, f) in to.chunks_exact_mut(2).zip(from.chunks_exact(2)) {
+        (t[0], t[1]) = (cos * f[0] - sin * f[1], sin * f[0] + cos * f[1]);
+    }
+}
+
+/// sums += Σ r_k · values, then r_{k+1}.
+#[inline(always)]
+fn step<V: Vector, const N: usize>(
+    step: &Step,
+    x2: &[V; N],
+    values: &[[V; N]; 12],
+    now: &mut [V; N],
+    before: &mut [V; N],
+    sums: &mut [f64],
+) {
+    for c in 0..12 {
+        let mut sum = V::load(&sums[c * V::LANES..]);
+        for v in 0..N {
+            sum = now[v].fma(values[c][v], sum);
+        }
+        sum.store(&mut sums[c * V::LANES..]);
+    }
+    advance(step.a, step.b, x2, now, before);
 }
 
 #[inline(always)]
-fn accumulate<A: Arch>(p: &[[f64; LANES]], part: &[[f64; 8]; LANES], from: usize, column: &mut [Row]) {
-    let part = *part;
-    for (p, row) in p.iter().zip(column.iter_mut()).skip(from).step_by(2) {
-        let mut sum = *row;
-        for k in 0..LANES {
-            for c in 0..8 {
-                sum[c] = A::fma(p[k], part[k][c], sum[c]);
-            }
-        }
-        *row = sum;
+fn advance<V: Vector, const N: usize>(a: f64, b: f64, x2: &[V; N], now: &mut [V; N], before: &mut [V; N]) {
+    for v in 0..N {
+        let next = x2[v].fma(V::splat(a), V::splat(b)).fma(now[v], before[v]);
+        before[v] = now[v];
+        now[v] = next;
     }
 }
 
-/// rows[pair] = (Σ_{l−m even}, Σ_{l−m odd}) column[l] · P̄_lm.
+/// cells = (Σ_k even parts · r_k, x Σ_k odd parts · r_k).
 pub(super) struct Synthesis<'a> {
-    pub(super) m: usize,
-    pub(super) order: usize,
-    pub(super) rings: RingRange<'a>,
-    pub(super) rows: &'a mut [PairRow],
+    pub(super) part: Part<'a>,
     pub(super) column: &'a [Row],
+    /// Cells of blocks, `stride` apart, from the one of this m.
+    pub(super) cells: &'a mut [f64],
+    pub(super) stride: usize,
     pub(super) scratch: &'a mut Scratch,
 }
 
@@ -91,149 +268,86 @@ impl Kernel for Synthesis<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let norm = self.scratch.prepare(self.m, self.order);
-        for first in (0..self.rings.cos.len()).step_by(LANES) {
-            let Some(start) = generate::<A>(self.m, self.order, norm, self.rings, first, self.scratch) else {
-                continue;
+        if A::F64::REGISTERS >= 32 { self.with::<A::F64, 2>() } else { self.with::<A::F64, 1>() }
+    }
+}
+
+impl Synthesis<'_> {
+    #[inline(always)]
+    fn with<V: Vector, const N: usize>(self) {
+        prepare(&self.part, self.column, &mut self.scratch.rows);
+        let n = N * V::LANES;
+        for ring in (0..self.part.x2.len()).step_by(n) {
+            let sums = match self.part.active(ring, n) {
+                Some(unit) => contract::<V, N>(&self.part, unit, &self.scratch.rows),
+                None => [[V::splat(0.0); N]; 12],
             };
-            for parity in 0..2 {
-                let from = start + (start + parity) % 2;
-                let sum = contract::<A>(&self.scratch.p, self.column, from);
-                for (k, row) in self.rows[first..].iter_mut().take(LANES).enumerate() {
-                    for c in 0..6 {
-                        row[8 * parity + c] = sum[c][k];
-                    }
+            for v in 0..N {
+                let ring = ring + v * V::LANES;
+                let x = V::load(&self.part.x[ring..]);
+                for c in 0..12 {
+                    let sum = if c < 6 { sums[c][v] } else { sums[c][v].mul(x) };
+                    sum.store(&mut self.cells[place(ring, self.stride, c)..]);
                 }
             }
         }
     }
 }
 
+/// A_k, B_k, and the six even and six odd terms of every step.
 #[inline(always)]
-fn contract<A: Arch>(p: &[[f64; LANES]], column: &[Row], from: usize) -> [[f64; LANES]; 6] {
-    let mut sum = [[0.0; LANES]; 6];
-    for (p, row) in p.iter().zip(column).skip(from).step_by(2) {
+fn prepare(part: &Part<'_>, column: &[Row], rows: &mut Vec<[f64; 16]>) {
+    let back = [part.phase[0], -part.phase[1]];
+    rows.clear();
+    rows.resize(part.steps.len(), [0.0; 16]);
+    let mut even = [0.0; 6];
+    turn(back, &column[0], &mut even);
+    for (k, (step, row)) in part.steps.iter().zip(rows).enumerate() {
+        let (mut odd, mut next) = ([0.0; 6], [0.0; 6]);
+        if let Some(c) = column.get(2 * k + 1) {
+            turn(back, c, &mut odd);
+        }
+        if let Some(c) = column.get(2 * k + 2) {
+            turn(back, c, &mut next);
+        }
+        (row[0], row[1]) = (step.a, step.b);
         for c in 0..6 {
-            for k in 0..LANES {
-                sum[c][k] = A::fma(p[k], row[c], sum[c][k]);
-            }
+            row[2 + c] = step.even[0] * even[c] + step.even[1] * next[c];
+            row[8 + c] = step.odd * odd[c];
         }
-    }
-    sum
-}
-
-impl Scratch {
-    /// Fills the recursion's coefficients for m and returns the norm of P̄_mm = norm·sin^m θ.
-    #[inline(always)]
-    fn prepare(&mut self, m: usize, order: usize) -> f64 {
-        self.ab.clear();
-        self.ab.resize(order + 1 - m, [0.0; 2]);
-        self.p.resize(order + 1 - m, [0.0; LANES]);
-        for (k, ab) in self.ab.iter_mut().enumerate() {
-            ab[1] = if k > 0 { epsilon(m + k, m) } else { 0.0 };
-        }
-        let mut before = 0.0;
-        for ab in self.ab.iter_mut().skip(1) {
-            let e = ab[1];
-            *ab = [1.0 / e, before / e];
-            before = e;
-        }
-        let mut norm = 0.25 / std::f64::consts::PI;
-        for k in 1..=m {
-            norm *= (2 * k + 1) as f64 / (2 * k) as f64;
-        }
-        norm.sqrt()
+        even = next;
     }
 }
 
-/// Fills P̄_lm of eight rings; returns the first index l − m where any of them is above 2^−860, or none.
 #[inline(always)]
-fn generate<A: Arch>(
-    m: usize,
-    order: usize,
-    norm: f64,
-    rings: RingRange<'_>,
-    first: usize,
-    scratch: &mut Scratch,
-) -> Option<usize> {
-    let n = LANES.min(rings.cos.len() - first);
-    let sin = &rings.sin[first..first + n];
-    // P̄_lm is negligible where m exceeds l sin θ by more than this (libsharp's criterion).
-    let widest = sin.iter().fold(0.0, |a: f64, s| a.max(*s));
-    if m as f64 > order as f64 * widest + (0.01 * order as f64).max(100.0) {
-        return None;
+fn contract<V: Vector, const N: usize>(part: &Part<'_>, unit: Active, rows: &[[f64; 16]]) -> [[V; N]; 12] {
+    let x2: [V; N] = Part::vectors(part.x2, unit.ring);
+    let mut now = [V::splat(0.0); N];
+    let mut before = now;
+    let mut sums = [[V::splat(0.0); N]; 12];
+    for k in unit.begin..unit.all {
+        part.inject(unit.ring, k, &mut now, &mut before);
+        contribute(&rows[k], &x2, &mut now, &mut before, &mut sums);
     }
-    let (mut p, mut scale, mut x) = ([0.0; LANES], [0i32; LANES], [0.0; LANES]);
-    for k in 0..n {
-        (p[k], scale[k]) = power(sin[k], m);
-        p[k] *= norm;
-        x[k] = rings.cos[first + k];
+    for row in &rows[unit.all..] {
+        contribute(row, &x2, &mut now, &mut before, &mut sums);
     }
-    let (ab, out) = (&scratch.ab[..], &mut scratch.p[..]);
-    let mut before = [0.0; LANES];
-    let mut at = 0;
-    let mut start = None;
-    loop {
-        for k in 0..LANES {
-            out[at][k] = if scale[k] == 0 { p[k] } else { 0.0 };
-        }
-        if start.is_none() && scale.contains(&0) {
-            start = Some(at);
-        }
-        at += 1;
-        if at == out.len() {
-            return start;
-        }
-        if scale == [0; LANES] {
-            break;
-        }
-        let [a, b] = ab[at];
-        for k in 0..LANES {
-            let next = A::fma(a * x[k], p[k], -b * before[k]);
-            let rise = scale[k] < 0 && next.abs() > LIMIT;
-            let factor = if rise { SMALL } else { 1.0 };
-            before[k] = p[k] * factor;
-            p[k] = next * factor;
-            scale[k] += i32::from(rise);
-        }
-    }
-    for (out, [a, b]) in out[at..].iter_mut().zip(&ab[at..]) {
-        for k in 0..LANES {
-            let next = A::fma(a * x[k], p[k], -b * before[k]);
-            before[k] = p[k];
-            p[k] = next;
-        }
-        *out = p;
-    }
-    start
+    sums
 }
 
-/// s^m as v·2^(800·scale), scale ≤ 0, v ≤ 2^−60 where scale < 0; by repeated squaring.
-fn power(s: f64, m: usize) -> (f64, i32) {
-    if s == 0.0 && m > 0 {
-        return (0.0, 0);
-    }
-    let renormalise = |(v, e): (f64, i32)| {
-        if v < HALF_SMALL {
-            (v * BIG, e - 1)
-        } else if v > HALF_BIG {
-            (v * SMALL, e + 1)
-        } else {
-            (v, e)
+#[inline(always)]
+fn contribute<V: Vector, const N: usize>(
+    row: &[f64; 16],
+    x2: &[V; N],
+    now: &mut [V; N],
+    before: &mut [V; N],
+    sums: &mut [[V; N]; 12],
+) {
+    for c in 0..12 {
+        let term = V::splat(row[2 + c]);
+        for v in 0..N {
+            sums[c][v] = now[v].fma(term, sums[c][v]);
         }
-    };
-    let (mut result, mut base) = ((1.0, 0), (s, 0));
-    let mut bits = m;
-    while bits > 0 {
-        if bits % 2 == 1 {
-            result = renormalise((result.0 * base.0, result.1 + base.1));
-        }
-        base = renormalise((base.0 * base.0, 2 * base.1));
-        bits /= 2;
     }
-    let (mut v, mut e) = result;
-    while e < 0 && v > LIMIT {
-        (v, e) = (v * SMALL, e + 1);
-    }
-    if e > 0 { (v * BIG, 0) } else { (v, e) }
+    advance(row[0], row[1], x2, now, before);
 }

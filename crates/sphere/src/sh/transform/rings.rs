@@ -2,7 +2,6 @@
 
 use crate::quadrature::{clenshaw_curtis, fejer1, gauss_legendre, gauss_legendre_angles};
 use std::f64::consts::PI;
-use std::ops::Range;
 
 /// How the rows of a lat-long grid stand in θ, and how they are weighted in an integral.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,28 +26,30 @@ impl Grid {
     }
 }
 
-/// The northern rings of a grid (equator included), from the pole; the southern mirror them.
+/// Rows that are transformed together, and rings whose numbers lie side by side.
+pub(super) const BLOCK: usize = 8;
+
+/// Rings that a kernel may take at once.
+const GROUP: usize = 16;
+
+/// The northern rings of a grid (equator included), from the pole; the southern mirror them. Padded to whole
+/// groups with rings of no weight.
 pub(super) struct Rings {
-    cos: Vec<f64>,
-    sin: Vec<f64>,
-    weight: Vec<f64>,
+    pub(super) cos: Vec<f64>,
+    pub(super) sin: Vec<f64>,
+    /// cos².
+    pub(super) x2: Vec<f64>,
+    pub(super) weight: Vec<f64>,
     /// Rings per row of texels.
     pub(super) per_row: usize,
+    count: usize,
     height: usize,
-}
-
-/// A range of rings.
-#[derive(Clone, Copy)]
-pub(super) struct RingRange<'a> {
-    pub(super) cos: &'a [f64],
-    pub(super) sin: &'a [f64],
-    pub(super) weight: &'a [f64],
-    pub(super) per_row: usize,
 }
 
 impl Rings {
     pub(super) fn new(grid: Grid, height: usize, order: usize) -> Self {
-        let mut rings = Self { cos: vec![], sin: vec![], weight: vec![], per_row: 1, height };
+        let mut rings =
+            Self { cos: vec![], sin: vec![], x2: vec![], weight: vec![], per_row: 1, count: 0, height };
         if height == 0 {
             return rings;
         }
@@ -74,12 +75,17 @@ impl Rings {
             }),
             Grid::ExactCells => rings.fill_cells(step, order),
         }
+        rings.count = rings.cos.len();
+        while !rings.cos.len().is_multiple_of(GROUP * rings.per_row) {
+            rings.push(0.0, 1.0, 0.0);
+        }
         rings
     }
 
     fn push(&mut self, cos: f64, sin: f64, weight: f64) {
         self.cos.push(cos);
         self.sin.push(sin);
+        self.x2.push(if sin < 0.5 { (1.0 - sin) * (1.0 + sin) } else { cos * cos });
         self.weight.push(weight);
     }
 
@@ -105,19 +111,9 @@ impl Rings {
         }
     }
 
-    /// Number of row pairs.
-    pub(super) fn pairs(&self) -> usize {
-        self.height.div_ceil(2)
-    }
-
-    pub(super) fn of_pairs(&self, pairs: Range<usize>) -> RingRange<'_> {
-        let r = pairs.start * self.per_row..pairs.end * self.per_row;
-        RingRange {
-            cos: &self.cos[r.clone()],
-            sin: &self.sin[r.clone()],
-            weight: &self.weight[r],
-            per_row: self.per_row,
-        }
+    /// Is this one of the rings that only fill up a group?
+    pub(super) fn is_padding(&self, ring: usize) -> bool {
+        ring >= self.count
     }
 
     /// cos θ of all rows, from the north.

@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""Times this crate's transform beside SHTns and ducc0, on one thread, three channels of f64, in one run.
+
+    python3 crates/sphere/benches/peers.py [gl|equirectangular] [band ...]
+
+Installs both libraries from PyPI into a virtual environment under the target folder (SHTns is built from
+source and needs the development files of FFTW 3). The peers run out of process, never linked. Rounds
+alternate between the programs, and the least time of each counts. Not part of continuous integration.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+VENV = TARGET / "peers"
+ROUNDS = 2
+
+
+def install():
+    if not VENV.exists():
+        subprocess.run([sys.executable, "-m", "venv", VENV], check=True)
+    for package in ["numpy", "ducc0", "shtns"]:
+        pip = [VENV / "bin/pip", "install", "-q", package]
+        if subprocess.run(pip, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode:
+            print(f"{package} does not install here: left out")
+
+
+def binary():
+    build = ["cargo", "bench", "-p", "steradian-sphere", "--bench", "transform", "--no-run"]
+    lines = subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True).stderr
+    return lines.rsplit("(", 1)[1].split(")")[0]
+
+
+def best(f):
+    """Least of several runs, on the processor: other programs' time does not count."""
+    least, start, runs = 1e9, time.perf_counter(), 0
+    while runs < 3 or time.perf_counter() - start < 0.3:
+        t = time.thread_time()
+        f()
+        least, runs = min(least, time.thread_time() - t), runs + 1
+    return least * 1e3
+
+
+def ducc(grid, band):
+    import ducc0
+    import numpy as np
+
+    rows, columns, geometry = (band + 1, 2 * band + 2, "GL") if grid == "gl" else (2 * band + 2, 4 * band + 4, "F1")
+    a = np.random.default_rng(1).standard_normal(((band + 1) * (band + 2) // 2, 2)) @ np.array([1, 1j])
+    a[: band + 1] = a[: band + 1].real
+    a = np.repeat(a[None, None], 3, 0)
+    maps = np.zeros((3, 1, rows, columns))
+
+    def synthesis():
+        for k in range(3):
+            ducc0.sht.synthesis_2d(alm=a[k], map=maps[k], spin=0, lmax=band, geometry=geometry, nthreads=1)
+
+    def analysis():
+        for k in range(3):
+            ducc0.sht.analysis_2d(map=maps[k], alm=a[k], spin=0, lmax=band, geometry=geometry, nthreads=1)
+
+    return best(synthesis), best(analysis)
+
+
+def shtns(grid, band):
+    import numpy as np
+    import shtns
+
+    if grid != "gl":
+        return None
+    result = None
+    # Above band 63 the other modes' searches for the quickest variant take minutes on a busy machine.
+    for mode in [shtns.sht_gauss, shtns.sht_quick_init][int(band > 63):]:
+        sh = shtns.sht(band, norm=shtns.sht_orthonormal, nthreads=1)
+        sh.set_grid(band + 1, 2 * band + 2, flags=mode | shtns.SHT_PHI_CONTIGUOUS, polar_opt=1e-10)
+        a = [sh.spec_array() for _ in range(3)]
+        rng = np.random.default_rng(1)
+        for v in a:
+            v[:] = rng.standard_normal(sh.nlm)
+        maps = [sh.spat_array() for _ in range(3)]
+
+        def synthesis():
+            for k in range(3):
+                sh.SH_to_spat(a[k], maps[k])
+
+        def analysis():
+            for k in range(3):
+                sh.spat_to_SH(maps[k], a[k])
+
+        pair = best(synthesis), best(analysis)
+        result = pair if result is None else tuple(map(min, result, pair))
+    return result
+
+
+def main():
+    if len(sys.argv) == 5 and sys.argv[1] == "--time":
+        pair = {"ducc0": ducc, "shtns": shtns}[sys.argv[2]](sys.argv[3], int(sys.argv[4]))
+        print("ms:", *(pair or ()))
+        return
+    grid = sys.argv[1] if len(sys.argv) > 1 else "gl"
+    bands = [int(b) for b in sys.argv[2:]] or [63, 127, 255, 511, 1023]
+    install()
+    ours = binary()
+    environment = dict(os.environ, RAYON_NUM_THREADS="1", OMP_NUM_THREADS="1")
+    print(f"{grid}, 3 channels, f64, 1 thread, least of {ROUNDS} rounds, ms (ratio: ours / theirs)")
+    print(f"{'band':>5} {'':10} {'ours':>10} {'SHTns':>10} {'ratio':>6} {'ducc0':>10} {'ratio':>6}")
+    for band in bands:
+        times = {name: [1e9, 1e9] for name in ["ours", "shtns", "ducc0"]}
+        for _ in range(ROUNDS):
+            for name, row in times.items():
+                command = [ours, grid, band] if name == "ours" else [
+                    VENV / "bin/python", __file__, "--time", name, grid, band]
+                run = subprocess.run(list(map(str, command)), env=environment, capture_output=True, text=True)
+                words = run.stdout.split()
+                words = words[2:4] if name == "ours" else words[words.index("ms:") + 1:] if "ms:" in words else []
+                if run.returncode == 0 and len(words) == 2:
+                    times[name] = [min(a, float(b)) for a, b in zip(row, words)]
+        for i, what in enumerate(["synthesis", "analysis"]):
+            cells = [f"{times['ours'][i]:>10.4g}"]
+            for name in ["shtns", "ducc0"]:
+                t = times[name][i]
+                known = t < 1e9
+                cells.append(f"{t:>10.4g} {times['ours'][i] / t:>6.2f}" if known else f"{'–':>10} {'':>6}")
+            print(f"{band:>5} {what:10}", *cells, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+//! Times of the transform on one thread, in a form that `peers.py` reads.
+//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular] band…`
+//!
+//! Three channels of f64, basis about the image's pole, as other libraries have it. Prints grid, band, and
+//! milliseconds of synthesis and analysis (each the least of several), and of planning.
+
+#![expect(clippy::print_stdout, reason = "a benchmark prints")]
+
+use std::hint::black_box;
+use std::time::Instant;
+use steradian_sphere::sh::{Grid, ShRgb, ShTransform, count};
+
+/// Time on the processor so far in ns, where the system tells; it lags by up to a few milliseconds.
+fn on_cpu() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    text.split_whitespace().next()?.parse().ok()
+}
+
+/// Least of several runs, in milliseconds; of long ones without what other programs took.
+fn best<R>(mut f: impl FnMut() -> R) -> f64 {
+    let mut best = f64::INFINITY;
+    let start = Instant::now();
+    for run in 0.. {
+        let (t, before) = (Instant::now(), on_cpu());
+        black_box(f());
+        let mut ms = t.elapsed().as_secs_f64() * 1e3;
+        if let (Some(before), Some(after)) = (before, on_cpu())
+            && after - before > 2e7
+        {
+            ms = ms.min((after - before) * 1e-6);
+        }
+        best = best.min(ms);
+        if run >= 4 && start.elapsed().as_secs_f64() > 0.3 {
+            break;
+        }
+    }
+    best
+}
+
+fn time(name: &str, band: usize) {
+    let (grid, width, height) = match name {
+        "gl" => (Grid::GaussLegendre, 2 * band + 2, band + 1),
+        _ => (Grid::Equirectangular, 4 * band + 4, 2 * band + 2),
+    };
+    let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
+    let sh = ShRgb { order: band, c };
+    let start = Instant::now();
+    let plan = ShTransform::new(band, width, height, grid);
+    let planning = start.elapsed().as_secs_f64() * 1e3;
+    let mut planes: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; width * height]);
+    let synthesis = best(|| plan.synthesize_polar(&sh, planes.each_mut().map(Vec::as_mut_slice)));
+    let analysis = best(|| plan.analyze_polar(planes.each_ref().map(Vec::as_slice)));
+    println!("{name} {band} {synthesis:.5} {analysis:.5} {planning:.5}");
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let grid = words.first().map_or("gl", String::as_str);
+    let mut bands: Vec<usize> = words.iter().skip(1).filter_map(|w| w.parse().ok()).collect();
+    if bands.is_empty() {
+        bands = vec![15, 63, 127, 255, 511, 1023];
+    }
+    bands.iter().for_each(|band| time(grid, *band));
+}
