@@ -39,8 +39,9 @@ pub fn points(n: usize) -> Vec<JudgePoint> {
         // Another spiral than that of the rooms' own certificates.
         let normal = DMat3::from_rotation_x(0.7) * probe::direction(k, n);
         let frame = Frame::from_normal(normal);
-        let cosine = 1.0 - 0.83 * (k as f64 * 0.618_034 + 0.2).fract();
-        let phi = 2.0 * PI * (k as f64 * 0.3247 + 0.1).fract();
+        // Not by the golden section, by which the normals' azimuths go round.
+        let cosine = 1.0 - 0.83 * (k as f64 * 0.754_877_666 + 0.2).fract();
+        let phi = 2.0 * PI * (k as f64 * 0.569_840_291 + 0.1).fract();
         let s = (1.0 - cosine * cosine).sqrt();
         let wo = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
         JudgePoint { frame, wo, position: None }

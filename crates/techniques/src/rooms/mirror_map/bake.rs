@@ -118,7 +118,9 @@ pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Certificate) {
         };
         certify::error_of_limit(exact, shade)
     };
-    let certificate = Certificate::new(error, Known::Measured).detail("size", light.cube.size() as f64);
+    let certificate = Certificate::new(error, Known::Measured)
+        .metric(certify::METRIC)
+        .detail("size", light.cube.size() as f64);
     (mirror, certificate)
 }
 

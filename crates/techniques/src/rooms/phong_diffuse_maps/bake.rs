@@ -77,6 +77,7 @@ pub fn link(
     let error = certify::error(&light.tree, &model, shade);
     let order = if let Way::Frequency { order } = phong.way { order as f64 } else { -1.0 };
     let certificate = Certificate::new(error, Known::Measured)
+        .metric(certify::METRIC)
         .detail("order", order)
         .detail("size", maps.phong.size() as f64)
         .detail("diffuse size", maps.diffuse.size() as f64)

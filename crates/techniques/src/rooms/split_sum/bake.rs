@@ -207,6 +207,7 @@ pub fn link(
         shade,
     );
     let certificate = Certificate::new(error, Known::Measured)
+        .metric(certify::METRIC)
         .detail("level", f64::from(specular.level))
         .detail("size", light.chain.levels()[0].size() as f64);
     Ok((specular, certificate))
