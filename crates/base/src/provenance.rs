@@ -78,19 +78,25 @@ fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| "?".into(), |n| n.to_string_lossy().into_owned())
 }
 
-/// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; other arguments stay whole.
+/// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; `lafortune:lobes=x/l.csv` → `lafortune:lobes=l.csv`;
+/// triples such as `f0=1/0.8/0.3` and other arguments stay whole.
 fn strip_directories(argument: &str) -> String {
-    let (head, tail) = match argument.split_once(':') {
-        Some((h, t)) if !h.contains(['/', '\\']) => (format!("{h}:"), t),
-        _ => (String::new(), argument),
-    };
-    let looks_like_path = Path::new(tail).extension().is_some() && tail.contains(['/', '\\'])
-        || tail.starts_with(['/', '\\', '.'])
-        || tail.starts_with('~');
-    if looks_like_path {
-        format!("{head}{}", tail.rsplit(['/', '\\']).next().unwrap_or(tail))
+    if argument.contains('=') {
+        argument.split(',').map(strip_value).collect::<Vec<_>>().join(",")
     } else {
-        argument.into()
+        strip_value(argument)
+    }
+}
+
+/// The value behind the last `=` or `:`, without directories where it is a path.
+fn strip_value(part: &str) -> String {
+    let start = part.rfind(['=', ':']).map_or(0, |i| i + 1);
+    let (head, value) = part.split_at(start);
+    let mut pieces = value.split(['/', '\\']);
+    let triple = pieces.clone().all(|p| p.parse::<f64>().is_ok());
+    match pieces.next_back() {
+        Some(name) if !triple => format!("{head}{name}"),
+        _ => part.into(),
     }
 }
 
@@ -104,17 +110,17 @@ mod tests {
 
     #[test]
     fn directories_do_not_leave_the_machine() {
-        assert_eq!(strip_directories("/home/me/a.hdr"), "a.hdr");
-        assert_eq!(strip_directories("merl:/data/gold.binary"), "merl:gold.binary");
-        assert_eq!(
-            strip_directories("lafortune:lobes=../x/l.csv"),
-            "lafortune:lobes=../x/l.csv"
-                .rsplit('/')
-                .next()
-                .map(|f| format!("lafortune:{f}"))
-                .expect("has a name")
-        );
-        assert_eq!(strip_directories("ggx:alpha=0.2,f0=1/0.8/0.3"), "ggx:alpha=0.2,f0=1/0.8/0.3");
+        for (argument, kept) in [
+            ("/home/me/a.hdr", "a.hdr"),
+            ("merl:/data/gold.binary", "merl:gold.binary"),
+            ("lafortune:lobes=../x/l.csv", "lafortune:lobes=l.csv"),
+            (r"C:\Users\me, you\a.exr", "C:a.exr"),
+            ("ggx:alpha=0.2,f0=1/0.8/0.3", "ggx:alpha=0.2,f0=1/0.8/0.3"),
+            ("sky:elevation=35,azimuth=120", "sky:elevation=35,azimuth=120"),
+            ("front.hdr,back.hdr", "front.hdr,back.hdr"),
+        ] {
+            assert_eq!(strip_directories(argument), kept);
+        }
     }
 
     #[test]
