@@ -29,7 +29,7 @@ pub const DEFAULT_SKY: &str = "sky";
 #[derive(Debug, Clone, Default, Args)]
 pub struct Adjust {
     /// Arrangement of the file: latlong, angular, sphere-map, octahedral, cross, strip, paraboloid, … [default:
-    /// by its shape]
+    /// what the file records, else by its shape]
     #[arg(long, value_name = "NAME", value_parser = layout)]
     pub layout: Option<FileLayout>,
     /// Convention of the file: openexr, usd, cmgen, three, bevy, … [default: steradian, or what the file says]
@@ -39,7 +39,7 @@ pub struct Adjust {
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub rotate: f64,
     /// Exposure value by which the light is scaled
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = exposure)]
     pub light_exposure: f64,
 }
 
@@ -56,8 +56,9 @@ impl Adjust {
 }
 
 fn layout(text: &str) -> Result<FileLayout, String> {
-    const NAMES: [&str; 9] = [
+    const NAMES: [&str; 10] = [
         "latlong",
+        "cube",
         "angular",
         "sphere-map",
         "octahedral",
@@ -81,6 +82,11 @@ pub fn finite(text: &str) -> Result<f64, String> {
         Ok(v) if v.is_finite() => Ok(v),
         _ => Err(format!("'{text}' is not a finite number")),
     }
+}
+
+/// An exposure value by which light may be scaled: its power of two stays in range.
+pub fn exposure(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v.abs() <= 64.0 { Ok(v) } else { Err(format!("'{text}' is not -64 … 64")) })
 }
 
 /// A positive finite number.

@@ -92,9 +92,13 @@ fn wrong_usage_is_exit_2() {
     fails(dir, 2, "albedo", &eval("lambert:albedo=red", "reference"));
     fails(dir, 2, "did you mean 'sh_irradiance'", &eval("lambert", "sh_irradianse"));
     fails(dir, 2, "sky", &["irradiance", "sky:elevation=500"]);
-    for unknown in
-        [&["bake"][..], &["irradiance"], &["--nothing"], &["irradiance", "furnace", "--bands", "0"]]
-    {
+    for unknown in [
+        &["bake"][..],
+        &["irradiance"],
+        &["--nothing"],
+        &["irradiance", "furnace", "--bands", "0"],
+        &["irradiance", "furnace", "--light-exposure", "1e9"],
+    ] {
         assert_eq!(run(dir, unknown).status.code(), Some(2), "{unknown:?}");
     }
     assert_eq!(run(dir, &["--help"]).status.code(), Some(0));

@@ -83,7 +83,7 @@ impl FileLayout {
         }
     }
 
-    /// The layout of a name; `cube` leaves the arrangement to the aspect ratio and gives `None` here.
+    /// The layout of a name.
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase().replace('_', "-");
         let alias = match name.as_str() {
@@ -93,6 +93,8 @@ impl FileLayout {
             "horizontal-cross" => "cross",
             "horizontal-strip" => "strip",
             "dual-paraboloid" => "paraboloid",
+            // As `convert` writes a cube that is given no arrangement.
+            "cube" => "vertical-strip",
             other => other,
         };
         Self::NAMED.iter().find(|(_, n, _)| *n == alias).map(|(l, ..)| *l)

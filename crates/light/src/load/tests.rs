@@ -145,6 +145,8 @@ fn recorded_layouts_are_read() {
     assert_eq!(open(written(octahedral.clone(), "octahedral"), &named).image.layout, Layout::SphereMap);
     let odd = open(written(octahedral, "cross"), &LoadOptions::default());
     assert!(!odd.report.layout_stated);
+    // The short name under which cubes are written.
+    assert_eq!(FileLayout::from_name("cube"), Some(FileLayout::VerticalStrip));
 }
 
 /// A window whose lower edge lies on −Z, the direction of a sphere map's rim.

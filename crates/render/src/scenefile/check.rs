@@ -162,16 +162,28 @@ fn unit(source: &Source<'_>, here: usize, v: [f64; 3]) -> Result<DVec3, SceneErr
         .ok_or_else(|| source.error(here, "key 'direction': must be finite and not zero"))
 }
 
+/// A number, 0 where absent, that must be `good`.
+fn number(
+    source: &Source<'_>,
+    v: &Option<Spanned<f64>>,
+    key: &str,
+    good: impl Fn(f64) -> bool,
+    must: &str,
+) -> Result<f64, SceneError> {
+    match v {
+        None => Ok(0.0),
+        Some(v) if good(*v.get_ref()) => Ok(*v.get_ref()),
+        Some(v) => Err(source.error(start(v), format!("key '{key}': must be {must}"))),
+    }
+}
+
 fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
     let mut out = SceneLight {
         environment: l.environment.as_ref().map(at),
-        rotation: l.rotation.to_radians(),
-        exposure: l.exposure,
+        rotation: number(source, &l.rotation, "rotation", f64::is_finite, "finite degrees")?.to_radians(),
+        exposure: number(source, &l.exposure, "exposure", |v| v.abs() <= 64.0, "-64 … 64")?,
         ..SceneLight::default()
     };
-    if !(l.rotation.is_finite() && l.exposure.is_finite()) {
-        return Err(source.error(0, "[light]: 'rotation' and 'exposure' must be finite"));
-    }
     for d in &l.disk {
         let (here, d) = (start(d), d.get_ref());
         if !(d.angular_radius > 0.0 && d.angular_radius <= 90.0) {
@@ -189,6 +201,10 @@ fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
     }
     for p in &l.point {
         finite(source, start(p), "position", &p.get_ref().position)?;
+        let lit = p.get_ref().intensity.iter().all(|v| v.is_finite() && *v >= 0.0);
+        if !lit {
+            return Err(source.error(start(p), "key 'intensity': must be finite and not negative"));
+        }
         let position = Vec3::from(p.get_ref().position);
         out.points.push(PointLight { position, intensity: p.get_ref().intensity });
     }
@@ -226,16 +242,12 @@ fn output(source: &Source<'_>, o: OutputText) -> Result<SceneOutput, SceneError>
             source.error(start(name), unknown("tone_mapper", name.get_ref(), &known))
         })?,
     };
-    if !(0.0..=90.0).contains(&o.blur) {
-        return Err(source.error(0, "[output]: 'blur' must be 0 … 90 degrees"));
-    }
+    let blur = number(source, &o.blur, "blur", |v| (0.0..=90.0).contains(&v), "0 … 90 degrees")?.to_radians();
     let background = match &o.background {
-        None => SceneBackground::Environment(o.blur.to_radians()),
+        None => SceneBackground::Environment(blur),
         Some(b) => match b.get_ref() {
             BackgroundText::Colour(c) => SceneBackground::Colour(*c),
-            BackgroundText::Word(w) if w == "environment" => {
-                SceneBackground::Environment(o.blur.to_radians())
-            }
+            BackgroundText::Word(w) if w == "environment" => SceneBackground::Environment(blur),
             BackgroundText::Word(w) if w == "none" => SceneBackground::Colour([0.0; 3]),
             BackgroundText::Word(w) => {
                 return Err(source.error(start(b), unknown("background", w, &["environment", "none"])));

@@ -100,11 +100,9 @@ pub struct LightText {
     /// An image below the scene file's folder, or a sky spec.
     pub environment: Option<Spanned<String>>,
     /// Degrees about +Y.
-    #[serde(default)]
-    pub rotation: f64,
-    /// Exposure values by which the environment is scaled.
-    #[serde(default)]
-    pub exposure: f64,
+    pub rotation: Option<Spanned<f64>>,
+    /// Exposure values by which the environment is scaled, −64 … 64.
+    pub exposure: Option<Spanned<f64>>,
     /// `[[light.disk]]`.
     #[serde(default)]
     pub disk: Vec<Spanned<DiskText>>,
@@ -165,8 +163,7 @@ pub struct OutputText {
     /// `environment`, `none` or a colour.
     pub background: Option<Spanned<BackgroundText>>,
     /// Blur of the background, degrees.
-    #[serde(default)]
-    pub blur: f64,
+    pub blur: Option<Spanned<f64>>,
     /// Samples per pixel and axis on edges; 4.
     pub samples: Option<Spanned<usize>>,
 }

@@ -58,6 +58,14 @@ fn unknown_keys_get_a_suggestion() {
 fn values_are_checked_where_they_stand() {
     for (from, to, want) in [
         ("fov = 30", "fov = 200", "s.toml:4:7: key 'fov': 200"),
+        ("rotation = 90", "rotation = nan", ": key 'rotation': must be finite degrees"),
+        ("rotation = 90", "exposure = 1e9", ": key 'exposure': must be -64 … 64"),
+        (
+            "[output]",
+            "[[light.point]]\nposition = [0, 0, 0]\nintensity = [1, -1, 0]\n[output]",
+            "key 'intensity': must be finite and not negative",
+        ),
+        ("width = 64", "blur = -5.0", "s.toml:25:8: key 'blur': must be 0 … 90 degrees"),
         ("fov = 30", "fov = \"wide\"", "s.toml:4:7: key 'fov': invalid type"),
         (
             "material = \"clay\"",
