@@ -3,8 +3,11 @@
 use std::fmt::Write;
 use steradian_techniques::{Capabilities, registry};
 
+/// A column's name and whether a technique has an x in it.
+type Column = (&'static str, fn(&Capabilities) -> bool);
+
 /// Columns of STAR04's figure 11.
-const COLUMNS: [(&str, fn(&Capabilities) -> bool); 11] = [
+const COLUMNS: [Column; 11] = [
     ("diffuse", |c| c.diffuse),
     ("certain isotropic", |c| c.certain_isotropic),
     ("certain anisotropic", |c| c.certain_anisotropic),
