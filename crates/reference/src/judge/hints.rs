@@ -7,6 +7,12 @@ use steradian_brdf::Lobe;
 /// Nothing is larger than this, radians: samples are then under 3° apart.
 const LARGEST: f64 = 0.2;
 
+/// Nor than this at tolerances of [`ROUGH`] and more, for pictures: samples are then under 6° apart.
+const LARGEST_ROUGH: f64 = 0.4;
+
+/// A tolerance at which eight bits hide the error.
+const ROUGH: f64 = 1e-2;
+
 /// Nor larger than this many times its distance from a lobe's ridge, or the ridge's width.
 const FACTOR: f64 = 2.0;
 
@@ -26,6 +32,7 @@ struct Ridge {
 pub(super) struct Hints {
     ridges: Vec<Ridge>,
     layer: f64,
+    largest: f64,
 }
 
 impl Hints {
@@ -33,7 +40,7 @@ impl Hints {
     ///
     /// A ridge of half vectors narrows along its cone towards grazing, where n·h is small; as much as n·wo does
     /// (`cosine`), which a single width cannot tell.
-    pub fn new(lobes: &[Lobe], cosine: f64) -> Self {
+    pub fn new(lobes: &[Lobe], cosine: f64, tolerance: f64) -> Self {
         let narrowing = cosine.clamp(0.02, 1.0);
         let ridge = |lobe: &Lobe| match *lobe {
             Lobe::Axis { axis, width } => Ridge { axis, angle: 0.0, width },
@@ -48,14 +55,15 @@ impl Hints {
         let made = lobes.iter().map(ridge).filter(sound);
         let ridges =
             made.map(|r| Ridge { axis: r.axis.normalize(), width: r.width.max(FINEST), ..r }).collect();
-        Self { ridges, layer: cosine.max(0.02) }
+        let largest = if tolerance < ROUGH { LARGEST } else { LARGEST_ROUGH };
+        Self { ridges, layer: cosine.max(0.02), largest }
     }
 
     /// Is this rectangle too large to be sampled?
     pub fn must_cut(&self, chart: &Chart, rect: &Rect) -> bool {
         let [a, b] = rect.angular();
         let size = a.max(b);
-        if size > LARGEST || (rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
+        if size > self.largest || (rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
             return true;
         }
         if size <= FACTOR * FINEST || self.ridges.is_empty() {

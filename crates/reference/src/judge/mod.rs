@@ -145,8 +145,8 @@ impl Judge {
         }
         let mut g = Integrand::new(brdf, wo);
         let small = self.small_lights(&mut g, frame, position);
-        let scene = self.scene(brdf, frame, wo);
         let tolerance = if tolerance > FINEST_TOLERANCE { tolerance } else { FINEST_TOLERANCE };
+        let scene = self.scene(brdf, frame, wo, tolerance);
         let total = Engine::new(&scene, &mut g, self.budget).run(tolerance, small);
         let rgb = std::array::from_fn(|c| total.value[c] + small[c]);
         let lost = g.broken || (position.is_none() && !self.lights.points.is_empty());
@@ -174,7 +174,7 @@ impl Judge {
         out
     }
 
-    fn scene(&self, brdf: &dyn Brdf, frame: &Frame, wo: DVec3) -> Scene<'_> {
+    fn scene(&self, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, tolerance: f64) -> Scene<'_> {
         let world =
             Chart { x: frame.to_local(DVec3::X), y: frame.to_local(DVec3::Y), z: frame.to_local(DVec3::Z) };
         let mut views = vec![View::new(world)];
@@ -186,7 +186,7 @@ impl Judge {
             image: image.map(|(e, p)| (Cells::new(&e.image, self.lookup), p)),
             views,
             disks: self.lights.disks.iter().map(|d| (radius(d.angular_radius), d.radiance)).collect(),
-            hints: Hints::new(&brdf.lobes(wo), wo.z),
+            hints: Hints::new(&brdf.lobes(wo), wo.z, tolerance),
             clip: brdf.domain() == Domain::Hemisphere,
         }
     }
