@@ -153,6 +153,36 @@ pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) 
     Ok(describe(spec, &image, samples, &disks, facts))
 }
 
+/// Irradiance on a floor under the image: ∫ L ⟨d·y⟩₊ dω by texel centres and exact solid angles.
+fn floor(image: &SphereImage) -> [f64; 3] {
+    let (w, h) = (image.width, image.height);
+    let row = |k: usize| {
+        let (face, j) = (k / h, k % h);
+        let mut sum = [0.0; 3];
+        for i in 0..w {
+            let up = image.layout.texel_direction(w, h, face, i, j).map_or(0.0, |d| d.y);
+            if up > 0.0 {
+                let weight = up * image.layout.solid_angle(w, h, face, i, j);
+                let texel = image.texel(face, i, j);
+                (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
+            }
+        }
+        sum
+    };
+    let rows: Vec<[f64; 3]> = (0..image.layout.faces() * h).into_par_iter().map(row).collect();
+    rows.iter().fold([0.0; 3], |a, b| std::array::from_fn(|c| a[c] + b[c]))
+}
+
+/// What a disk of unit radiance gives a floor, exact where it is wholly above the horizon: π sin²ρ sin(elevation).
+fn on_floor(disk: &DiskLight) -> f64 {
+    std::f64::consts::PI * disk.angular_radius.sin().powi(2) * disk.direction.y.max(0.0)
+}
+
+/// `sum` with each disk's radiance times its weight added.
+fn plus_disks(sum: [f64; 3], disks: &[DiskLight], weight: impl Fn(&DiskLight) -> f64) -> [f64; 3] {
+    disks.iter().fold(sum, |s, d| std::array::from_fn(|c| s[c] + weight(d) * d.radiance[c]))
+}
+
 /// `samples`: those of the file, where the image is made from them.
 fn describe(
     spec: &str,
@@ -168,9 +198,9 @@ fn describe(
     let sh = spectrum(image, disks);
     let bands = band_energy(&sh);
     let total: f64 = bands.iter().sum();
-    let integral = image.integral();
+    let integral = plus_disks(image.integral(), disks, DiskLight::solid_angle);
     let mean = integral.map(|v| v / (4.0 * std::f64::consts::PI));
-    let up = sh_irradiance(&sh, DVec3::Y);
+    let up = plus_disks(floor(image), disks, on_floor);
     let shares = [1e-4, 1e-3, 1e-2, 1e-1].map(|p| s.share(p));
     let brightest = direction(image, s.brightest.1);
     let dominant = inputs::dominant(&sh);
@@ -318,12 +348,6 @@ fn band_energy(sh: &ShRgb) -> Vec<f64> {
     (0..=sh.order).map(band).collect()
 }
 
-fn sh_irradiance(sh: &ShRgb, n: DVec3) -> [f64; 3] {
-    let mut e = sh.clone();
-    e.convolve(&inputs::cosine(sh.order + 1));
-    e.value(n)
-}
-
 fn layout_name(layout: Layout) -> &'static str {
     crate::layouts::Target::of(layout).name()
 }
@@ -383,7 +407,14 @@ mod tests {
         assert!((bands[0] - 12.0 * std::f64::consts::PI).abs() < 1e-4);
         // Texel centres stand for their cells: amplitudes of the order h² = (π/32)² in band 2.
         assert!(bands[1..].iter().all(|b| *b < 1e-4 * bands[0]));
-        let up = sh_irradiance(&sh::project(&image, 2), DVec3::Y);
-        assert!((up[0] - std::f64::consts::PI).abs() < 1e-2);
+        assert!((floor(&image)[0] - std::f64::consts::PI).abs() < 1e-2);
+    }
+
+    #[test]
+    fn a_disk_overhead_counts_in_the_floor_and_in_the_sphere() {
+        let disk = DiskLight { direction: DVec3::Y, angular_radius: 0.1, radiance: [2.0; 3] };
+        let up = plus_disks([1.0; 3], &[disk], on_floor);
+        assert!((up[0] - (1.0 + 2.0 * std::f64::consts::PI * 0.1f64.sin().powi(2))).abs() < 1e-12);
+        assert_eq!(plus_disks([0.0; 3], &[disk], DiskLight::solid_angle)[1], 2.0 * disk.solid_angle());
     }
 }
