@@ -5,30 +5,10 @@ struct GpuBackdrop {
     counts: vec4<u32>,
 }
 @group(0) @binding(0) var<uniform> gpu_backdrop: GpuBackdrop;
+// The image with two more texels on each side: those beyond its seam and its poles.
 @group(0) @binding(1) var gpu_sky: texture_2d<f32>;
 // Two vec4 a disk: unit direction and angular radius; radiance.
 @group(0) @binding(2) var<storage, read> gpu_disks: array<vec4<f32>>;
-
-// Integer remainders are slow, and i lies within one turn of the image unless that is tiny.
-fn gpu_wrap(i: i32, w: i32) -> i32 {
-    if w < 8 {
-        return ((i % w) + w) % w;
-    }
-    return select(select(i, i - w, i >= w), i + w, i < 0);
-}
-
-// A row beyond a pole is the row reflected and turned by half a turn; for odd widths the mean of two columns.
-fn gpu_sky_texel(i: i32, j: i32) -> vec3<f32> {
-    let size = vec2<i32>(textureDimensions(gpu_sky));
-    let w = size.x;
-    if j >= 0 && j < size.y {
-        return textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i, w), j), 0).rgb;
-    }
-    let r = clamp(select(2 * size.y - 1 - j, -1 - j, j < 0), 0, size.y - 1);
-    let a = textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i + w / 2, w), r), 0).rgb;
-    let b = textureLoad(gpu_sky, vec2<i32>(gpu_wrap(i + (w + 1) / 2, w), r), 0).rgb;
-    return 0.5 * (a + b);
-}
 
 // Catmull & Rom 1974: weights of the texels at -1, 0, 1, 2.
 fn gpu_catmull_rom(t: f32) -> vec4<f32> {
@@ -37,23 +17,29 @@ fn gpu_catmull_rom(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(2.0 * t2 - t3 - t, 3.0 * t3 - 5.0 * t2 + 2.0, 4.0 * t2 - 3.0 * t3 + t, t3 - t2);
 }
 
+// Four texels of a row from `at`.
+fn gpu_sky_row(at: vec2<i32>, w: vec4<f32>) -> vec3<f32> {
+    let a = textureLoad(gpu_sky, at, 0).rgb;
+    let b = textureLoad(gpu_sky, at + vec2<i32>(1, 0), 0).rgb;
+    let c = textureLoad(gpu_sky, at + vec2<i32>(2, 0), 0).rgb;
+    let d = textureLoad(gpu_sky, at + vec2<i32>(3, 0), 0).rgb;
+    return w.x * a + w.y * b + w.z * c + w.w * d;
+}
+
 fn gpu_image(d: vec3<f32>) -> vec3<f32> {
-    let size = vec2<f32>(textureDimensions(gpu_sky));
+    let size = vec2<f32>(vec2<i32>(textureDimensions(gpu_sky)) - 4);
     let u = 0.5 + atan2(d.z, d.x) / 6.28318530718;
     let v = atan2(length(d.xz), d.y) / 3.14159265359;
     let at = vec2<f32>(u, v) * size - 0.5;
     let first = floor(at);
     let x = gpu_catmull_rom(at.x - first.x);
     let y = gpu_catmull_rom(at.y - first.y);
-    let k = vec2<i32>(first);
-    var sum = vec3<f32>(0.0);
-    for (var j = 0; j < 4; j++) {
-        var row = vec3<f32>(0.0);
-        for (var i = 0; i < 4; i++) {
-            row += x[i] * gpu_sky_texel(k.x + i - 1, k.y + j - 1);
-        }
-        sum += y[j] * row;
-    }
+    // One texel before `first`, two of border.
+    let k = vec2<i32>(first) + 1;
+    var sum = y.x * gpu_sky_row(k, x);
+    sum += y.y * gpu_sky_row(k + vec2<i32>(0, 1), x);
+    sum += y.z * gpu_sky_row(k + vec2<i32>(0, 2), x);
+    sum += y.w * gpu_sky_row(k + vec2<i32>(0, 3), x);
     return max(sum, vec3<f32>(0.0));
 }
 
