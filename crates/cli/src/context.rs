@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::progress::Bars;
+use crate::textures;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
@@ -9,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use steradian_base::{Input, Provenance, Task};
-use steradian_formats::{Limits, Raster, WriteOptions, write_atomic, write_image};
+use steradian_formats::{Limits, Raster, WriteOptions, WriteReport, write_atomic, write_image};
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -179,18 +180,25 @@ impl Context {
         }
     }
 
-    /// An image to a file, with provenance; clipped samples are reported.
+    /// An image to a file, with provenance; what it could not hold is warned about.
     pub fn write_image(&self, path: &Path, raster: &Raster, options: WriteOptions) -> Outcome {
+        self.write_image_counted(path, raster, options).map(|_| ())
+    }
+
+    /// [`Context::write_image`], and what the file could not hold.
+    pub fn write_image_counted(
+        &self,
+        path: &Path,
+        raster: &Raster,
+        options: WriteOptions,
+    ) -> Result<WriteReport, Failure> {
         self.task.check()?;
         check_output(path, &IMAGES)?;
         let mut options = options;
         options.metadata.extend(self.provenance.pairs());
         let report = write_image(path, raster, &options)?;
-        if report.clipped > 0 {
-            let (n, lost) = (report.clipped, report.lost);
-            self.warn(format_args!("{}: {n} samples clipped, {lost:.4} lost in sum", path.display()));
-        }
-        Ok(())
+        textures::say_lost(path, report, self);
+        Ok(report)
     }
 
     /// Notes an input file for the provenance; what is no file is ignored.

@@ -3,14 +3,14 @@
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::model::complete;
+use crate::textures::{self, Container};
 use clap::Args;
 use glam::{DMat3, DVec3};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
-use steradian_formats::{read_image, read_ktx2};
+use steradian_formats::{TextureLevels, read_image};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
@@ -132,7 +132,7 @@ pub fn sky_of(spec: &str, size: (usize, usize)) -> Result<Lights, Failure> {
 }
 
 /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
-/// pattern with `{}`, or a level of a KTX2 texture.
+/// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
 pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Loaded, Failure> {
     let options = LoadOptions {
         layout: adjust.layout,
@@ -144,12 +144,15 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
         limits: context.limits(),
     };
     let path = Path::new(spec);
-    if is_ktx2(path) {
+    if let Some(container) = Container::of_file(path) {
         context.note_input(path);
-        return texture_map(path, level, &options, context);
+        let texture = container.read(path, &context.limits())?;
+        return texture_map(path, &texture, level, &options);
     }
     if level > 0 {
-        return Err(Failure::usage(format!("{spec}: has one level only; --level is for KTX2 textures")));
+        return Err(Failure::usage(format!(
+            "{spec}: has one level only; --level is for textures (.ktx2, .ktx, .dds)"
+        )));
     }
     let loaded = if spec.contains(',') && !path.exists() {
         let paths: Vec<PathBuf> = spec.split(',').map(PathBuf::from).collect();
@@ -163,19 +166,13 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
     Ok(loaded)
 }
 
-fn is_ktx2(path: &Path) -> bool {
-    let mut head = [0u8; 7];
-    std::fs::File::open(path).is_ok_and(|mut f| f.read_exact(&mut head).is_ok()) && head == *b"\xabKTX 20"
-}
-
-/// One level of a KTX2 texture as an image on the sphere. Where the file records its profile, that is undone.
-fn texture_map(
+/// One level of a texture as an image on the sphere. Where the file records its profile, that is undone.
+pub fn texture_map(
     path: &Path,
+    t: &TextureLevels,
     level: usize,
     options: &LoadOptions,
-    context: &Context,
 ) -> Result<Loaded, Failure> {
-    let t = read_ktx2(path, &context.limits())?;
     let name = path.display();
     let Some(texels) = t.levels.get(level) else {
         return Err(Failure::usage(format!(
@@ -184,12 +181,11 @@ fn texture_map(
         )));
     };
     let (w, h) = t.size(level);
-    let plane = |c: usize| -> Vec<f32> { texels.iter().skip(c).step_by(4).copied().collect() };
     let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
     let recorded = t.get("steradian.profile").and_then(Profile::find);
     let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
-    let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, [plane(0), plane(1), plane(2)]);
-    raster.metadata = t.metadata;
+    let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, textures::planes(texels));
+    raster.metadata = t.metadata.clone();
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
 }
 

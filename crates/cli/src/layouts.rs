@@ -1,9 +1,7 @@
 //! How images on the sphere are laid out in files that are written.
 
-use crate::context::Context;
-use crate::failure::{Failure, Outcome};
-use std::path::Path;
-use steradian_formats::{Raster, TextureLevels, write_ktx2};
+use crate::failure::Failure;
+use steradian_formats::Raster;
 use steradian_light::load::latlong_size;
 use steradian_render::scenefile::unknown;
 use steradian_sphere::{Layout, SphereImage};
@@ -168,28 +166,6 @@ pub fn metadata(target: Target) -> Vec<(String, String)> {
         pairs.push(("envmap".into(), "latlong".into()));
     }
     pairs
-}
-
-/// Writes a cube map as a KTX2 texture of one level, in half or single floats, with provenance.
-pub fn write_cube(
-    path: &Path,
-    image: &SphereImage,
-    half: bool,
-    metadata: Vec<(String, String)>,
-    context: &Context,
-) -> Outcome {
-    let [r, g, b] = &image.planes;
-    let texels = (0..r.len()).flat_map(|i| [r[i], g[i], b[i], 1.0]).collect();
-    let mut pairs = context.provenance_pairs();
-    pairs.push(("steradian.profile".into(), "steradian".into()));
-    pairs.extend(metadata);
-    let (width, height) = (image.width, image.height);
-    let texture = TextureLevels { width, height, faces: 6, levels: vec![texels], metadata: pairs };
-    let report = write_ktx2(path, &texture, half)?;
-    if report.clipped > 0 {
-        context.warn(format_args!("{}: {} samples clipped", path.display(), report.clipped));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -209,8 +209,13 @@ impl WriteReport {
         self.lost += (given - written).abs();
     }
 
+    pub(crate) fn vanish(&mut self, given: f64) {
+        self.vanished += 1;
+        self.lost += given;
+    }
+
     /// Both reports together.
-    pub(crate) fn merge(&mut self, other: Self) {
+    pub fn merge(&mut self, other: Self) {
         self.clipped += other.clipped;
         self.vanished += other.vanished;
         self.lost += other.lost;

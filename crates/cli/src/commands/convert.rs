@@ -5,51 +5,54 @@ use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
+use crate::textures::{self, Container};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use steradian_formats::{ExrSamples, Raster, WriteOptions};
+use steradian_formats::{ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::SphereImage;
 
 /// Options of `steradian convert`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image, several separated by commas, a pattern with {}, a KTX2 texture, or a sky spec
+    /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), or a sky spec
     #[arg(value_name = "INPUT")]
     input: String,
-    /// Output: .exr .hdr .pfm .png .ktx2; {} in the name stands for a face
+    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     adjust: Adjust,
     /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular, sphere-map,
-    /// octahedral, paraboloid [default: that of the input; cube for .ktx2 and {}]
+    /// octahedral, paraboloid [default: that of the input; cube for textures and {}]
     #[arg(long, value_name = "LAYOUT", value_parser = Target::parse)]
     to: Option<Target>,
     /// Side of a face, or WIDTHxHEIGHT of a lat-long image [default: what the input resolves]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
     size: Option<(usize, usize)>,
-    /// Level of a KTX2 texture to read
+    /// Level of a texture to read
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
     /// Tone mapper of .png [default: linear, which clips]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
-    /// Write an .exr or .ktx2 in half floats
+    /// Write an .exr or a texture in half floats
     #[arg(long)]
     half: bool,
+    /// Texels of a texture: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h [default: rgba32f, or rgba16f with --half]
+    #[arg(long, value_name = "NAME", value_parser = textures::texel_format, conflicts_with = "half")]
+    format: Option<TexelFormat>,
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if extension != "ktx2" {
-        check_output(&o.output, &[IMAGES.as_slice(), &["ktx2"]].concat())?;
-    }
+    check_output(&o.output, &[IMAGES.as_slice(), &textures::EXTENSIONS].concat())?;
+    textures::check_format(o.format, &o.output)?;
+    let texture = Container::of_name(&o.output).is_some();
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
     let mut image = source(&o, context)?;
     inputs::scale(&mut image, o.adjust.gain());
-    let cube = six || extension == "ktx2";
+    let cube = six || texture;
     let target = o.to.unwrap_or(if cube { Target::Cube } else { Target::of(image.layout) });
     if cube && target != Target::Cube {
         return Err(Failure::usage(format!(
@@ -59,19 +62,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     context.task.check()?;
     let image = layouts::shaped(image, target, o.size.map(|s| layouts::side(s, target)).transpose()?);
-    let (w, h) = match extension.as_str() {
-        "ktx2" => write_texture(&o, image, context)?,
-        _ if six => write_faces(&o, &image, context)?,
-        _ => {
-            let raster = layouts::arranged(image, target);
-            let size = (raster.width, raster.height);
-            write(&o, &o.output, raster, target, context)?;
-            size
-        }
+    let ((w, h), report) = if texture {
+        write_texture(&o, image, context)?
+    } else if six {
+        write_faces(&o, &image, context)?
+    } else {
+        let raster = layouts::arranged(image, target);
+        ((raster.width, raster.height), write(&o, &o.output, raster, target, context)?)
     };
     if context.common.json {
         let name = o.output.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({"output": name, "layout": target.name(), "width": w, "height": h}));
+        return context.print_json(json!({
+            "output": name, "layout": target.name(), "width": w, "height": h,
+            "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
+        }));
     }
     context.say(format_args!("{}: {} {w} x {h}", o.output.display(), target.name()));
     Ok(())
@@ -94,31 +98,44 @@ fn source(o: &Options, context: &mut Context) -> Result<SphereImage, Failure> {
     Ok(inputs::rotate_y(&image, o.adjust.rotate, o.adjust.rotation()))
 }
 
-fn write(o: &Options, path: &Path, raster: Raster, target: Target, context: &Context) -> Outcome {
+/// Size of a face or of the whole image, and what the file could not hold.
+type Done = ((usize, usize), WriteReport);
+
+fn write(
+    o: &Options,
+    path: &Path,
+    raster: Raster,
+    target: Target,
+    context: &Context,
+) -> Result<WriteReport, Failure> {
     let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if let (true, Some(mapper)) = (png, o.tone_mapper) {
         let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the image has no colour"))?;
         let metadata = vec![("steradian.tone_mapper".to_string(), mapper.name().to_string())];
-        return save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context);
+        save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context)?;
+        return Ok(WriteReport::default());
     }
     let mut options = WriteOptions { metadata: layouts::metadata(target), ..WriteOptions::default() };
     if o.half {
         options.exr_samples = ExrSamples::Half;
     }
-    context.write_image(path, &raster, options)
+    context.write_image_counted(path, &raster, options)
 }
 
-fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<(usize, usize), Failure> {
+fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<Done, Failure> {
     let name = o.output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut all = WriteReport::default();
     for (face, part) in ["px", "nx", "py", "ny", "pz", "nz"].into_iter().enumerate() {
         let path = o.output.with_file_name(name.replacen("{}", part, 1));
-        write(o, &path, layouts::face(image, face), Target::Cube, context)?;
+        let r = write(o, &path, layouts::face(image, face), Target::Cube, context)?;
+        all.merge(r);
     }
-    Ok((image.width, image.height))
+    Ok(((image.width, image.height), all))
 }
 
-fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<(usize, usize), Failure> {
-    let size = (image.width, image.height);
-    layouts::write_cube(&o.output, &image, o.half, Vec::new(), context)?;
-    Ok(size)
+fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<Done, Failure> {
+    let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
+    let format = o.format.unwrap_or(usual);
+    let report = textures::write_cube(&o.output, &image, format, Vec::new(), context)?;
+    Ok(((image.width, image.height), report))
 }

@@ -5,10 +5,11 @@ use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
+use crate::textures;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use steradian_formats::WriteOptions;
+use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_prefilter::{Cosine, Source, Tree, angular};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::sh::ShRgb;
@@ -106,7 +107,7 @@ fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     context.task.check()?;
     let quantity = ("steradian.quantity".to_string(), "irradiance E, W m^-2 (no 1/pi)".to_string());
     if texture {
-        layouts::write_cube(path, &image, false, vec![quantity], context)?;
+        textures::write_cube(path, &image, TexelFormat::Rgba32f, vec![quantity], context)?;
     } else {
         write_image(o, path, image, target, quantity, context)?;
     }

@@ -12,13 +12,13 @@ use steradian_sphere::image::Filter;
 /// Options of `steradian sample`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image on the sphere, or a KTX2 texture
+    /// Image on the sphere, or a texture (.ktx2, .ktx, .dds)
     #[arg(value_name = "MAP")]
     map: String,
     /// CSV with columns x,y,z: world directions; - is standard input
     #[arg(short, long, value_name = "FILE.csv")]
     directions: PathBuf,
-    /// Level of a KTX2 texture
+    /// Level of a texture
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
     #[command(flatten)]

@@ -54,6 +54,7 @@ fn rgbe(rgb: [f32; 3], report: &mut WriteReport) -> [u8; 4] {
     let max = v[0].max(v[1]).max(v[2]);
     // The smallest pixel that is not zero is 0.5·2^−135; half of it rounds down to zero.
     if max < 2f64.powi(-137) {
+        v.into_iter().filter(|x| *x > 0.0).for_each(|x| report.vanish(x));
         return [0; 4];
     }
     let e = (exponent(max) + 128).clamp(1, 255);
@@ -143,7 +144,9 @@ mod tests {
             x *= 1.37;
         }
         assert_eq!(report.clipped, 0);
+        assert_eq!(report.vanished, 0);
         assert_eq!(rgbe([0.0, 2f32.powi(-138), 0.0], &mut report), [0; 4]);
+        assert_eq!(report.vanished, 1);
     }
 
     #[test]

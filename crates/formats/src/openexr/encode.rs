@@ -138,9 +138,12 @@ fn compress(
     }
 }
 
-/// The nearest half; beyond the largest one the value clips and is counted.
+/// The nearest half. Beyond the largest one the value clips, below half the smallest it becomes 0; both are counted.
 fn half(v: f32, report: &mut WriteReport) -> f16 {
     let h = f16::from_f32(v);
+    if v > 0.0 && h == f16::ZERO {
+        report.vanish(v.into());
+    }
     if h.is_finite() {
         return h;
     }

@@ -20,7 +20,7 @@ pub struct Options {
     what: String,
     #[command(flatten)]
     adjust: Adjust,
-    /// Level of a KTX2 texture
+    /// Level of a texture (.ktx2, .ktx, .dds)
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
     /// Polar plots of a BRDF, as .svg or .png
