@@ -1,5 +1,6 @@
 //! The trait that every reflectance model implements.
 
+use crate::{BrdfShader, Peak};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 
@@ -106,6 +107,20 @@ pub trait Brdf: Debug + Send + Sync {
 
     /// Where f_cos(·, wo) is concentrated; empty for smooth reflectance.
     fn lobes(&self, wo: DVec3) -> Vec<Lobe>;
+
+    /// How sharply f_cos varies where, as direct lights need it; by default the narrowest lobe at normal view.
+    fn peak(&self) -> Peak {
+        let width = |l: &Lobe| match *l {
+            Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
+        };
+        let narrowest = self.lobes(DVec3::Z).iter().map(width).min_by(f64::total_cmp);
+        narrowest.map_or(Peak::Smooth, |width| Peak::Anywhere { width })
+    }
+
+    /// The same reflectance as plain data for a GPU; `None` where it has no WGSL text.
+    fn shader(&self) -> Option<BrdfShader> {
+        None
+    }
 
     /// Draws wi for `wo` from two uniform numbers; `None` where the model gives no direction.
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample>;

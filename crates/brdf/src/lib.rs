@@ -14,9 +14,11 @@ mod hint;
 mod kernel;
 mod math;
 pub mod model;
+mod peak;
 pub mod plots;
 mod registry;
 mod scaled;
+mod shader;
 mod spec;
 
 #[cfg(test)]
@@ -26,5 +28,7 @@ pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 pub use describe::{ALBEDO_DEGREES, Description, describe, describe_brdf};
 pub use error::SpecError;
 pub use kernel::NormalKernel;
+pub use peak::Peak;
 pub use registry::{models, parse};
 pub use scaled::Scaled;
+pub use shader::BrdfShader;

@@ -1,7 +1,7 @@
 //! A reflectance times a constant (`scale=` of any spec string).
 
 use crate::spec::{SCALE, triple};
-use crate::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
+use crate::{Brdf, BrdfShader, Domain, Info, Lobe, Peak, Sample, SharedBrdf};
 use glam::{DVec2, DVec3};
 
 /// `scale · f`, per channel.
@@ -48,6 +48,14 @@ impl Brdf for Scaled {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         self.brdf.lobes(wo)
+    }
+
+    fn peak(&self) -> Peak {
+        self.brdf.peak()
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        Some(self.brdf.shader()?.scaled(self.scale))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -8,8 +8,9 @@ use super::merl_fits::ABC;
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, dielectric, half, half_cosine};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -87,6 +88,15 @@ impl Brdf for Abc {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         hint::half_vector(self, wo, 0.5 * self.width(), 0.5 * self.width())
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Mirror { narrow: self.width(), wide: self.width() }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [rgb(self.kd), rgb(self.a), four([self.b, self.c, self.ior, 0.0])];
+        Some(BrdfShader::new(include_str!("abc.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

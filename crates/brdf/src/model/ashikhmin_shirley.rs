@@ -9,8 +9,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{above, half, half_cosine, largest, pow5, schlick};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -105,6 +106,16 @@ impl Brdf for AshikhminShirley {
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         let slope = |n: f64| (1.0 / (n + 2.0)).sqrt();
         hint::half_vector(self, wo, slope(self.nu), slope(self.nv))
+    }
+
+    fn peak(&self) -> Peak {
+        let width = |n: f64| 2.0 * (1.0 / (n + 2.0)).sqrt();
+        Peak::Mirror { narrow: width(self.nu.max(self.nv)), wide: width(self.nu.min(self.nv)) }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [with(self.rs, self.nu), with(self.rd, self.nv)];
+        Some(BrdfShader::new(include_str!("ashikhmin_shirley.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

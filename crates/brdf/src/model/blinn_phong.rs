@@ -9,8 +9,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, largest, power_cosine};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -40,6 +41,9 @@ pub static GL_INFO: Info = Info {
     reciprocity: "not reciprocal: the division by n·wi alone breaks the symmetry",
     energy: "not conserved: the specular term is not normalised",
 };
+
+/// Both models' text.
+const WGSL: &str = include_str!("blinn_phong.wgsl");
 
 const EXPONENT: Interval = Interval::closed(0.0, 1e8);
 
@@ -98,6 +102,15 @@ impl Brdf for BlinnPhong {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         hint::half_vector(self, wo, slope(self.n), slope(self.n))
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Mirror { narrow: 2.0 * slope(self.n), wide: 2.0 * slope(self.n) }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [with([0.0; 3], self.n), with([0.0; 3], (self.n + 8.0) / (8.0 * PI))];
+        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
@@ -159,6 +172,19 @@ impl Brdf for BlinnPhongGl {
         } else {
             Vec::new()
         }
+    }
+
+    fn peak(&self) -> Peak {
+        if largest(self.ks) > 0.0 {
+            Peak::Mirror { narrow: 2.0 * slope(self.n), wide: 2.0 * slope(self.n) }
+        } else {
+            Peak::Smooth
+        }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [with(self.kd, self.n), with(self.ks, 0.0)];
+        Some(BrdfShader::new(WGSL, self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -12,8 +12,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{above, erf, half, half_cosine, schlick, times};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -114,6 +115,15 @@ impl Brdf for CookTorrance {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         hint::half_vector(self, wo, 0.7 * self.m, 0.7 * self.m)
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Mirror { narrow: 1.4 * self.m, wide: 1.4 * self.m }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [with(self.f0, self.m), four([f64::from(self.smith), 0.0, 0.0, 0.0])];
+        Some(BrdfShader::new(include_str!("cook_torrance.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

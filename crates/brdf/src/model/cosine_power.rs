@@ -45,6 +45,11 @@ impl CosinePower {
         made
     }
 
+    /// For the twin on a GPU: (n, m, step), the tails from 0, and the table.
+    pub fn plain(&self) -> ([[f64; 3]; 2], &[[f64; 3]]) {
+        ([[self.n, self.m, self.step], [self.whole[0], self.whole[1], 0.0]], &self.table)
+    }
+
     /// Q_m at 0 ≤ x.
     fn tabulated(&self, x: f64) -> f64 {
         let u = x / self.step;

@@ -12,8 +12,9 @@
 use crate::draw::{self, Draw, ggx_d, stretched_length};
 use crate::math::{above, half, half_cosine, schlick, times};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -102,6 +103,15 @@ impl Brdf for Ggx {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         hint::half_vector(self, wo, 0.5 * self.ax, 0.5 * self.ay)
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Mirror { narrow: self.ax.min(self.ay), wide: self.ax.max(self.ay) }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [rgb(self.f0), four([self.ax, self.ay, 0.0, 0.0])];
+        Some(BrdfShader::new(include_str!("ggx.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -12,8 +12,9 @@ use super::published;
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, largest, power_cosine};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, rgb, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -120,6 +121,9 @@ impl Cosine {
     }
 }
 
+/// Lobes that a GPU's uniforms are asked to hold.
+const MOST_ON_GPU: usize = 64;
+
 /// Lobes per channel and a diffuse part.
 #[derive(Debug, Clone)]
 pub struct Lafortune {
@@ -181,6 +185,25 @@ impl Brdf for Lafortune {
             (axis.z > -2.0 * width && c.n > 0.0).then_some(Lobe::Axis { axis, width })
         };
         self.distinct().iter().filter_map(hint).collect()
+    }
+
+    fn peak(&self) -> Peak {
+        let widths = self.distinct().into_iter().map(|c| c.width());
+        widths.min_by(f64::total_cmp).map_or(Peak::Smooth, |width| Peak::Anywhere { width })
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        if self.lobes.len() > MOST_ON_GPU {
+            return None;
+        }
+        let none = [Cosine { c: DVec3::Z, n: 0.0, ks: 0.0 }; 3];
+        let lobes = if self.lobes.is_empty() { std::slice::from_ref(&none) } else { &self.lobes };
+        let text = include_str!("lafortune.wgsl").replace("CHANNELS", &(3 * lobes.len()).to_string());
+        let text = text.replace("LOBES", &lobes.len().to_string());
+        let mut parameters = vec![rgb(self.kd)];
+        parameters.extend(lobes.iter().map(|l| rgb(l.each_ref().map(|c| c.ks))));
+        parameters.extend(lobes.iter().flatten().map(|c| with(c.c.to_array(), c.n)));
+        Some(BrdfShader::new(text, self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

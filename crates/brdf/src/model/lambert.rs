@@ -5,8 +5,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, rgb};
 use crate::spec::{Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample};
+use crate::{Brdf, Info, Lobe, Peak, Sample};
 use glam::{DVec2, DVec3};
 
 /// The page.
@@ -50,6 +51,15 @@ impl Brdf for Lambert {
 
     fn lobes(&self, _wo: DVec3) -> Vec<Lobe> {
         Vec::new()
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Smooth
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [rgb(self.albedo)];
+        Some(BrdfShader::new(include_str!("lambert.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

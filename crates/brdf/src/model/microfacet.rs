@@ -6,8 +6,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{above, half, polar_angle};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four};
 use crate::spec::Interval;
-use crate::{Brdf, Info, Lobe, Sample, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -72,6 +73,16 @@ impl Brdf for Microfacet {
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         let slope = 0.7 * self.sigma.min(1.0);
         hint::half_vector(self, wo, slope, slope)
+    }
+
+    fn peak(&self) -> Peak {
+        let width = 1.4 * self.sigma.min(1.0);
+        Peak::Mirror { narrow: width, wide: width }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [four([self.sigma, 0.0, 0.0, 0.0])];
+        Some(BrdfShader::new(include_str!("microfacet.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -8,8 +8,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -74,6 +75,15 @@ impl Brdf for Minnaert {
     fn lobes(&self, _wo: DVec3) -> Vec<Lobe> {
         let width = (1.0 / (self.k + 1.0)).sqrt();
         if width < 0.5 { vec![Lobe::Axis { axis: DVec3::Z, width }] } else { Vec::new() }
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Anywhere { width: (1.0 / (self.k + 1.0)).sqrt() }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [with(self.albedo, self.k)];
+        Some(BrdfShader::new(include_str!("minnaert.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

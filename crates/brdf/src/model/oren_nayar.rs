@@ -14,8 +14,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -115,6 +116,20 @@ impl Brdf for OrenNayar {
 
     fn lobes(&self, _wo: DVec3) -> Vec<Lobe> {
         Vec::new()
+    }
+
+    fn peak(&self) -> Peak {
+        Peak::Smooth
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let variant = match self.variant {
+            "full" => 1.0,
+            "fujii" => 2.0,
+            _ => 0.0,
+        };
+        let parameters = [rgb(self.albedo), four([self.sigma, variant, 0.0, 0.0])];
+        Some(BrdfShader::new(include_str!("oren_nayar.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

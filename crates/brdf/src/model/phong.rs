@@ -9,8 +9,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{mirror, power_cosine};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four};
 use crate::spec::{Args, Interval};
-use crate::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -82,6 +83,10 @@ pub struct Phong {
 }
 
 impl Phong {
+    fn factor(&self) -> f64 {
+        if self.kind == Kind::Normalized { (self.n + 1.0) / (2.0 * PI) } else { 1.0 }
+    }
+
     fn draw(&self, wo: DVec3) -> [(f64, Draw); 1] {
         [(1.0, Draw::Power { axis: mirror(wo), n: self.n })]
     }
@@ -112,8 +117,7 @@ impl Brdf for Phong {
         if wo.z <= 0.0 || (self.kind == Kind::Phong && wi.z <= 0.0) {
             return [0.0; 3];
         }
-        let factor = if self.kind == Kind::Normalized { (self.n + 1.0) / (2.0 * PI) } else { 1.0 };
-        [factor * power_cosine(mirror(wo), wi, self.n); 3]
+        [self.factor() * power_cosine(mirror(wo), wi, self.n); 3]
     }
 
     fn domain(&self) -> Domain {
@@ -122,6 +126,16 @@ impl Brdf for Phong {
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         vec![Lobe::Axis { axis: mirror(wo), width: (1.0 / (self.n + 1.0)).sqrt() }]
+    }
+
+    fn peak(&self) -> Peak {
+        let width = (1.0 / (self.n + 1.0)).sqrt();
+        Peak::Mirror { narrow: width, wide: width }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters = [four([self.n, self.factor(), f64::from(self.domain() == Domain::Sphere), 0.0])];
+        Some(BrdfShader::new(include_str!("phong.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -18,8 +18,9 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, largest, positive_pow, power_cosine};
 use crate::model::cosine_power::CosinePower;
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, rgb, with};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -172,6 +173,20 @@ impl Brdf for PoulinFournier {
             lobes.push(Lobe::Axis { axis: crate::math::mirror(wo), width: width * wo.z.max(0.1) });
         }
         lobes
+    }
+
+    fn peak(&self) -> Peak {
+        let width = 2.0 * (1.0 / (self.n + 2.0)).sqrt();
+        if largest(self.ks) == 0.0 { Peak::Smooth } else { Peak::Cone { sign: -1.0, width } }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let (scalars, table) = self.powers.plain();
+        let text = include_str!("poulin_fournier.wgsl").replace("NODES", &table.len().to_string());
+        let mut parameters = vec![with(self.kd, self.d), with(self.ks, self.h)];
+        parameters.extend(scalars.map(rgb));
+        parameters.extend(table.iter().map(|t| rgb(*t)));
+        Some(BrdfShader::new(text, self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -10,8 +10,9 @@ use super::merl_fits::SGD;
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, half_cosine, polar_angle, pow5};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, rgb};
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -135,6 +136,29 @@ impl Brdf for Sgd {
         let mut lobes = hint::half_vector(self, wo, core, core);
         lobes.extend(hint::half_vector(self, wo, 0.5 * reach, 0.5 * reach));
         lobes
+    }
+
+    fn peak(&self) -> Peak {
+        let core = self.widths().0;
+        Peak::Mirror { narrow: core, wide: core }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let parameters: [fn(&Channel) -> f64; 11] = [
+            |c| c.rho_d,
+            |c| c.rho_s,
+            |c| c.alpha,
+            |c| c.p,
+            |c| c.f0,
+            |c| c.f1,
+            |c| c.kappa,
+            |c| c.lambda,
+            |c| c.c.ln(),
+            |c| c.k,
+            |c| c.theta0,
+        ];
+        let parameters = parameters.map(|p| rgb(self.channels.each_ref().map(p)));
+        Some(BrdfShader::new(include_str!("sgd.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

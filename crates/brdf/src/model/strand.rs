@@ -13,8 +13,9 @@
 
 use crate::draw::{self, Draw};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four};
 use crate::spec::{Args, Interval};
-use crate::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -148,6 +149,17 @@ impl Brdf for Strand {
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         let width = (1.0 / (self.n + 1.0)).sqrt();
         vec![Lobe::Cone { axis: DVec3::X, cosine: self.ridge(wo), width }]
+    }
+
+    fn peak(&self) -> Peak {
+        let sign = if self.kind == Kind::KajiyaKay { 1.0 } else { -1.0 };
+        Peak::Cone { sign, width: (1.0 / (self.n + 1.0)).sqrt() }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let sign = if self.kind == Kind::KajiyaKay { 1.0 } else { -1.0 };
+        let parameters = [four([self.n, sign, f64::from(self.kind == Kind::Banks), 0.0])];
+        Some(BrdfShader::new(include_str!("strand.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -12,8 +12,9 @@
 use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, largest};
 use crate::registry::Entry;
+use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::{Args, Interval, triple};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -119,6 +120,24 @@ impl Brdf for Ward {
         } else {
             Vec::new()
         }
+    }
+
+    fn peak(&self) -> Peak {
+        if largest(self.rs) > 0.0 {
+            Peak::Mirror { narrow: 1.4 * self.ax.min(self.ay), wide: 1.4 * self.ax.max(self.ay) }
+        } else {
+            Peak::Smooth
+        }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let variant = match self.variant {
+            "duer" => 1.0,
+            "1992" => 2.0,
+            _ => 0.0,
+        };
+        let parameters = [rgb(self.rd), rgb(self.rs), four([self.ax, self.ay, variant, 0.0])];
+        Some(BrdfShader::new(include_str!("ward.wgsl"), self.peak(), self.domain(), parameters))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

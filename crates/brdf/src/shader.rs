@@ -1,0 +1,83 @@
+//! A reflectance as plain data for a GPU: WGSL text and numbers. No types of any graphics library.
+
+use crate::{Domain, Peak};
+use std::borrow::Cow;
+
+/// What every model's text may call: the twin of `math.rs`.
+const MATH: &str = include_str!("math.wgsl");
+
+/// The default of [`crate::Brdf::f_cos`].
+const F_COS: &str = "
+fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    if wi.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    return brdf_eval(wi, wo) * wi.z;
+}
+";
+
+/// A reflectance as plain data for a GPU.
+///
+/// The text declares `struct Brdf`, whose members are vec4 or arrays of vec4 in the order of
+/// [`BrdfShader::uniforms`], and reads a variable `brdf: Brdf` that its user declares. It defines
+///
+/// - `brdf_value(wi, wo) -> vec3<f32>`: f · ⟨n·wi⟩, [`crate::Brdf::f_cos`] in the local frame;
+/// - `brdf_scale(wi, wo, radius) -> f32`: [`Peak::scale`];
+/// - `brdf_is_whole() -> bool`: is light taken from below the horizon too?
+#[derive(Debug, Clone, PartialEq)]
+pub struct BrdfShader {
+    /// The model's own functions.
+    source: Cow<'static, str>,
+    /// Values of `brdf`: factor and domain, peak, then the model's parameters.
+    uniforms: Vec<[f32; 4]>,
+}
+
+impl BrdfShader {
+    /// The text of a model and its parameters.
+    pub(crate) fn new(
+        source: impl Into<Cow<'static, str>>,
+        peak: Peak,
+        domain: Domain,
+        parameters: impl IntoIterator<Item = [f32; 4]>,
+    ) -> Self {
+        let whole = if domain == Domain::Sphere { 1.0 } else { 0.0 };
+        let [kind, narrow, wide] = peak.packed();
+        let mut uniforms = vec![[1.0, 1.0, 1.0, whole], [kind, narrow, wide, 0.0]];
+        uniforms.extend(parameters);
+        Self { source: source.into(), uniforms }
+    }
+
+    /// The same times `factor`, per channel.
+    pub(crate) fn scaled(mut self, factor: [f64; 3]) -> Self {
+        for (to, by) in self.uniforms[0].iter_mut().zip(factor) {
+            *to *= by as f32;
+        }
+        self
+    }
+
+    /// The complete text.
+    pub fn wgsl(&self) -> String {
+        let own = self.source.contains("fn brdf_f_cos(");
+        [MATH, &self.source, if own { "" } else { F_COS }].concat()
+    }
+
+    /// The values of `brdf`, one vec4 after another.
+    pub fn uniforms(&self) -> &[[f32; 4]] {
+        &self.uniforms
+    }
+}
+
+/// r/g/b as a vec4.
+pub(crate) fn rgb(v: [f64; 3]) -> [f32; 4] {
+    [v[0] as f32, v[1] as f32, v[2] as f32, 0.0]
+}
+
+/// r/g/b and a fourth number.
+pub(crate) fn with(v: [f64; 3], w: f64) -> [f32; 4] {
+    [v[0] as f32, v[1] as f32, v[2] as f32, w as f32]
+}
+
+/// Numbers as a vec4.
+pub(crate) fn four(v: [f64; 4]) -> [f32; 4] {
+    v.map(|x| x as f32)
+}
