@@ -7,6 +7,7 @@
 mod backdrop;
 mod camera;
 mod clock;
+mod jobs;
 mod object;
 mod passes;
 mod resolve;
@@ -21,6 +22,7 @@ use crate::{Gpu, GpuError};
 use backdrop::Behind;
 use clock::Clock;
 use glam::{Affine3A, Mat3};
+use jobs::Jobs;
 use object::Placed;
 use passes::{Passes, Pipeline};
 use resolve::Resolve;
@@ -40,7 +42,7 @@ pub struct Renderer {
     resolve: Resolve,
     camera: wgpu::Buffer,
     camera_group: wgpu::BindGroup,
-    io: Option<wgpu::BindGroup>,
+    jobs: Option<Jobs>,
     clock: Clock,
 }
 
@@ -61,16 +63,16 @@ impl Renderer {
         let sky = passes.backdrop(gpu, &behind.layout, &target)?;
         let visibility = target.ids.as_ref().map(|_| passes.visibility(gpu, &target)).transpose()?;
         let resolve = Resolve::new(gpu, &passes.camera, &target)?;
-        let (camera, camera_group, io) = gpu.scoped("camera", || {
+        let jobs = target.ids.as_ref().map(|ids| {
+            let triangles: Vec<u32> = objects.iter().map(|(o, _)| o.vertices / 3).collect();
+            Jobs::new(gpu, &passes.io, &target, ids, &triangles)
+        });
+        let jobs = jobs.transpose()?;
+        let (camera, camera_group) = gpu.scoped("camera", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
             let camera = filled(gpu, "camera", usage, &camera::uniforms(&scene, settings));
             let camera_group = layout::group(gpu, &passes.camera, &[camera.as_entire_binding()]);
-            let view = wgpu::BindingResource::TextureView;
-            let io = target
-                .ids
-                .as_ref()
-                .map(|ids| layout::group(gpu, &passes.io, &[view(ids), view(&target.colour)]));
-            (camera, camera_group, io)
+            (camera, camera_group)
         })?;
         let clock = gpu.scoped("clock", || Clock::new(gpu))?;
         Ok(Self {
@@ -84,7 +86,7 @@ impl Renderer {
             resolve,
             camera,
             camera_group,
-            io,
+            jobs,
             clock,
         })
     }
@@ -221,25 +223,20 @@ impl Renderer {
     fn compute(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let s = &self.target.settings;
         let groups = [s.width, s.height].map(|n| (n as u32).div_ceil(8));
-        if let Some(io) = &self.io {
+        if let Some(jobs) = &self.jobs {
+            jobs.clear(encoder);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("shading"),
                 timestamp_writes: self.clock.compute("shading"),
             });
             pass.set_bind_group(2, &self.camera_group, &[]);
-            pass.set_bind_group(3, io, &[]);
-            for (placed, pipeline) in &self.objects {
+            for (k, (placed, pipeline)) in self.objects.iter().enumerate() {
                 if let Pipeline::Compute(shading) = pipeline {
-                    pass.set_pipeline(shading);
-                    pass.set_bind_group(0, &placed.room.group, &[]);
-                    pass.set_bind_group(1, &placed.group, &[]);
-                    pass.dispatch_workgroups(groups[0], groups[1], 1);
+                    jobs.shade(&mut pass, k, shading, [(0, &placed.room.group), (1, &placed.group)]);
                 }
             }
             if let Pipeline::Compute(sky) = &self.sky {
-                pass.set_pipeline(sky);
-                pass.set_bind_group(0, &self.behind.group, &[]);
-                pass.dispatch_workgroups(groups[0], groups[1], 1);
+                jobs.shade(&mut pass, self.objects.len(), sky, [(0, &self.behind.group)]);
             }
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

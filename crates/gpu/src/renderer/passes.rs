@@ -11,6 +11,8 @@ const GEOMETRY: &str = include_str!("../shaders/geometry.wgsl");
 const SURFACE: &str = include_str!("../shaders/surface.wgsl");
 const RASTER: &str = include_str!("../shaders/raster.wgsl");
 const VISIBILITY: &str = include_str!("../shaders/visibility.wgsl");
+const HEAD: &str = include_str!("../shaders/head.wgsl");
+const LIST: &str = include_str!("../shaders/list.wgsl");
 const COMPUTE: &str = include_str!("../shaders/compute.wgsl");
 const COMPUTE_OBJECT: &str = include_str!("../shaders/compute_object.wgsl");
 const BACKDROP: &str = include_str!("../shaders/backdrop.wgsl");
@@ -27,8 +29,8 @@ pub fn raster_source(library: &str, settings: &Settings) -> String {
 }
 
 /// The compute path's module for a room's library.
-pub fn compute_source(library: &str, settings: &Settings, format: wgpu::TextureFormat) -> String {
-    [library, CAMERA, GEOMETRY, SURFACE, &compute_io(settings, format), COMPUTE_OBJECT].concat()
+pub fn compute_source(library: &str, format: wgpu::TextureFormat) -> String {
+    [library, CAMERA, GEOMETRY, SURFACE, &compute_io(format), COMPUTE_OBJECT].concat()
 }
 
 /// The visibility pass.
@@ -42,18 +44,19 @@ pub fn backdrop_source() -> String {
 }
 
 /// The backdrop of the compute path.
-pub fn backdrop_compute_source(settings: &Settings, format: wgpu::TextureFormat) -> String {
-    [CAMERA, BACKDROP, &compute_io(settings, format), BACKDROP_COMPUTE].concat()
+pub fn backdrop_compute_source(format: wgpu::TextureFormat) -> String {
+    [CAMERA, BACKDROP, &compute_io(format), BACKDROP_COMPUTE].concat()
 }
 
-fn compute_io(settings: &Settings, format: wgpu::TextureFormat) -> String {
-    let (grid, name) = (
-        settings.grid(),
-        if format == wgpu::TextureFormat::Rgba16Float { "rgba16float" } else { "rgba32float" },
-    );
-    let text = COMPUTE.replace("FORMAT", name).replace("= GRIDu", &format!("= {grid}u"));
-    text.replace("= SAMPLESu", &format!("= {}u", grid * grid))
-        .replace("= SHARE", &format!("= {}", settings.rate == Rate::Pixel))
+/// The pass that lists what there is to shade.
+pub fn list_source(rate: Rate) -> String {
+    let list = LIST.replace("= SHARE", &format!("= {}", rate == Rate::Pixel));
+    HEAD.replace("COUNTER", "atomic<u32>") + &list
+}
+
+fn compute_io(format: wgpu::TextureFormat) -> String {
+    let name = if format == wgpu::TextureFormat::Rgba16Float { "rgba16float" } else { "rgba32float" };
+    HEAD.replace("COUNTER", "u32") + &COMPUTE.replace("FORMAT", name)
 }
 
 /// What shades an object.
@@ -77,7 +80,11 @@ impl Passes {
         gpu.scoped("layouts", || Self {
             camera: layout::layout(gpu, super::object::STAGES, &[Slot::Uniform]),
             object: layout::layout(gpu, super::object::STAGES, &super::object::SLOTS),
-            io: layout::layout(gpu, wgpu::ShaderStages::COMPUTE, &[Slot::Ids, Slot::Storage(target.format)]),
+            io: layout::layout(
+                gpu,
+                wgpu::ShaderStages::COMPUTE,
+                &[Slot::Ids, Slot::Read, Slot::Read, Slot::Storage(target.format)],
+            ),
             made: HashMap::new(),
         })
     }
@@ -101,7 +108,7 @@ impl Passes {
                 Pipeline::Raster(layout::raster(gpu, &source, entries, &groups[..3], target.drawn(true)))
             }
             Some(_) => {
-                let source = compute_source(library, &target.settings, target.format);
+                let source = compute_source(library, target.format);
                 Pipeline::Compute(layout::compute(gpu, &source, "gpu_shade", &groups))
             }
         })?;
@@ -133,7 +140,7 @@ impl Passes {
                 Pipeline::Raster(layout::raster(gpu, &backdrop_source(), entries, &groups[..3], drawn))
             }
             Some(_) => {
-                let source = backdrop_compute_source(&target.settings, target.format);
+                let source = backdrop_compute_source(target.format);
                 Pipeline::Compute(layout::compute(gpu, &source, "gpu_sky_shade", &groups))
             }
         })

@@ -39,8 +39,11 @@ fn shaders_validate_without_an_adapter() {
     let settings = Settings { path: Path::Compute, ..Settings::new(8, 8) };
     valid("visibility", &passes::visibility_source());
     valid("backdrop", &passes::backdrop_source());
+    for rate in [Rate::Pixel, Rate::Sample] {
+        valid("list", &passes::list_source(rate));
+    }
     for format in formats {
-        valid("backdrop", &passes::backdrop_compute_source(&settings, format));
+        valid("backdrop", &passes::backdrop_compute_source(format));
         for filter in [Filter::Spline, Filter::Mean] {
             valid("resolve", &resolve::source(true, format, filter));
             valid("resolve", &resolve::source(false, format, filter));
@@ -53,9 +56,9 @@ fn shaders_validate_without_an_adapter() {
         for rate in [Rate::Pixel, Rate::Sample] {
             let settings = Settings { rate, ..settings };
             valid(room.slug, &passes::raster_source(&library, &settings));
-            for format in formats {
-                valid(room.slug, &passes::compute_source(&library, &settings, format));
-            }
+        }
+        for format in formats {
+            valid(room.slug, &passes::compute_source(&library, format));
         }
     }
 }

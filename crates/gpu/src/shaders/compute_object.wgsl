@@ -25,43 +25,14 @@ fn gpu_at(triangle: u32, ray: GpuRay) -> GpuPoint {
     return GpuPoint(p, gpu_object.normals * n, (gpu_object.model * vec4<f32>(t, 0.0)).xyz, uv, plane, side);
 }
 
-@compute @workgroup_size(8, 8)
-fn gpu_shade(@builtin(global_invocation_id) at: vec3<u32>) {
-    let film = vec2<u32>(gpu_camera.film.xy);
-    if at.x >= film.x || at.y >= film.y {
+@compute @workgroup_size(64)
+fn gpu_shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
+    let job = gpu_job(group, thread);
+    if job.samples == 0u {
         return;
     }
-    var ids: array<u32, GPU_SAMPLES>;
-    for (var k = 0u; k < GPU_SAMPLES; k++) {
-        ids[k] = textureLoad(gpu_ids, gpu_sample(at.xy, k), 0).x;
-    }
-    let first = 1u + gpu_object.counts.x;
-    for (var k = 0u; k < GPU_SAMPLES; k++) {
-        let id = ids[k];
-        // The id wraps round below `first`.
-        if id == 0u || id - first >= gpu_object.counts.y {
-            continue;
-        }
-        // The mean of a triangle's samples lies inside it.
-        var centre = vec2<f32>(0.0);
-        var count = 0.0;
-        var seen = false;
-        for (var j = 0u; j < GPU_SAMPLES; j++) {
-            if j == k || (GPU_SHARE && ids[j] == id) {
-                seen = seen || j < k;
-                centre += vec2<f32>(gpu_sample(at.xy, j)) + 0.5;
-                count += 1.0;
-            }
-        }
-        if seen {
-            continue;
-        }
-        let ray = gpu_ray(centre / (count * gpu_camera.film.z));
-        let l = vec4<f32>(gpu_radiance(gpu_at(id - first, ray)), 1.0);
-        for (var j = k; j < GPU_SAMPLES; j++) {
-            if j == k || (GPU_SHARE && ids[j] == id) {
-                textureStore(gpu_colour, gpu_sample(at.xy, j), l);
-            }
-        }
-    }
+    let triangle = gpu_job_id(job) - 1u - gpu_object.counts.x;
+    // The mean of a triangle's samples lies inside it.
+    let ray = gpu_ray(gpu_job_centre(job) / gpu_camera.film.z);
+    gpu_job_keep(job, vec4<f32>(gpu_radiance(gpu_at(triangle, ray)), 1.0));
 }
