@@ -1,7 +1,7 @@
 //! KTX1 textures (Khronos KTX File Format Specification, version 1): what Filament reads.
 //!
 //! Little endian, float and packed formats, one image or six faces, mip levels. Refused: arrays, volumes, compressed
-//! formats, big-endian files.
+//! formats other than BC6H, big-endian files.
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
@@ -23,6 +23,9 @@ fn numbers(format: TexelFormat) -> [u32; 4] {
         TexelFormat::Rgba32f => [0x1406, 4, RGBA, 0x8814],
         TexelFormat::Rgb9e5 => [0x8c3e, 4, RGB, 0x8c3d],
         TexelFormat::R11g11b10 => [0x8c3b, 4, RGB, 0x8c3a],
+        // Blocks have neither type nor format.
+        TexelFormat::Bc6h => [0, 1, 0, 0x8e8f],
+        TexelFormat::Bc6hSigned => [0, 1, 0, 0x8e8e],
     }
 }
 
@@ -49,16 +52,17 @@ fn encode(w: &mut dyn Write, t: &TextureLevels, format: TexelFormat) -> io::Resu
         kvd.resize(kvd.len().next_multiple_of(4), 0);
     }
     let [gl_type, type_size, gl_format, internal] = numbers(format);
+    let base = if format.is_plain() { gl_format } else { 0x1907 };
     let size = [t.width as u32, t.height as u32, 0, 0, t.faces as u32, t.levels.len() as u32];
     let mut head = IDENTIFIER.to_vec();
-    let fields = [0x0403_0201, gl_type, type_size, gl_format, internal, gl_format];
+    let fields = [0x0403_0201, gl_type, type_size, gl_format, internal, base];
     fields.iter().chain(&size).chain(&[kvd.len() as u32]).for_each(|v| head.extend(v.to_le_bytes()));
     w.write_all(&head)?;
     w.write_all(&kvd)?;
     let mut report = WriteReport::default();
-    for level in &t.levels {
+    for (i, level) in t.levels.iter().enumerate() {
         let mut raw = Vec::new();
-        format.encode(level, &mut raw, &mut report);
+        format.encode(level, t.size(i), &mut raw, &mut report);
         // Of a cube the size of one face; texels are multiples of four bytes, so nothing is padded.
         w.write_all(&((raw.len() / t.faces) as u32).to_le_bytes())?;
         w.write_all(&raw)?;
@@ -88,14 +92,15 @@ pub fn decode_ktx1(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Texture
     texture.metadata = key_values(pairs).map_err(invalid)?;
     let mut at = start;
     for level in 0..levels {
-        let size = texture.level_len(level) / 4 * format.bytes();
+        let (w, h) = texture.size(level);
+        let size = format.image_bytes(w, h) * texture.faces;
         let stated = word(bytes, at).map(|n| n as usize * texture.faces);
         let data = at.checked_add(4 + size).and_then(|end| bytes.get(at + 4..end));
         match (stated, data) {
             (Some(n), _) if n != size => {
                 return Err(invalid(format!("mip level {level} has {n} bytes instead of {size}")));
             }
-            (Some(_), Some(data)) => texture.levels.push(format.decode(data)),
+            (Some(_), Some(data)) => texture.levels.push(format.decode(data, (w, h))),
             _ => return Err(invalid(format!("truncated: mip level {level} is incomplete"))),
         }
         at += 4 + size;
@@ -118,7 +123,11 @@ fn header(bytes: &[u8]) -> Result<(TexelFormat, TextureLevels, usize), String> {
     if f[0] != 0x0403_0201 {
         return Err("big-endian KTX1 files are not read".into());
     }
-    let found = TexelFormat::ALL.into_iter().find(|t| numbers(*t)[0] == f[1] && numbers(*t)[2] == f[3]);
+    let same = |t: &TexelFormat| {
+        let n = numbers(*t);
+        n[0] == f[1] && n[2] == f[3] && (t.is_plain() || n[3] == f[4])
+    };
+    let found = TexelFormat::ALL.into_iter().find(same);
     let format = found.ok_or_else(|| format!("glType {:#x} with glFormat {:#x} is not read", f[1], f[3]))?;
     if f[8] > 1 || f[9] > 0 || !matches!(f[10], 1 | 6) || (f[10] == 6 && f[6] != f[7]) {
         return Err("neither an image nor a cube of square faces".into());
@@ -160,6 +169,12 @@ mod tests {
         }
         t.metadata = vec![("sh".into(), "1 2 3\n4 5 6\n".into())];
         for format in TexelFormat::ALL {
+            // Blocks keep what one line holds.
+            let mut t = t.clone();
+            if !format.is_plain() {
+                let values = t.levels.iter_mut().flatten().enumerate();
+                values.for_each(|(i, v)| *v = [0.5, 2.0, 0.25, 1.0][i % 4]);
+            }
             let mut bytes = Vec::new();
             assert_eq!(encode(&mut bytes, &t, format).unwrap(), WriteReport::default());
             let back = |b: &[u8]| decode_ktx1(Path::new("t.ktx"), b, &Limits::default());

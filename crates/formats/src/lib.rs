@@ -5,6 +5,7 @@
 //! written beside their destination and renamed, so that a failed write leaves the old file whole.
 
 mod atomic;
+mod bc6h;
 mod color;
 mod csv;
 mod dds;

@@ -1,6 +1,7 @@
 //! Texel formats of texture containers, and levels in them.
 
 use crate::WriteReport;
+use crate::bc6h;
 use crate::packed::{decode_r11g11b10, decode_rgb9e5, encode_r11g11b10, encode_rgb9e5};
 use half::f16;
 
@@ -15,11 +16,16 @@ pub enum TexelFormat {
     Rgb9e5,
     /// B10G11R11: unsigned short floats, no alpha; up to 64512.
     R11g11b10,
+    /// BC6H, unsigned: blocks of 4 × 4 texels in 16 bytes, no alpha; up to 65504.
+    Bc6h,
+    /// BC6H, signed.
+    Bc6hSigned,
 }
 
 impl TexelFormat {
     /// Every format.
-    pub const ALL: [Self; 4] = [Self::Rgba16f, Self::Rgba32f, Self::Rgb9e5, Self::R11g11b10];
+    pub const ALL: [Self; 6] =
+        [Self::Rgba16f, Self::Rgba32f, Self::Rgb9e5, Self::R11g11b10, Self::Bc6h, Self::Bc6hSigned];
 
     /// The name that commands and file names use.
     pub fn name(self) -> &'static str {
@@ -28,6 +34,8 @@ impl TexelFormat {
             Self::Rgba32f => "rgba32f",
             Self::Rgb9e5 => "rgb9e5",
             Self::R11g11b10 => "r11g11b10",
+            Self::Bc6h => "bc6h",
+            Self::Bc6hSigned => "bc6h-signed",
         }
     }
 
@@ -36,17 +44,39 @@ impl TexelFormat {
         Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name))
     }
 
-    /// Bytes of a texel.
+    /// Is each texel stored by itself?
+    pub fn is_plain(self) -> bool {
+        !matches!(self, Self::Bc6h | Self::Bc6hSigned)
+    }
+
+    /// Bytes of a texel, or of a block of 4 × 4.
     pub fn bytes(self) -> usize {
         match self {
             Self::Rgba16f => 8,
             Self::Rgba32f => 16,
             Self::Rgb9e5 | Self::R11g11b10 => 4,
+            Self::Bc6h | Self::Bc6hSigned => bc6h::BLOCK,
         }
     }
 
-    /// Appends texels given as R G B A; what does not fit is counted.
-    pub(crate) fn encode(self, rgba: &[f32], out: &mut Vec<u8>, report: &mut WriteReport) {
+    /// Bytes of an image.
+    pub fn image_bytes(self, width: usize, height: usize) -> usize {
+        if self.is_plain() { width * height * self.bytes() } else { bc6h::image_bytes(width, height) }
+    }
+
+    /// Appends images of `size`, given as R G B A; what does not fit is counted.
+    pub(crate) fn encode(
+        self,
+        rgba: &[f32],
+        size: (usize, usize),
+        out: &mut Vec<u8>,
+        report: &mut WriteReport,
+    ) {
+        if !self.is_plain() {
+            let images = rgba.chunks((size.0 * size.1 * 4).max(1));
+            images.for_each(|i| bc6h::encode(i, size, self == Self::Bc6hSigned, out, report));
+            return;
+        }
         out.reserve(rgba.len() / 4 * self.bytes());
         for t in rgba.chunks_exact(4) {
             let rgb = [t[0], t[1], t[2]];
@@ -55,12 +85,17 @@ impl TexelFormat {
                 Self::Rgba16f => t.iter().for_each(|&v| out.extend(half(v, report).to_le_bytes())),
                 Self::Rgb9e5 => out.extend(encode_rgb9e5(rgb, report).to_le_bytes()),
                 Self::R11g11b10 => out.extend(encode_r11g11b10(rgb, report).to_le_bytes()),
+                Self::Bc6h | Self::Bc6hSigned => {}
             }
         }
     }
 
-    /// Texels as R G B A.
-    pub(crate) fn decode(self, data: &[u8]) -> Vec<f32> {
+    /// Texels of images of `size` as R G B A.
+    pub(crate) fn decode(self, data: &[u8], size: (usize, usize)) -> Vec<f32> {
+        if !self.is_plain() {
+            let images = data.chunks_exact(bc6h::image_bytes(size.0, size.1).max(1));
+            return images.flat_map(|i| bc6h::decode(i, size, self == Self::Bc6hSigned)).collect();
+        }
         let mut out = Vec::with_capacity(data.len() / self.bytes() * 4);
         for t in data.chunks_exact(self.bytes()) {
             let word = || u32::from_le_bytes([t[0], t[1], t[2], t[3]]);
@@ -73,6 +108,7 @@ impl TexelFormat {
                 }
                 Self::Rgb9e5 => out.extend(decode_rgb9e5(word()).into_iter().chain([1.0])),
                 Self::R11g11b10 => out.extend(decode_r11g11b10(word()).into_iter().chain([1.0])),
+                Self::Bc6h | Self::Bc6hSigned => {}
             }
         }
         out

@@ -36,9 +36,10 @@ pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Texture
         return Err(invalid(format!("{} mip levels are too many for its size", header.levels)));
     }
     for level in 0..header.levels {
-        let texels = texture.level_len(level) / 4;
-        let data = header.level(bytes, level, texels).map_err(invalid)?;
-        texture.levels.push(header.format.expand(&data, texels));
+        let (size, faces) = (texture.size(level), texture.faces);
+        let expected = header.format.image_bytes(size) * faces;
+        let data = header.level(bytes, level, expected).map_err(invalid)?;
+        texture.levels.push(header.format.expand(&data, size));
     }
     Ok(texture)
 }
@@ -73,8 +74,10 @@ impl Format {
             109 => (4, false),
             122 => return Ok(Self::Packed(TexelFormat::R11g11b10)),
             123 => return Ok(Self::Packed(TexelFormat::Rgb9e5)),
+            143 => return Ok(Self::Packed(TexelFormat::Bc6h)),
+            144 => return Ok(Self::Packed(TexelFormat::Bc6hSigned)),
             _ => {
-                let why = "16- and 32-bit floats, B10G11R11 and E5B9G9R9 are";
+                let why = "16- and 32-bit floats, B10G11R11, E5B9G9R9 and BC6H are";
                 return Err(format!("VkFormat {vk} is not read; {why}"));
             }
         };
@@ -88,12 +91,19 @@ impl Format {
         }
     }
 
-    fn expand(self, data: &[u8], texels: usize) -> Vec<f32> {
+    fn image_bytes(self, (width, height): (usize, usize)) -> usize {
+        match self {
+            Self::Floats { .. } => width * height * self.texel(),
+            Self::Packed(f) => f.image_bytes(width, height),
+        }
+    }
+
+    fn expand(self, data: &[u8], size: (usize, usize)) -> Vec<f32> {
         let (components, half) = match self {
             Self::Floats { components, half } => (components, half),
-            Self::Packed(f) => return f.decode(data),
+            Self::Packed(f) => return f.decode(data, size),
         };
-        let mut out = Vec::with_capacity(4 * texels);
+        let mut out = Vec::with_capacity(data.len() / self.texel() * 4);
         for texel in data.chunks_exact(self.texel()) {
             let mut rgba = [0.0, 0.0, 0.0, 1.0];
             for (i, v) in rgba.iter_mut().take(components).enumerate() {
@@ -147,7 +157,7 @@ impl Header {
     }
 
     /// The bytes of a level.
-    fn level<'a>(&self, bytes: &'a [u8], level: usize, texels: usize) -> Result<Cow<'a, [u8]>, String> {
+    fn level<'a>(&self, bytes: &'a [u8], level: usize, expected: usize) -> Result<Cow<'a, [u8]>, String> {
         let truncated = || format!("truncated: mip level {level} is incomplete");
         let entry = HEADER_BYTES + LEVEL_BYTES * level;
         let number = |i: usize| {
@@ -155,7 +165,6 @@ impl Header {
             usize::try_from(u64::from_le_bytes(b)).ok()
         };
         let (start, length) = number(0).zip(number(8)).ok_or_else(truncated)?;
-        let expected = texels * self.format.texel();
         let wrong = |n: usize| format!("mip level {level} has {n} bytes instead of {expected}");
         if self.scheme == 0 && length != expected {
             return Err(wrong(length));

@@ -102,9 +102,11 @@ fn encode(
 ) -> io::Result<WriteReport> {
     let mut report = WriteReport::default();
     let mut levels = Vec::with_capacity(t.levels.len());
-    for level in &t.levels {
+    let mut raw_bytes = Vec::with_capacity(t.levels.len());
+    for (i, level) in t.levels.iter().enumerate() {
         let mut raw = Vec::new();
-        format.encode(level, &mut raw, &mut report);
+        format.encode(level, t.size(i), &mut raw, &mut report);
+        raw_bytes.push(raw.len());
         levels.push(compression.apply(raw)?);
     }
     let dfd = descriptor(format);
@@ -129,8 +131,9 @@ fn encode(
         at += bytes.len();
     }
     for (level, offset) in offsets.iter().enumerate() {
-        let raw = t.level_len(level) / 4 * format.bytes();
-        [*offset, levels[level].len(), raw].iter().for_each(|v| head.extend((*v as u64).to_le_bytes()));
+        [*offset, levels[level].len(), raw_bytes[level]]
+            .iter()
+            .for_each(|v| head.extend((*v as u64).to_le_bytes()));
     }
     w.write_all(&head)?;
     w.write_all(&dfd)?;
@@ -147,6 +150,8 @@ fn numbers(format: TexelFormat) -> (usize, usize) {
         TexelFormat::Rgba32f => (109, 4),
         TexelFormat::R11g11b10 => (122, 4),
         TexelFormat::Rgb9e5 => (123, 4),
+        TexelFormat::Bc6h => (143, 1),
+        TexelFormat::Bc6hSigned => (144, 1),
     }
 }
 
@@ -174,14 +179,18 @@ fn descriptor(format: TexelFormat) -> Vec<u8> {
         TexelFormat::Rgb9e5 => (0..3u8)
             .flat_map(|c| [(9 * u16::from(c), 9, c, 0, 8448), (27, 5, c | EXPONENT, 15, 31)])
             .collect(),
+        TexelFormat::Bc6h => vec![(0, 128, FLOAT, 0, one)],
+        TexelFormat::Bc6hSigned => vec![(0, 128, FLOAT | SIGNED, minus, one)],
     };
+    // RGBSDA or BC6H, and texels of a block less one per axis.
+    let (model, side) = if format.is_plain() { (1, 0) } else { (133, 3) };
     let block = 24 + 16 * samples.len() as u16;
     let mut d = u32::from(block + 4).to_le_bytes().to_vec();
     d.extend([0; 4]); // vendor Khronos, basic format
     d.extend(2u16.to_le_bytes()); // version 1.3
     d.extend(block.to_le_bytes());
-    d.extend([1, 1, 1, 0]); // RGBSDA, BT.709, linear, straight alpha
-    d.extend([0; 4]); // texel blocks of 1 × 1 × 1 × 1
+    d.extend([model, 1, 1, 0]); // BT.709, linear, straight alpha
+    d.extend([side, side, 0, 0]);
     d.extend([format.bytes() as u8, 0, 0, 0, 0, 0, 0, 0]); // bytes of plane 0
     for (first, bits, channel, lower, upper) in samples {
         d.extend(first.to_le_bytes());
@@ -246,6 +255,15 @@ mod tests {
             *v = if i % 4 == 3 { 1.0 } else { [0.5, 1.0, 0.75, 256.0][i / 4 % 4] };
         });
         for format in TexelFormat::ALL {
+            // Blocks keep what one line holds.
+            let mut t = t.clone();
+            if !format.is_plain() {
+                t.levels
+                    .iter_mut()
+                    .flatten()
+                    .enumerate()
+                    .for_each(|(i, v)| *v = if i % 4 == 3 { 1.0 } else { 0.5 });
+            }
             for c in [Supercompression::None, Supercompression::Zstd, Supercompression::Zlib] {
                 let (b, report) = written(&t, format, c);
                 let back = decode_ktx2(Path::new("t.ktx2"), &b, &Limits::default()).unwrap();
@@ -255,6 +273,26 @@ mod tests {
                     assert!(decode_ktx2(Path::new("t.ktx2"), &b[..cut], &Limits::default()).is_err());
                 }
             }
+        }
+    }
+
+    #[test]
+    fn blocks_are_described_as_the_specification_has_them() {
+        for (format, vk, channel, lower) in
+            [(TexelFormat::Bc6h, 143, 0x80, 0.0f32), (TexelFormat::Bc6hSigned, 144, 0xc0, -1.0)]
+        {
+            let (b, _) = written(&texture(6), format, Supercompression::None);
+            let u32_at = |i: usize| u32::from_le_bytes(b[i..i + 4].try_into().unwrap());
+            assert_eq!((u32_at(12), u32_at(16)), (vk, 1));
+            let d = u32_at(48) as usize;
+            assert_eq!(u32_at(d), 44);
+            assert_eq!(b[d + 12..d + 24], [133, 1, 1, 0, 3, 3, 0, 0, 16, 0, 0, 0]);
+            assert_eq!(b[d + 28..d + 32], [0, 0, 127, channel]);
+            assert_eq!((u32_at(d + 36), u32_at(d + 40)), (lower.to_bits(), 1f32.to_bits()));
+            // 5 × 5, 2 × 2 and 1 × 1 texels are 4, 1 and 1 blocks a face.
+            let lengths: Vec<u32> = (0..3).map(|l| u32_at(88 + 24 * l)).collect();
+            assert_eq!(lengths, [6 * 64, 6 * 16, 6 * 16]);
+            assert!((0..3).all(|l| u32_at(80 + 24 * l) % 16 == 0));
         }
     }
 
