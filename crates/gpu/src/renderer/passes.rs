@@ -21,10 +21,11 @@ const BACKDROP_COMPUTE: &str = include_str!("../shaders/backdrop_compute.wgsl");
 
 /// The raster path's module for a room's library.
 pub fn raster_source(library: &str, settings: &Settings) -> String {
-    let raster = match settings.rate {
-        Rate::Pixel => RASTER.to_owned(),
-        Rate::Sample => RASTER.replace("centroid", "sample"),
+    let (place, share) = match settings.rate {
+        Rate::Pixel => ("center", "= true"),
+        Rate::Sample => ("sample", "= false"),
     };
+    let raster = RASTER.replace("PLACE", place).replace("= SHARE", share);
     [library, CAMERA, GEOMETRY, SURFACE, &raster].concat()
 }
 

@@ -1,9 +1,9 @@
 struct GpuVarying {
     @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(perspective, centroid) p: vec3<f32>,
-    @location(1) @interpolate(perspective, centroid) n: vec3<f32>,
-    @location(2) @interpolate(perspective, centroid) t: vec3<f32>,
-    @location(3) @interpolate(perspective, centroid) uv: vec2<f32>,
+    @location(0) @interpolate(perspective, PLACE) p: vec3<f32>,
+    @location(1) @interpolate(perspective, PLACE) n: vec3<f32>,
+    @location(2) @interpolate(perspective, PLACE) t: vec3<f32>,
+    @location(3) @interpolate(perspective, PLACE) uv: vec2<f32>,
     @location(4) @interpolate(flat) plane: vec4<f32>,
 }
 
@@ -24,9 +24,33 @@ fn gpu_vertex(@builtin(vertex_index) i: u32) -> GpuVarying {
     return out;
 }
 
+// Is a triangle shaded once in a pixel, or at each of its samples?
+const GPU_SHARE: bool = SHARE;
+
+// From the pixel's centre to the mean of its samples in `mask`, which lies inside the triangle. Devices choose any
+// covered place as the centroid: a bias of up to half a pixel in every pixel that an edge crosses.
+fn gpu_offset(mask: u32) -> vec2<f32> {
+    let taken = select(vec4<f32>(0.0), vec4<f32>(1.0), (vec4<u32>(mask) & vec4<u32>(1u, 2u, 4u, 8u)) > vec4<u32>(0u));
+    let x = dot(taken, vec4<f32>(-0.125, 0.375, -0.375, 0.125));
+    let y = dot(taken, vec4<f32>(-0.375, -0.125, 0.125, 0.375));
+    return vec2<f32>(x, y) / max(dot(taken, vec4<f32>(1.0)), 1.0);
+}
+
 @fragment
-fn gpu_fragment(v: GpuVarying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+fn gpu_fragment(
+    v: GpuVarying,
+    @builtin(front_facing) front: bool,
+    @builtin(sample_mask) mask: u32,
+) -> @location(0) vec4<f32> {
     let outside = front != (gpu_object.counts.w > 0u);
     let side = select(-1.0, 1.0, outside);
-    return vec4<f32>(gpu_radiance(GpuPoint(v.p, v.n, v.t, v.uv, v.plane, side)), 1.0);
+    var s = GpuPoint(v.p, v.n, v.t, v.uv, v.plane, side);
+    if GPU_SHARE {
+        let o = gpu_offset(mask);
+        s.p += o.x * dpdx(v.p) + o.y * dpdy(v.p);
+        s.n += o.x * dpdx(v.n) + o.y * dpdy(v.n);
+        s.t += o.x * dpdx(v.t) + o.y * dpdy(v.t);
+        s.uv += o.x * dpdx(v.uv) + o.y * dpdy(v.uv);
+    }
+    return vec4<f32>(gpu_radiance(s), 1.0);
 }

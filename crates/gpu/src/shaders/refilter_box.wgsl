@@ -146,7 +146,8 @@ fn refilter_lobes(@builtin(global_invocation_id) id: vec3<u32>) {
                 continue;
             }
             let r = spacing * sqrt(r2);
-            let l = vec4<f32>(maps[job.at.y + (at.x * n + at.z + u32(j + reach) - u32(reach)) * n + at.y + u32(i + reach) - u32(reach)].xyz, 1.0);
+            let c = vec2<u32>(vec2<i32>(at.yz) + vec2<i32>(i, j));
+            let l = vec4<f32>(maps[job.at.y + (at.x * n + c.y) * n + c.x].xyz, 1.0);
             small += kernel_at(1.0 - cos(min(2.0 * r, 3.1415926))) * l;
             large += kernel_at(1.0 - cos(min(r, 3.1415926))) * l;
         }

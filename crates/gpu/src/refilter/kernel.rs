@@ -1,0 +1,186 @@
+//! Kernels, and how well sums of Gaussians and low bands stand for them.
+
+use crate::GpuError;
+use steradian_prefilter::{GgxMirror, Lobe, Zonal, quadrature};
+
+/// What the light is averaged with: ∫ L w / ∫ w over each direction's lobe, times the level's gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kernel {
+    /// The light itself.
+    Mirror,
+    /// The split sum's: D(n·h)/4 ⟨n·wi⟩ with n = wo = r (Karis 2013), alpha = perceptual_roughness².
+    Ggx {
+        /// α, 0 < α ≤ 1.
+        alpha: f64,
+    },
+    /// Phong's cos^n over the hemisphere (STAR04 eq. 25).
+    Phong {
+        /// The exponent, ≥ 1.
+        n: f64,
+    },
+    /// ⟨cos⟩: irradiance over π; a gain of π gives E.
+    Lambert,
+}
+
+impl Kernel {
+    pub(super) fn check(self) -> Result<(), GpuError> {
+        let good = match self {
+            Self::Ggx { alpha } => alpha > 0.0 && alpha <= 1.0,
+            Self::Phong { n } => (1.0..=1e6).contains(&n),
+            Self::Mirror | Self::Lambert => true,
+        };
+        if good { Ok(()) } else { Err(GpuError::Scene(format!("{self:?} is no kernel"))) }
+    }
+
+    /// The kernel as the CPU's filter has it; `None` for a mirror.
+    pub fn zonal(self) -> Option<Box<dyn Zonal>> {
+        match self {
+            Self::Mirror => None,
+            Self::Ggx { alpha } => Some(Box::new(GgxMirror::new(alpha))),
+            Self::Phong { n } => Some(Box::new(Lobe::phong(n))),
+            Self::Lambert => Some(Box::new(Lobe::lambert())),
+        }
+    }
+
+    /// The angle over which it varies near its peak, radians.
+    pub(super) fn width(self) -> f64 {
+        match self {
+            Self::Mirror => f64::INFINITY,
+            Self::Ggx { alpha } => alpha,
+            Self::Phong { n } => n.sqrt().recip(),
+            Self::Lambert => 1.0,
+        }
+    }
+
+    /// `Job.kernel` without the gain: shape, parameter, factor.
+    pub(super) fn numbers(self) -> [f64; 3] {
+        let peak = self.zonal().map_or(0.0, |k| k.value(1.0));
+        match self {
+            // value(1) = scale/(4π α²), and the shader multiplies α²/q².
+            Self::Mirror => [0.0, 1.0, 0.0],
+            Self::Ggx { alpha } => [0.0, alpha.max(1e-4), peak * alpha.max(1e-4).powi(2)],
+            Self::Phong { n } => [1.0, n, peak],
+            Self::Lambert => [1.0, 1.0, peak],
+        }
+    }
+}
+
+/// Coefficients of the truncated, normalised Gaussian exp(κ(cos θ − 1)), θ ≤ `reach`.
+pub(super) fn gaussian(kappa: f64, reach: f64, order: usize) -> Vec<f64> {
+    let value = |x: f64| (kappa * (x - 1.0)).exp();
+    let mut k = quadrature(value, kappa.sqrt().recip(), reach, order);
+    let whole = k[0];
+    k.iter_mut().for_each(|k| *k /= whole);
+    k
+}
+
+/// Factors of the bands of a mean over square cells of `area` steradians, to second order: exp(−l(l+1) area/24).
+pub(super) fn cells(area: f64, order: usize) -> Vec<f64> {
+    (0..=order).map(|l| (-((l * (l + 1)) as f64) * area / 24.0).exp()).collect()
+}
+
+/// Σ w_j b_j(l) ≈ k_l, with bands below `bands` to be mended by spherical harmonics.
+pub(super) struct Mixture {
+    /// w_j.
+    pub weights: Vec<f64>,
+    /// k_l − Σ w_j b_j(l) of the low bands.
+    pub rest: Vec<f64>,
+    /// What higher bands miss, relative: √(Σ (2l+1)/(l+1)² e_l² / Σ (2l+1)/(l+1)² k_l²), the RMS error under light
+    /// whose bands fall like 1/l², as photographs' do.
+    pub error: f64,
+}
+
+/// Least squares in frequency space. Errors count between those of such light and those of a single point; low
+/// bands hardly, so that they do not bind the fit.
+pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
+    let weight = |l: usize| {
+        let w = (2 * l + 1) as f64 / (l + 1) as f64;
+        if l < bands { 1e-4 * w } else { w }
+    };
+    let n = basis.len();
+    let dot = |a: &[f64], b: &[f64]| -> f64 { (0..k.len()).map(|l| weight(l) * a[l] * b[l]).sum() };
+    let mut system: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| dot(&basis[i], &basis[j])).chain([dot(&basis[i], k)]).collect())
+        .collect();
+    let ridge = 1e-9 * (0..n).map(|i| system[i][i]).fold(1e-30, f64::max);
+    (0..n).for_each(|i| system[i][i] += ridge);
+    let weights = solve(system);
+    let miss: Vec<f64> =
+        (0..k.len()).map(|l| k[l] - weights.iter().zip(basis).map(|(w, b)| w * b[l]).sum::<f64>()).collect();
+    let energy = |e: &[f64], from: usize| -> f64 {
+        (from..e.len()).map(|l| (2 * l + 1) as f64 / (l + 1).pow(2) as f64 * e[l] * e[l]).sum()
+    };
+    let error = (energy(&miss, bands) / energy(k, 0)).sqrt();
+    Mixture { weights, rest: miss[..bands].to_vec(), error }
+}
+
+/// Solves a small symmetric positive system by Gauss's elimination; rows are coefficients and the right side.
+fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
+    let n = rows.len();
+    for p in 0..n {
+        for r in p + 1..n {
+            let f = rows[r][p] / rows[p][p];
+            for c in p..=n {
+                rows[r][c] -= f * rows[p][c];
+            }
+        }
+    }
+    let mut x = vec![0.0; n];
+    for p in (0..n).rev() {
+        let known: f64 = (p + 1..n).map(|c| rows[p][c] * x[c]).sum();
+        x[p] = (rows[p][n] - known) / rows[p][p];
+    }
+    x
+}
+
+/// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`]: what picks a box.
+pub(super) fn variance(k: &[f64]) -> f64 {
+    let off = |v: f64| -> f64 {
+        let e = |(l, k): (usize, &f64)| {
+            let gap = k - (-((l * (l + 1)) as f64) * v / 2.0).exp();
+            (2 * l + 1) as f64 / (l + 1) as f64 * gap * gap
+        };
+        k.iter().enumerate().map(e).sum()
+    };
+    let (mut best, mut least) = (1.0, f64::INFINITY);
+    for i in 0..=1200 {
+        let v = 10f64.powf(-5.0 + 6.0 * f64::from(i) / 1200.0);
+        let e = off(v);
+        if e < least {
+            (best, least) = (v, e);
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six Gaussians of doubling width and ten bands stand for GGX at every roughness that they reach.
+    #[test]
+    fn gaussians_and_low_bands_stand_for_ggx() {
+        let sigma0: f64 = 1.5 * std::f64::consts::FRAC_PI_2 / 128.0;
+        let basis: Vec<Vec<f64>> = (0..5)
+            .map(|j| {
+                let v = (sigma0 * f64::from(1 << j)).powi(2);
+                (0..=300).map(|l| (-((l * (l + 1)) as f64) * v / 2.0).exp()).collect()
+            })
+            .collect();
+        for alpha in [0.04, 0.1, 0.25, 0.5, 1.0] {
+            let m = fit(&GgxMirror::new(alpha).coefficients(300), &basis, 10);
+            assert!(m.error < 3e-3, "alpha {alpha}: {}", m.error);
+            assert!(m.weights.iter().all(|w| w.abs() < 30.0), "alpha {alpha}: {:?}", m.weights);
+        }
+    }
+
+    #[test]
+    fn narrow_gaussians_have_the_heat_kernel_s_bands() {
+        let v: f64 = 0.03 * 0.03;
+        let k = gaussian(1.0 / v, 0.2, 60);
+        for l in [1usize, 10, 30, 60] {
+            let heat = (-((l * (l + 1)) as f64) * v / 2.0).exp();
+            assert!((k[l] - heat).abs() < 1e-3, "{l}: {} {heat}", k[l]);
+        }
+    }
+}
