@@ -4,6 +4,7 @@
 //! points. [`registry`] lists all rooms without their types ([`AnyTechnique`], [`AnyBake`]); commands and
 //! windows know no technique by name.
 
+pub mod direct;
 mod door;
 pub mod gpu;
 mod registry;
@@ -13,7 +14,7 @@ pub mod tensors;
 
 pub use door::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
-    Needs, Part, Parts, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, View,
+    Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,
 };
 pub use gpu::GpuRoom;
 pub use registry::{find, registry};

@@ -2,7 +2,7 @@
 
 use crate::tensors::{self, TensorFile};
 use crate::{
-    Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, View,
+    Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies, View,
 };
 use std::marker::PhantomData;
 use steradian_base::{Certificate, ParamInfo, ParamValues, Params, Task};
@@ -47,6 +47,10 @@ pub trait AnyBake: Send + Sync {
     fn save(&self) -> TensorFile;
     /// The room as plain data for a GPU.
     fn gpu(&self) -> GpuRoom;
+    /// What of each point's own lobe shading takes; the rest it leaves out.
+    fn varies(&self) -> Varies;
+    /// The room as plain data for a GPU with a lobe per point; `None` where nothing varies.
+    fn gpu_varied(&self) -> Option<GpuRoom>;
     /// Another light: only the light's factor and the link are baked again.
     fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError>;
     /// Another reflectance: only its factor, the transfer where it reads it, and the link are baked again.
@@ -219,6 +223,14 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn gpu(&self) -> GpuRoom {
         T::gpu(&self.bake, &self.frame)
+    }
+
+    fn varies(&self) -> Varies {
+        T::varies(&self.bake)
+    }
+
+    fn gpu_varied(&self) -> Option<GpuRoom> {
+        T::gpu_varied(&self.bake, &self.frame)
     }
 
     fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError> {

@@ -7,6 +7,7 @@ mod inputs;
 mod part;
 mod points;
 mod technique;
+mod vary;
 
 pub use card::{Capabilities, Card, Check, Claim, Needs};
 pub use erased::{AnyBake, AnyTechnique, Erased};
@@ -15,3 +16,4 @@ pub use inputs::{Geometry, Material, Sites, View};
 pub use part::Part;
 pub use points::{Points, PointsBuf, Radiance, SitesAt};
 pub use technique::{Bake, Parts, Technique};
+pub use vary::{PointLobe, Varies};

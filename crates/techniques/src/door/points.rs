@@ -1,9 +1,10 @@
 //! Batches of surface points, structure of arrays.
 
+use super::PointLobe;
 use glam::Vec3;
 
 /// A batch of surface points in world space; unit vectors away from the surface. All slices have one length,
-/// except those of `p`, `uv` and `site`, which may be empty.
+/// except those of `p`, `uv`, `site` and `lobe`, which may be empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Points<'a> {
     /// Normals.
@@ -18,6 +19,9 @@ pub struct Points<'a> {
     pub uv: [&'a [f32]; 2],
     /// Where transfer data were baked.
     pub site: SitesAt<'a>,
+    /// Each point's own lobe, as [`PointLobe::to_array`] orders its numbers; empty: the material's. Read by
+    /// bakes that [`crate::AnyBake::varies`]; needs `t`.
+    pub lobe: [&'a [f32]; PointLobe::LEN],
 }
 
 /// Where the points lie among the sites of a bake: three site indices and two barycentric weights a point
@@ -41,6 +45,11 @@ impl Points<'_> {
         self.len() == 0
     }
 
+    /// Has every point its own lobe?
+    pub fn has_lobes(&self) -> bool {
+        !self.lobe[0].is_empty()
+    }
+
     /// Have all slices that must have one length that length?
     pub fn is_consistent(&self) -> bool {
         let len = self.len();
@@ -49,6 +58,7 @@ impl Points<'_> {
         self.n.iter().chain(&self.wo).all(|s| full(s))
             && self.t.iter().chain(&self.p).chain(&self.uv).chain(&self.site.weight).all(|s| optional(s))
             && self.site.index.iter().all(|s| s.is_empty() || s.len() == len)
+            && (self.lobe.iter().all(|s| s.is_empty()) || self.lobe.iter().chain(&self.t).all(|s| full(s)))
     }
 }
 
@@ -63,13 +73,15 @@ pub struct PointsBuf {
     pub wo: [Vec<f32>; 3],
     /// Positions.
     pub p: [Vec<f32>; 3],
+    /// Lobes: all points have one, or none.
+    pub lobe: [Vec<f32>; PointLobe::LEN],
 }
 
 impl PointsBuf {
     /// Room for `n` points.
     pub fn with_capacity(n: usize) -> Self {
         let v = || std::array::from_fn(|_| Vec::with_capacity(n));
-        Self { n: v(), t: v(), wo: v(), p: v() }
+        Self { n: v(), t: v(), wo: v(), p: v(), ..Self::default() }
     }
 
     /// Appends a point.
@@ -78,6 +90,19 @@ impl PointsBuf {
             for (k, x) in v.to_array().into_iter().enumerate() {
                 to[k].push(x);
             }
+        }
+        if !self.lobe[0].is_empty() {
+            self.lobe.iter_mut().zip(PointLobe::PLAIN.to_array()).for_each(|(to, x)| to.push(x));
+        }
+    }
+
+    /// Appends a point with a lobe of its own; points before it that have none get the material's.
+    pub fn push_lobe(&mut self, [n, t, wo, p]: [Vec3; 4], lobe: PointLobe) {
+        self.push(n, t, wo, p);
+        let (len, plain) = (self.len(), PointLobe::PLAIN.to_array());
+        for (k, x) in lobe.to_array().into_iter().enumerate() {
+            self.lobe[k].resize(len, plain[k]);
+            self.lobe[k][len - 1] = x;
         }
     }
 
@@ -96,6 +121,7 @@ impl PointsBuf {
         for v in [&mut self.n, &mut self.t, &mut self.wo, &mut self.p] {
             v.iter_mut().for_each(Vec::clear);
         }
+        self.lobe.iter_mut().for_each(Vec::clear);
     }
 
     /// The batch of all points.
@@ -119,6 +145,7 @@ impl PointsBuf {
             t: cut(&self.t, view(&self.t)),
             wo: cut(&self.wo, view(&self.wo)),
             p: cut(&self.p, view(&self.p)),
+            lobe: self.lobe.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
             ..Points::default()
         }
     }

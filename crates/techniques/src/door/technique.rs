@@ -1,6 +1,6 @@
 //! The door of a room.
 
-use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, View};
+use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, Varies, View};
 use steradian_base::{Certificate, Params, Task};
 use steradian_light::Lights;
 
@@ -53,6 +53,17 @@ pub trait Technique: Send + Sync + 'static {
     fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
     /// The same as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuRoom;
+    /// What of each point's own lobe ([`Points::lobe`]) shading takes.
+    fn varies(b: &Bake<Self>) -> Varies {
+        let _ = b;
+        Varies::NONE
+    }
+    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`GpuRoom::varies`]); `None`
+    /// where nothing varies.
+    fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuRoom> {
+        let _ = (b, f);
+        None
+    }
 }
 
 /// The factors that [`Technique::link`] joins.

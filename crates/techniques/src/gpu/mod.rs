@@ -1,7 +1,9 @@
 //! A room as plain data for a GPU: WGSL text, tables, uniforms, buffers. No types of any graphics library.
 //!
 //! A room's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
-//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`. [`module`] makes the complete module, [`library`] what
+//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`; one that varies from point to point
+//! ([`GpuRoom::varies`]) has `struct Lobe` (the numbers of [`crate::PointLobe`]) and `fn shade_lobe(n, t, wo, p, lobe)`
+//! too. [`module`] makes the complete module, [`library`] what
 //! other entry points start with.
 
 mod wgsl;
@@ -145,6 +147,11 @@ pub struct Buffer {
 }
 
 impl GpuRoom {
+    /// Does its WGSL take a lobe per point (`fn shade_lobe(n, t, wo, p, lobe: Lobe) -> vec3<f32>` beside `shade`)?
+    pub fn varies(&self) -> bool {
+        self.wgsl.contains("fn shade_lobe(")
+    }
+
     /// The uniform buffer: `struct Room` in WGSL's layout for the uniform address space.
     pub fn uniform_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();

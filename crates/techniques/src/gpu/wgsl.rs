@@ -12,7 +12,8 @@ pub enum Binding {
     Table(usize),
     /// `@group(0)`: buffer i of [`GpuRoom::buffers`], read-only storage of f32.
     Buffer(usize),
-    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, read-only storage.
+    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, and for rooms that vary the six
+    /// planes of [`crate::Points::lobe`], read-only storage.
     Points,
     /// `@group(1)`: planes r g b of f32, storage.
     Radiance,
@@ -32,7 +33,7 @@ pub fn bindings(room: &GpuRoom) -> [Vec<Binding>; 2] {
 /// The complete module: [`library`] and a compute entry point `main` (workgroups of 64) that shades a planar
 /// buffer of points.
 pub fn module(room: &GpuRoom) -> String {
-    library(room) + MAIN
+    library(room) + &MAIN.replace("SHADE", if room.varies() { SHADE_LOBE } else { SHADE })
 }
 
 /// Bindings of group 0, `fetch_NAME` functions and the room's text, without an entry point: what any shader
@@ -190,6 +191,11 @@ fn fetch_NAME(u: f32) -> vec4<f32> {
 }
 ";
 
+/// What `main` calls.
+const SHADE: &str = "shade(n, t, wo, p)";
+/// The same for a room that varies.
+const SHADE_LOBE: &str = "shade_lobe(n, t, wo, p, Lobe(points[12u * count + i], points[13u * count + i], \
+                          points[14u * count + i], point_plane(15u, i, count)))";
 const MAIN: &str = "
 @group(1) @binding(0) var<storage, read> points: array<f32>;
 @group(1) @binding(1) var<storage, read_write> radiance: array<f32>;
@@ -209,7 +215,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let t = point_plane(3u, i, count);
     let wo = point_plane(6u, i, count);
     let p = point_plane(9u, i, count);
-    let l = shade(n, t, wo, p);
+    let l = SHADE;
     radiance[i] = l.x;
     radiance[count + i] = l.y;
     radiance[2u * count + i] = l.z;

@@ -6,6 +6,7 @@ use crate::Part;
 use crate::gpu::{Format, Level, Shape, Table};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use steradian_prefilter::EdgeCube;
+use steradian_prefilter::edge_cube::spacing;
 
 /// Cubes from sharp to blurred.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,9 +18,29 @@ impl Chain {
         (!levels.is_empty()).then_some(Self(levels))
     }
 
+    /// `cube` and its halves down to `least` intervals: box filtering by the spacing of each level (K06). A level's
+    /// lookup has a standard deviation of half its spacing: 1/4 of the finer one's square from that level, 1/8 from
+    /// the taps, 1/6 of its own from its interpolation.
+    pub fn halved(cube: &EdgeCube, least: usize) -> Self {
+        let mut levels = vec![cube.clone()];
+        while let Some(fine) = levels.last()
+            && fine.size() / 2 >= least.max(1)
+        {
+            let half = half(fine);
+            levels.push(half);
+        }
+        Self(levels)
+    }
+
     /// The cubes.
     pub fn levels(&self) -> &[EdgeCube] {
         &self.0
+    }
+
+    /// Number of the most blurred level.
+    #[inline(always)]
+    pub fn last(&self) -> f32 {
+        (self.0.len() - 1) as f32
     }
 
     /// The two levels around a fractional level, and the weight of the second.
@@ -62,6 +83,23 @@ impl Chain {
         let level = Level { width, height, layers: 6, bytes: tables::texel_bytes(texels.iter()) };
         Table { name, shape: Shape::EdgeCubeChain(places), format: Format::Rgba32Float, level }
     }
+}
+
+/// Half as many intervals: each sample the mean of 3 × 3 lookups half a spacing apart, weighted 1 2 1.
+fn half(fine: &EdgeCube) -> EdgeCube {
+    let step = 0.5 * spacing(fine.size());
+    EdgeCube::from_fn(fine.size() / 2, |d| {
+        let (a, b) = d.any_orthonormal_pair();
+        let mut sum = [0.0; 3];
+        for (i, u) in [1.0, 2.0, 1.0].iter().enumerate() {
+            for (j, v) in [1.0, 2.0, 1.0].iter().enumerate() {
+                let at = d + a * (step * (i as f64 - 1.0)) + b * (step * (j as f64 - 1.0));
+                let l = fine.sample(at.as_vec3().to_array());
+                (0..3).for_each(|c| sum[c] += u * v / 16.0 * f64::from(l[c]));
+            }
+        }
+        sum
+    })
 }
 
 impl Part for Chain {

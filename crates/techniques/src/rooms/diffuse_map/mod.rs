@@ -21,7 +21,7 @@ use crate::shared::tables;
 use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Technique, Varies, View,
 };
 use bake::{Albedo, Light, Size};
 use steradian_base::{Certificate, Task};
@@ -107,10 +107,22 @@ impl Technique for DiffuseMap {
     }
 
     fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.light.cube, &b.material, f, q, out);
+        if q.has_lobes() {
+            shade::shade_lobe(&b.light.cube, &b.material, f, q, out);
+        } else {
+            shade::shade(&b.light.cube, &b.material, f, q, out);
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.light.cube, &b.material, f)
+    }
+
+    fn varies(_: &Bake<Self>) -> Varies {
+        Varies::ALL
+    }
+
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+        Some(shade::gpu_lobe(&b.light.cube, &b.material, f))
     }
 }

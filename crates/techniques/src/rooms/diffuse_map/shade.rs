@@ -3,6 +3,7 @@
 use super::bake::Albedo;
 use crate::gpu::{Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::lobe;
 use crate::shared::tables::cube_table;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique};
@@ -13,6 +14,30 @@ pub(super) fn shade(map: &EdgeCube, albedo: &Albedo, turn: &Turn, q: &Points<'_>
         let e = map.sample(turn.apply(p.n));
         std::array::from_fn(|c| albedo.0[c] * e[c])
     });
+}
+
+/// [`shade`] where every point has its own normals: the mean of four lookups.
+pub(super) fn shade_lobe(
+    map: &EdgeCube,
+    albedo: &Albedo,
+    turn: &Turn,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    lobe::shade(q, out, |p| {
+        let e = lobe::normals(p).map(|n| map.sample(turn.apply(n)));
+        std::array::from_fn(|c| 0.25 * albedo.0[c] * (e[0][c] + e[1][c] + e[2][c] + e[3][c]))
+    });
+}
+
+/// [`gpu`] with a lobe per point.
+pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {
+    let wgsl = concat!(
+        include_str!("../../shared/lobe.wgsl"),
+        include_str!("shade.wgsl"),
+        include_str!("shade_lobe.wgsl")
+    );
+    GpuRoom { wgsl, ..gpu(map, albedo, turn) }
 }
 
 pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {

@@ -2,12 +2,15 @@
 
 use super::MirrorMap;
 use crate::shared::certify;
+use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
+use crate::shared::once;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{load_cube, save_cube};
 use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
+use std::sync::OnceLock;
 use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Params, Task};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, EdgeCube};
@@ -49,6 +52,8 @@ const SHARPEST: f64 = 0.01;
 /// The environment on a cube.
 pub struct Light {
     pub(super) cube: EdgeCube,
+    /// The same with its halves, made for the first point with normals of its own.
+    halves: OnceLock<Chain>,
     /// The same light for the certificate.
     distant: DistantLight,
 }
@@ -72,7 +77,12 @@ impl Light {
         }
         let mut cube = EdgeCube::from_image(&environment.image, size);
         lights.disks.iter().for_each(|d| cube.add(&Beam::from(d)));
-        Ok(Self { cube, distant })
+        Ok(Self { cube, halves: OnceLock::new(), distant })
+    }
+
+    /// The map with its halves.
+    pub(super) fn halves(&self) -> &Chain {
+        once::get(&self.halves, || Chain::halved(&self.cube, 8))
     }
 }
 
@@ -84,7 +94,7 @@ impl Part for Light {
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let cube = load_cube(from, &format!("{prefix}.map"))?;
-        Ok(Self { cube, distant: DistantLight::load(from, prefix)? })
+        Ok(Self { cube, halves: OnceLock::new(), distant: DistantLight::load(from, prefix)? })
     }
 
     fn bytes(&self) -> usize {

@@ -20,7 +20,7 @@ use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Technique, Varies, View,
 };
 use bake::{Light, Mirror, Size};
 use steradian_base::{Certificate, Task};
@@ -109,10 +109,22 @@ impl Technique for MirrorMap {
     }
 
     fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.light.cube, &b.linked, f, q, out);
+        if q.has_lobes() {
+            shade::shade_lobe(b.light.halves(), &b.linked, f, q, out);
+        } else {
+            shade::shade(&b.light.cube, &b.linked, f, q, out);
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.light.cube, &b.linked, f)
+    }
+
+    fn varies(_: &Bake<Self>) -> Varies {
+        Varies { alpha: false, normals: true }
+    }
+
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+        Some(shade::gpu_lobe(b.light.halves(), &b.linked, f))
     }
 }

@@ -1,9 +1,3 @@
-// Schlick's Fresnel term.
-fn fresnel(f0: vec3<f32>, cos_o: f32) -> vec3<f32> {
-    let u = 1.0 - cos_o;
-    return f0 + (vec3<f32>(1.0) - f0) * ((u * u) * (u * u) * u);
-}
-
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let cos_o = dot(n, wo);
     if !(cos_o > 0.0) {

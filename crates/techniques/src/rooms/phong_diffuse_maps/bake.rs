@@ -4,12 +4,15 @@ use super::PhongDiffuseMaps;
 use super::blend::{Blend, Params};
 use super::shade;
 use crate::shared::certify;
+use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
+use crate::shared::once;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
+use std::sync::OnceLock;
 use steradian_base::{Certificate, Known, Task};
 use steradian_brdf::Lobe;
 use steradian_prefilter::{Cosine, EdgeCube, Filtered, Power, Way, Zonal, filter};
@@ -31,6 +34,71 @@ pub struct Maps {
     pub k_d_over_pi: [f32; 3],
     /// f0 and 1 − f0 of Schlick's term; both 0 for the diffuse map alone.
     pub f: [f32; 2],
+    /// Exponent.
+    pub n: f32,
+    /// Normalised maps of several exponents, made for the first point with a lobe of its own.
+    lobes: OnceLock<Chain>,
+}
+
+/// Levels of the chain for points with lobes of their own.
+const LEVELS: usize = 9;
+/// Smallest alpha of its levels, unless the material is sharper: an exponent of 800.
+const SHARPEST: f32 = 0.025;
+
+impl Maps {
+    /// alpha of the material: a lobe (r·wi)^n has the variance 1/n per axis, one of alpha 2 alpha².
+    pub fn alpha(&self) -> f32 {
+        (0.5 / self.n).sqrt().min(1.0)
+    }
+
+    /// Perceptual roughness of the chain's first level; the last one's is 1, and they are equally spaced.
+    pub fn first(&self) -> f32 {
+        self.alpha().min(SHARPEST).sqrt()
+    }
+
+    /// ∫ (n+1)/2π (r·wi)₊^n L at the exponents of the chain.
+    pub fn lobes(&self, light: &DistantLight, p: &Params) -> &Chain {
+        once::get(&self.lobes, || {
+            let map = |k: usize| {
+                let pr = self.first() + (1.0 - self.first()) * k as f32 / (LEVELS - 1) as f32;
+                let n = f64::from(0.5 / pr.powi(4));
+                let size = if p.size > 0 { filter::Size::UpTo(p.size) } else { filter::Size::UpTo(256) };
+                let kernel = Normalised(Power { n });
+                filter(&light.source, &light.tree, &kernel, size, TOLERANCE, &Task::quiet()).map(|f| f.cube)
+            };
+            let count = if self.k_s == [0.0; 3] { 0 } else { LEVELS };
+            // A quiet task is never cancelled.
+            let levels: Vec<EdgeCube> = (0..count).filter_map(|k| map(k).ok()).collect();
+            Chain::new(levels).unwrap_or_else(|| Chain::halved(&self.phong, self.phong.size()))
+        })
+    }
+}
+
+/// Phong's lobe of integral 1.
+struct Normalised(Power);
+
+impl Normalised {
+    fn scale(&self) -> f64 {
+        (self.0.n + 1.0) / (2.0 * std::f64::consts::PI)
+    }
+}
+
+impl Zonal for Normalised {
+    fn value(&self, x: f64) -> f64 {
+        self.scale() * self.0.value(x)
+    }
+
+    fn width(&self) -> f64 {
+        self.0.width()
+    }
+
+    fn support(&self) -> f64 {
+        self.0.support()
+    }
+
+    fn coefficients(&self, order: usize) -> Vec<f64> {
+        self.0.coefficients(order).iter().map(|k| k * self.scale()).collect()
+    }
 }
 
 fn black() -> Filtered {
@@ -68,6 +136,8 @@ pub fn link(
         k_s: blend.k_s.map(|k| k as f32),
         k_d_over_pi: blend.k_d.map(|k| (k / std::f64::consts::PI) as f32),
         f: blend.f0.map_or([0.0; 2], |f0| [f0 as f32, (1.0 - f0) as f32]),
+        n: blend.n as f32,
+        lobes: OnceLock::new(),
     };
     let width = Power { n: blend.n }.width();
     let lobes = |wo| vec![Lobe::Axis { axis: reflect(wo, glam::DVec3::Z), width }];
@@ -89,20 +159,22 @@ impl Part for Maps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         save_cube(&self.phong, to, format!("{prefix}.phong"));
         save_cube(&self.diffuse, to, format!("{prefix}.irradiance"));
-        let factors = [&self.k_s[..], &self.k_d_over_pi, &self.f].concat();
-        put_f32(to, format!("{prefix}.factors"), vec![8], factors);
+        let factors = [&self.k_s[..], &self.k_d_over_pi, &self.f, &[self.n]].concat();
+        put_f32(to, format!("{prefix}.factors"), vec![9], factors);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.factors");
         let (_, v) = get_f32(from, &name, 1)?;
-        let [a, b, c, d, e, f, g, h] = v[..] else { return Err(PartError::Unexpected(name)) };
+        let [a, b, c, d, e, f, g, h, n] = v[..] else { return Err(PartError::Unexpected(name)) };
         Ok(Self {
             phong: load_cube(from, &format!("{prefix}.phong"))?,
             diffuse: load_cube(from, &format!("{prefix}.irradiance"))?,
             k_s: [a, b, c],
             k_d_over_pi: [d, e, f],
             f: [g, h],
+            n,
+            lobes: OnceLock::new(),
         })
     }
 

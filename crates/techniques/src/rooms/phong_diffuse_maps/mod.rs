@@ -23,7 +23,7 @@ use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Technique, Varies, View,
 };
 use bake::Maps;
 use blend::Params;
@@ -117,10 +117,22 @@ impl Technique for PhongDiffuseMaps {
     }
 
     fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.linked, f, q, out);
+        if q.has_lobes() {
+            shade::shade_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f, q, out);
+        } else {
+            shade::shade(&b.linked, f, q, out);
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.linked, f)
+    }
+
+    fn varies(_: &Bake<Self>) -> Varies {
+        Varies::ALL
+    }
+
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+        Some(shade::gpu_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f))
     }
 }

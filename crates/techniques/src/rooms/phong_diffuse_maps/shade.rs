@@ -1,11 +1,15 @@
-//! Two lookups and their blend; `shade.wgsl` has the same functions.
+//! Two lookups and their blend; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with lobes of
+//! their own.
 
 use super::bake::Maps;
 use crate::gpu::{Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::chain::Chain;
+use crate::shared::lobe::{self, Taps};
 use crate::shared::tables::cube_table;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique};
+use std::f32::consts::PI;
 
 /// F = f0 + (1 − f0)(1 − n·wo)⁵.
 #[inline(always)]
@@ -23,11 +27,60 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
+/// The material's alpha, the chain's first perceptual roughness, levels per perceptual roughness.
+fn widths(m: &Maps, lobes: &Chain) -> [f32; 3] {
+    [m.alpha(), m.first(), lobes.last() / (1.0 - m.first()).max(1e-6)]
+}
+
+/// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the lobe's own
+/// alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
+pub(super) fn shade_lobe(m: &Maps, lobes: &Chain, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let [own, first, per] = widths(m, lobes);
+    lobe::shade(q, out, |p| {
+        let taps = Taps::new(p, own, own.min(first * first));
+        let alpha = lobe::alpha_of(&p.lobe, own);
+        let integral = integral(alpha, own, m.n);
+        let (sharp, blurred, w) = lobes.around((taps.alpha.sqrt() - first) * per);
+        let specular = taps.sum(p, |tap| {
+            let (r, f) = (turn.apply(tap.r), fresnel(m.f, tap.cos_o));
+            let (l0, l1) = (sharp.sample(r), blurred.sample(r));
+            std::array::from_fn(|c| f * m.k_s[c] * integral * (l0[c] + (l1[c] - l0[c]) * w))
+        });
+        let diffuse = lobe::normals(p).map(|n| m.diffuse.sample(turn.apply(n)));
+        let f = 1.0 - fresnel(m.f, p.cos_o);
+        std::array::from_fn(|c| {
+            let d = 0.25 * (diffuse[0][c] + diffuse[1][c] + diffuse[2][c] + diffuse[3][c]);
+            f * m.k_d_over_pi[c] * d + specular[c]
+        })
+    });
+}
+
+/// ∫ (r·wi)₊^n dwi of the exponent that `alpha` stands for: the material's own where it has none of its own.
+#[inline(always)]
+fn integral(alpha: f32, own: f32, n: f32) -> f32 {
+    let n = if alpha == own { n } else { 0.5 / (alpha * alpha).max(1e-8) };
+    2.0 * PI / (n + 1.0)
+}
+
+/// [`gpu`] with a lobe per point.
+pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &Turn) -> GpuRoom {
+    let mut room = gpu(m, turn);
+    let [own, first, per] = widths(m, lobes);
+    room.wgsl = concat!(
+        include_str!("../../shared/lobe.wgsl"),
+        include_str!("fresnel.wgsl"),
+        include_str!("shade_lobe.wgsl")
+    );
+    room.tables[0] = lobes.table("lobes");
+    room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, first, per, m.n]) });
+    room
+}
+
 pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     GpuRoom {
         slug: super::PhongDiffuseMaps::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")),
         tables: vec![cube_table("phong", &m.phong), cube_table("irradiance", &m.diffuse)],
         uniforms: vec![turn.uniform(), vec("k_s", m.k_s, m.f[0]), vec("k_d_over_pi", m.k_d_over_pi, m.f[1])],
         buffers: Vec::new(),

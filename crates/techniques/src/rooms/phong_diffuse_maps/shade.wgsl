@@ -1,9 +1,3 @@
-// F = f0 + (1 - f0)(1 - n.wo)^5; f = (f0, 1 - f0).
-fn fresnel(f: vec2<f32>, cos_o: f32) -> f32 {
-    let u = 1.0 - cos_o;
-    return f.x + f.y * ((u * u) * (u * u) * u);
-}
-
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let cos_o = dot(n, wo);
     if !(cos_o > 0.0) {

@@ -19,7 +19,7 @@ use crate::shared::lights;
 use crate::shared::quadric::Quadric;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Technique, Varies, View,
 };
 use bake::{Albedo, Light};
 use steradian_base::{Certificate, Task};
@@ -111,10 +111,22 @@ impl Technique for ShIrradiance {
     }
 
     fn shade(_: &Bake<Self>, f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(f, q, out);
+        if q.has_lobes() {
+            shade::shade_lobe(f, q, out);
+        } else {
+            shade::shade(f, q, out);
+        }
     }
 
     fn gpu(_: &Bake<Self>, f: &Quadric) -> GpuRoom {
         shade::gpu(f)
+    }
+
+    fn varies(_: &Bake<Self>) -> Varies {
+        Varies::ALL
+    }
+
+    fn gpu_varied(_: &Bake<Self>, f: &Quadric) -> Option<GpuRoom> {
+        Some(shade::gpu_lobe(f))
     }
 }

@@ -1,5 +1,6 @@
 //! nᵀMn over batches; `shade.wgsl` has the same functions.
 
+use crate::shared::lobe;
 use crate::shared::quadric::{self, Quadric};
 use crate::{GpuRoom, Points, Radiance, Technique};
 use glam::Mat4;
@@ -10,6 +11,24 @@ pub(super) fn shade(f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
             plane(m, q, out);
         }
     });
+}
+
+/// [`shade`] where every point has its own normals: their mean by four of them, exact for order 2.
+pub(super) fn shade_lobe(f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
+    lobe::shade(q, out, |p| {
+        let l = lobe::normals(p).map(|n| f.value(n));
+        std::array::from_fn(|c| 0.25 * (l[0][c] + l[1][c] + l[2][c] + l[3][c]))
+    });
+}
+
+/// [`gpu`] with a lobe per point.
+pub(super) fn gpu_lobe(f: &Quadric) -> GpuRoom {
+    let wgsl = concat!(
+        include_str!("../../shared/lobe.wgsl"),
+        include_str!("shade.wgsl"),
+        include_str!("shade_lobe.wgsl")
+    );
+    GpuRoom { wgsl, ..gpu(f) }
 }
 
 #[inline(always)]

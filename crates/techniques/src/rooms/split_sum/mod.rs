@@ -24,7 +24,7 @@ use crate::shared::turn::Turn;
 use crate::shared::{lights, quadric::Quadric};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
-    Radiance, Technique, View,
+    Radiance, Technique, Varies, View,
 };
 use bake::{Light, Params, Specular};
 use steradian_base::{Certificate, Task};
@@ -124,10 +124,22 @@ impl Technique for SplitSum {
     }
 
     fn shade(b: &Bake<Self>, f: &(Turn, Quadric), q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.light.chain, &b.linked, f, q, out);
+        if q.has_lobes() {
+            shade::shade_lobe(&b.light.chain, &b.linked, f, q, out);
+        } else {
+            shade::shade(&b.light.chain, &b.linked, f, q, out);
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuRoom {
         shade::gpu(&b.light.chain, &b.linked, f)
+    }
+
+    fn varies(_: &Bake<Self>) -> Varies {
+        Varies::ALL
+    }
+
+    fn gpu_varied(b: &Bake<Self>, f: &(Turn, Quadric)) -> Option<GpuRoom> {
+        Some(shade::gpu_lobe(&b.light.chain, &b.linked, f))
     }
 }

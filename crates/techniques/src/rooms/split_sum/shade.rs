@@ -1,13 +1,17 @@
-//! One trilinear lookup along r, one in the albedo table; `shade.wgsl` has the same functions.
+//! One trilinear lookup along r, one in the albedo table; `shade.wgsl` has the same functions, `shade_lobe.wgsl`
+//! those of points with lobes of their own.
 
 use super::bake::Specular;
 use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
+use crate::shared::lobe::{self, Taps};
 use crate::shared::quadric::Quadric;
+use crate::shared::albedo;
 use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique};
+use steradian_prefilter::edge_cube::spacing;
 
 /// Fdez-Agüera 2019: F_ms E_ms = E_ss F_avg/(1 − F_avg E_ms) · E_ms with E_ms = 1 − (A + B), E_ss = f0 A + B and
 /// F_avg = f0 + (1 − f0)/21.
@@ -39,6 +43,55 @@ pub(super) fn shade(
             s.scale[c] * ((s.f0[c] * a + b) * l + ms[c] * e[c])
         })
     });
+}
+
+/// The material's alpha, and the width of the sharpest map (half the spacing of its texels: the deviation of a
+/// bilinear lookup of texel means).
+fn widths(chain: &Chain, s: &Specular) -> (f32, f32) {
+    let own = s.level / chain.last();
+    (own * own, 0.5 * spacing(chain.levels()[0].size()) as f32)
+}
+
+/// [`shade`] where every point has its own lobe: the albedo is that of the point's alpha, whatever widens the lookup.
+pub(super) fn shade_lobe(
+    chain: &Chain,
+    s: &Specular,
+    (turn, mean_radiance): &(Turn, Quadric),
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    let (own, finest) = widths(chain, s);
+    let table = albedo::table();
+    lobe::shade(q, out, |p| {
+        let albedo_at = |cos_o: f32| {
+            if p.lobe.alpha < 0.0 { s.albedo_at(cos_o) } else { albedo::lookup(table, cos_o, p.lobe.alpha) }
+        };
+        let taps = Taps::new(p, own, finest);
+        let (sharp, blurred, w) = chain.around(taps.alpha.sqrt() * chain.last());
+        let l = taps.sum(p, |tap| {
+            let r = turn.apply(tap.r);
+            let (l0, l1) = (sharp.sample(r), blurred.sample(r));
+            let [a, b] = albedo_at(tap.cos_o);
+            std::array::from_fn(|c| (s.f0[c] * a + b) * (l0[c] + (l1[c] - l0[c]) * w))
+        });
+        let ms = multiscatter(s, albedo_at(p.cos_o));
+        let e = mean_radiance.value(p.n);
+        std::array::from_fn(|c| s.scale[c] * (l[c] + ms[c] * e[c]))
+    });
+}
+
+/// [`gpu`] with a lobe per point.
+pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuRoom {
+    let mut room = gpu(chain, s, frame);
+    let (own, finest) = widths(chain, s);
+    room.wgsl = concat!(
+        include_str!("../../shared/lobe.wgsl"),
+        include_str!("shade.wgsl"),
+        include_str!("shade_lobe.wgsl")
+    );
+    room.tables.push(albedo::gpu("albedo_of"));
+    room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, finest, chain.last(), 0.0]) });
+    room
 }
 
 pub(super) fn gpu(chain: &Chain, s: &Specular, (turn, mean_radiance): &(Turn, Quadric)) -> GpuRoom {

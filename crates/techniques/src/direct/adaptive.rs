@@ -1,0 +1,86 @@
+//! Disks that are many times larger than the reflectance's lobe: rectangles in polar coordinates about the disk's
+//! centre, cut until the reflectance varies little over each.
+
+use super::rule::Cap;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Nodes and weights on −1 … 1 of Gauss's rule of five points (Abramowitz & Stegun 1964, 25.4.30).
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+];
+/// A rectangle is cut while its larger side exceeds this many times the scale at it.
+const FACTOR: f64 = 1.5;
+/// Cuts at most, one below the other.
+const DEEPEST: u32 = 40;
+/// Rectangles at most; beyond, no more are cut.
+const MOST: usize = 20_000;
+
+/// θ and φ ranges.
+#[derive(Clone, Copy)]
+struct Rect {
+    theta: [f64; 2],
+    phi: [f64; 2],
+    depth: u32,
+}
+
+impl Rect {
+    fn halves(self) -> [Self; 2] {
+        let cut = |[a, b]: [f64; 2]| [[a, 0.5 * (a + b)], [0.5 * (a + b), b]];
+        let depth = self.depth + 1;
+        if self.theta[1] - self.theta[0] > self.across() {
+            cut(self.theta).map(|theta| Self { theta, depth, ..self })
+        } else {
+            cut(self.phi).map(|phi| Self { phi, depth, ..self })
+        }
+    }
+
+    /// Its length around the centre.
+    fn across(&self) -> f64 {
+        (self.phi[1] - self.phi[0]) * self.theta[1].min(0.5 * PI).sin()
+    }
+}
+
+/// ∫ f over the cap, where f varies over `scale(direction, radius)` within a radius of a direction. f may jump or have a
+/// kink at the horizon z = 0: rectangles on it are cut to a hundredth of the cap.
+pub fn integrate(
+    cap: &Cap,
+    scale: &dyn Fn(DVec3, f64) -> f64,
+    f: &dyn Fn(DVec3) -> [f64; 3],
+) -> [f64; 3] {
+    let at = |theta: f64, phi: f64| cap.direction(2.0 * (0.5 * theta).sin().powi(2), phi);
+    let quarter = |k: u32| {
+        let start = 0.5 * PI * f64::from(k);
+        Rect { theta: [0.0, cap.radius], phi: [start, start + 0.5 * PI], depth: 0 }
+    };
+    let mut open: Vec<Rect> = (0..4).map(quarter).collect();
+    let mut sum = [0.0; 3];
+    let mut done = 0;
+    while let Some(r) = open.pop() {
+        let size = (r.theta[1] - r.theta[0]).max(r.across());
+        let middle = at(0.5 * (r.theta[0] + r.theta[1]), 0.5 * (r.phi[0] + r.phi[1]));
+        let mut allowed = FACTOR * scale(middle, 0.7 * size);
+        if middle.z.abs() < 0.7 * size {
+            allowed = allowed.min(0.01 * cap.radius);
+        }
+        if size > allowed && r.depth < DEEPEST && done + open.len() < MOST {
+            open.extend(r.halves());
+            continue;
+        }
+        done += 1;
+        let [half_t, half_p] = [r.theta, r.phi].map(|[a, b]| 0.5 * (b - a));
+        for (x, wx) in GAUSS {
+            let theta = r.theta[0] + half_t * (1.0 + x);
+            let weight = wx * half_t * half_p * theta.sin();
+            for (y, wy) in GAUSS {
+                let v = f(at(theta, r.phi[0] + half_p * (1.0 + y)));
+                (0..3).for_each(|c| sum[c] += weight * wy * v[c]);
+            }
+        }
+    }
+    sum
+}

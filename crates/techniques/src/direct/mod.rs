@@ -1,0 +1,133 @@
+//! Lights that are shaded with the exact reflectance, on top of what a room makes of the rest.
+//!
+//! > L_o += Σ_disks L ∫_disk f(wi, wo)⟨n·wi⟩ dwi + Σ_directional E f⟨n·wi⟩ + Σ_points I/r² f⟨n·wi⟩
+//!
+//! Every room can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
+//! room's data and which are added here. Nothing shadows them (V = 1), as in rooms that know no geometry and in the
+//! judge. Disks are integrated by rules whose size follows from the reflectance's width there
+//! ([`steradian_brdf::Peak`]): relative to the largest radiance that the disk causes, the error is at most about 1e-3
+//! and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
+
+mod adaptive;
+pub mod rule;
+#[cfg(test)]
+mod tests;
+
+use crate::{Points, Radiance, View};
+use glam::DVec3;
+use rule::Cap;
+use steradian_brdf::{Brdf, Domain};
+use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
+use steradian_sphere::Frame;
+
+/// What becomes of disks and directional lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Suns {
+    /// They are shaded with the exact reflectance.
+    #[default]
+    Exact,
+    /// They become part of a technique's data, as published techniques take them.
+    Fold,
+}
+
+/// Lights that are shaded with the exact reflectance.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Direct {
+    /// Suns.
+    pub disks: Vec<DiskLight>,
+    /// Directional lights.
+    pub directionals: Vec<DirectionalLight>,
+    /// Point lights: radiant intensity over the square of the distance.
+    pub points: Vec<PointLight>,
+}
+
+/// The lights that a technique bakes, and those that are shaded exactly. Point lights are among the latter always.
+pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
+    let mut baked = lights.clone();
+    let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
+    if suns == Suns::Exact {
+        direct.disks = std::mem::take(&mut baked.disks);
+        direct.directionals = std::mem::take(&mut baked.directionals);
+    }
+    (baked, direct)
+}
+
+impl Direct {
+    /// No lights at all?
+    pub fn is_empty(&self) -> bool {
+        self.disks.is_empty() && self.directionals.is_empty() && self.points.is_empty()
+    }
+
+    /// The lights of a frame: distant ones turn with the light's rotation.
+    pub fn turned(&self, view: &View) -> Self {
+        let turn = view.light_rotation.as_dmat3();
+        let mut out = self.clone();
+        out.disks.iter_mut().for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
+        out.directionals.iter_mut().for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
+        out
+    }
+
+    /// Adds the radiance that leaves the points of `q` to `out`. Points that face away get nothing; point lights give
+    /// nothing where the batch has no positions.
+    pub fn add(&self, brdf: &dyn Brdf, q: &Points<'_>, out: &mut Radiance<'_>) {
+        if self.is_empty() || !q.is_consistent() || out.rgb.iter().any(|p| p.len() != q.len()) {
+            return;
+        }
+        let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
+        for i in 0..q.len() {
+            let (n, wo) = (at(&q.n, i).normalize_or_zero(), at(&q.wo, i).normalize_or_zero());
+            let facing = n.dot(wo) > 0.0;
+            if !facing {
+                continue;
+            }
+            let frame = match q.t[0].is_empty() {
+                true => Frame::from_normal(n),
+                false => Frame::from_normal_tangent(n, at(&q.t, i)),
+            };
+            let p = (!q.p[0].is_empty()).then(|| at(&q.p, i));
+            let l = self.radiance(brdf, &frame, wo, p);
+            (0..3).for_each(|c| out.rgb[c][i] += l[c] as f32);
+        }
+    }
+
+    /// Radiance that leaves one point towards unit `wo` (world space).
+    pub fn radiance(&self, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, position: Option<DVec3>) -> [f64; 3] {
+        let wo = frame.to_local(wo);
+        let mut sum = [0.0; 3];
+        let mut gather = |value: [f64; 3], times: [f64; 3]| (0..3).for_each(|c| sum[c] += value[c] * times[c]);
+        for d in &self.disks {
+            let cap = Cap { centre: frame.to_local(d.direction), radius: d.angular_radius };
+            gather(disk(brdf, &cap, wo), d.radiance);
+        }
+        for d in &self.directionals {
+            gather(brdf.f_cos(frame.to_local(d.direction), wo), d.irradiance);
+        }
+        for (p, from) in self.points.iter().zip(std::iter::repeat(position)) {
+            let Some(from) = from else { break };
+            let to = p.position.as_dvec3() - from;
+            let d2 = to.length_squared();
+            if d2 > 0.0 {
+                let f = brdf.f_cos(frame.to_local(to / d2.sqrt()), wo);
+                gather(f, p.intensity.map(|i| f64::from(i) / d2));
+            }
+        }
+        sum
+    }
+}
+
+/// ∫ f_cos over a disk, per channel.
+fn disk(brdf: &dyn Brdf, cap: &Cap, wo: DVec3) -> [f64; 3] {
+    let whole = brdf.domain() == Domain::Sphere;
+    let reach = cap.radius.sin();
+    if !whole && cap.radius < 1.5 && cap.centre.z <= -reach {
+        return [0.0; 3];
+    }
+    let crossed = !whole && (cap.radius >= 1.5 || cap.centre.z < reach);
+    let scale = brdf.peak().scale(cap.centre, wo, cap.radius);
+    let f = |wi: DVec3| brdf.f_cos(wi, wo);
+    match rule::rings(cap.radius / scale, crossed) {
+        Some(n) if crossed => cap.strips(n, f),
+        Some(n) => cap.polar(n, f),
+        None => adaptive::integrate(cap, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f),
+    }
+}

@@ -1,0 +1,164 @@
+//! Closed forms of caps, and every model against the judge.
+
+use super::rule::{Cap, rings};
+use super::*;
+use crate::PointsBuf;
+use glam::Vec3;
+use std::f64::consts::PI;
+use steradian_base::Task;
+use steradian_reference::{Judge, Lookup};
+
+#[test]
+fn caps_have_their_solid_angle_and_their_irradiance() {
+    for radius in [1e-3, 0.00465, 0.1, 0.6] {
+        for n in [0, 1, 2, 4, 8, 16] {
+            let cap = Cap { centre: DVec3::new(0.48, 0.6, 0.64), radius };
+            let one = cap.polar(n, |_| [1.0; 3])[0];
+            assert!((one / cap.solid_angle() - 1.0).abs() < 1e-12);
+            // ∫ cos θ over a cap that is wholly visible: π sin²ρ (c·n).
+            let e = cap.polar(n, |w| [w.z; 3])[0];
+            if n > 0 {
+                assert!((e / (PI * radius.sin().powi(2) * 0.64) - 1.0).abs() < 1e-12, "{radius} {n} {e}");
+            }
+        }
+        // Half below the horizon: by symmetry half the solid angle, and 2/3 ρ³ of irradiance for small ρ.
+        let cap = Cap { centre: DVec3::new(0.6, 0.8, 0.0), radius };
+        let half = cap.strips(8, |_| [1.0; 3])[0];
+        assert!((half / (0.5 * cap.solid_angle()) - 1.0).abs() < 1e-6, "{radius} {half}");
+        let e = cap.strips(8, |w| [w.z; 3])[0];
+        // Lambert 1760: the irradiance of a cap cut in half by the horizon is (ρ − sin ρ cos ρ).
+        let exact = radius - radius.sin() * radius.cos();
+        assert!((e / exact - 1.0).abs() < 1e-5, "{radius} {e} {exact}");
+    }
+}
+
+#[test]
+fn rules_grow_with_the_ratio() {
+    assert_eq!(rings(0.001, false), Some(0));
+    assert_eq!(rings(0.1, false), Some(1));
+    assert_eq!(rings(0.1, true), Some(8));
+    assert_eq!(rings(14.0, false), Some(16));
+    assert_eq!(rings(40.0, true), None);
+}
+
+#[test]
+fn suns_are_split_off_or_stay() {
+    let lights = crate::shared::lights::sunny();
+    let (baked, direct) = split(&lights, Suns::Exact);
+    assert!(baked.disks.is_empty() && direct.disks.len() == 1 && baked.environment.is_some());
+    let (baked, direct) = split(&lights, Suns::Fold);
+    assert!(baked.disks.len() == 1 && direct.is_empty());
+}
+
+const SPECS: &[&str] = &[
+    "lambert:albedo=0.8/0.5/0.2",
+    "oren-nayar:sigma=0.5",
+    "oren-nayar:sigma=0.5,variant=full",
+    "minnaert:k=0.6",
+    "phong:n=2000",
+    "phong-map:n=30",
+    "phong-normalized:s=30",
+    "blinn-phong:n=3000",
+    "blinn-phong-gl:kd=0.3,ks=0.5,n=40",
+    "microfacet:sigma=0.02",
+    "cook-torrance:m=0.02,f0=0.9/0.7/0.3",
+    "cook-torrance:m=0.2,g=smith",
+    "ggx:alpha=0.0005",
+    "ggx:alpha=0.003",
+    "ggx:alpha=0.02",
+    "ggx:alpha=0.3,scale=0.5/0.25/2",
+    "ggx:ax=0.005,ay=0.2",
+    "ward:ax=0.01,ay=0.1",
+    "ashikhmin-shirley:nu=10,nv=10000,rd=0.2",
+    "lafortune:@skin",
+    "banks:n=4000",
+    "kajiya-kay:s=300",
+    "poulin-fournier:d=2,n=30",
+    "poulin-fournier:d=3,h=0.4,kd=0.5,ks=0.3,n=300",
+    "sgd:gold-metallic-paint",
+    "abc:gold-metallic-paint",
+];
+
+/// Views and disks: on the lobe's ridge, beside it, far from it, across the horizon.
+fn cases() -> Vec<(DVec3, DVec3)> {
+    let mut out = Vec::new();
+    for theta in [0.0f64, 0.5, 1.0, 1.4] {
+        let wo = DVec3::new(theta.sin() * 0.6, theta.sin() * 0.8, theta.cos());
+        let r = DVec3::new(-wo.x, -wo.y, wo.z);
+        for off in [DVec3::ZERO, DVec3::new(0.002, 0.001, 0.0), DVec3::new(-0.02, 0.05, 0.01)] {
+            out.push((wo, (r + off).normalize()));
+        }
+        out.push((wo, DVec3::new(0.3, -0.7, 0.5).normalize()));
+        out.push((wo, DVec3::new(-0.6, -0.8, 0.002).normalize()));
+        out.push((wo, DVec3::new(0.8, -0.6, -0.001).normalize()));
+    }
+    out
+}
+
+/// Relative to the largest radiance that the disk causes in any case.
+#[test]
+fn every_model_follows_the_judge() {
+    let task = Task::quiet();
+    let frame = Frame::from_normal(DVec3::Y);
+    let mut report = Vec::new();
+    for spec in SPECS {
+        let brdf = steradian_brdf::parse(spec).expect(spec);
+        for radius in [0.00465, 0.06] {
+            let (mut top, mut worst) = (0.0f64, 0.0f64);
+            for (wo, wi) in cases() {
+                let d = DiskLight {
+                    direction: frame.to_world(wi),
+                    angular_radius: radius,
+                    radiance: [1.0; 3],
+                };
+                let direct = Direct { disks: vec![d], ..Direct::default() };
+                let lights = Lights { disks: vec![d], ..Lights::default() };
+                let judge = Judge::new(&lights, Lookup::Constant, &task).expect("sound").with_budget(400_000);
+                let exact = judge.radiance(&*brdf, &frame, frame.to_world(wo), None, 1e-6);
+                let got = direct.radiance(&*brdf, &frame, frame.to_world(wo), None);
+                assert!(got.iter().all(|v| v.is_finite()), "{spec}");
+                top = exact.rgb.iter().fold(top, |a, x| a.max(*x));
+                let off = (0..3).map(|c| (got[c] - exact.rgb[c]).abs()).fold(0.0, f64::max);
+                worst = worst.max((off - exact.error * exact.rgb[0].max(exact.rgb[1])).max(0.0));
+            }
+            report.push((worst / top, *spec, radius));
+        }
+    }
+    report.sort_by(|a, b| b.0.total_cmp(&a.0));
+    assert!(report[0].0 < 1e-3, "{:#?}", &report[..12]);
+}
+
+#[test]
+fn directional_and_point_lights_are_products() {
+    let brdf = steradian_brdf::parse("ggx:alpha=0.3").expect("spec");
+    let to = Vec3::new(1.0, 2.0, 2.0);
+    let point = PointLight { position: to, intensity: [9.0, 18.0, 27.0] };
+    let sun = DirectionalLight { direction: DVec3::new(1.0, 2.0, 2.0) / 3.0, irradiance: [1.0, 2.0, 3.0] };
+    let q = {
+        let mut q = PointsBuf::default();
+        q.push(Vec3::Y, Vec3::X, Vec3::new(0.6, 0.8, 0.0), Vec3::ZERO);
+        q.push(Vec3::Y, Vec3::X, Vec3::new(0.6, -0.8, 0.0), Vec3::ZERO);
+        q
+    };
+    let shade = |d: Direct| {
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0; 2]);
+        d.add(&*brdf, &q.as_points(), &mut Radiance::of(&mut rgb));
+        rgb
+    };
+    let a = shade(Direct { points: vec![point], ..Direct::default() });
+    let b = shade(Direct { directionals: vec![sun], ..Direct::default() });
+    for c in 0..3 {
+        assert!((a[c][0] - b[c][0]).abs() < 1e-6 && a[c][0] > 1.0, "{a:?} {b:?}");
+        assert_eq!(a[c][1], 1.0);
+    }
+}
+
+#[test]
+fn distant_lights_turn_and_points_stay() {
+    let disk = DiskLight { direction: DVec3::X, angular_radius: 0.1, radiance: [1.0; 3] };
+    let point = PointLight { position: Vec3::X, intensity: [1.0; 3] };
+    let d = Direct { disks: vec![disk], directionals: Vec::new(), points: vec![point] };
+    let view = View { light_rotation: glam::Mat3::from_rotation_y(0.5 * std::f32::consts::PI), ..View::default() };
+    let t = d.turned(&view);
+    assert!((t.disks[0].direction - DVec3::NEG_Z).length() < 1e-6 && t.points == d.points);
+}

@@ -1,0 +1,33 @@
+//! Data that only some pictures need, made when the first point asks.
+
+use std::sync::OnceLock;
+
+/// The value of `cell`, made by `make` where it is missing. Safe within a parallel loop whose other threads ask at
+/// the same time: `make` runs on threads of its own, so that none of those that wait here is needed to finish it
+/// (and none of them takes up, while it waits, a piece of the loop that asks again).
+pub fn get<R: Send + Sync>(cell: &OnceLock<R>, make: impl FnOnce() -> R + Send) -> &R {
+    cell.get_or_init(|| {
+        let alone = || match rayon::ThreadPoolBuilder::new().build() {
+            Ok(pool) => pool.install(make),
+            Err(_) => make(),
+        };
+        match std::thread::scope(|s| s.spawn(alone).join()) {
+            Ok(made) => made,
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    #[test]
+    fn a_parallel_loop_may_ask_for_what_a_parallel_loop_makes() {
+        let cell = OnceLock::new();
+        let make = || (0..100_000u64).into_par_iter().map(|x| x % 7).sum::<u64>();
+        let all: Vec<u64> = (0..64).into_par_iter().map(|_| *get(&cell, make)).collect();
+        assert!(all.iter().all(|s| *s == make()));
+    }
+}
