@@ -1,6 +1,7 @@
 //! RGB images on the sphere.
 
 mod coverage;
+mod cube_cells;
 mod latlong;
 mod lookup;
 mod patch;
@@ -118,6 +119,17 @@ impl SphereImage {
     /// good. The same result whatever the number of threads.
     pub fn resample(&self, layout: Layout, width: usize, height: usize) -> Self {
         resample::remap(self, layout, width, height, DMat3::IDENTITY)
+    }
+
+    /// The means of a lat-long image, constant over each of its cells, over the texels of a cube map of `size` a
+    /// side, to rounding. Other layouts go through [`SphereImage::resample`]. Where texels shrink the cells show:
+    /// `resample` interpolates there.
+    pub fn cube_means(&self, size: usize) -> Self {
+        if self.layout == Layout::LatLong {
+            cube_cells::means(self, size)
+        } else {
+            self.resample(Layout::Cube, size, size)
+        }
     }
 
     /// The function turned by `rotation`: out(d) = self(rotation⁻¹ d); `rotation` may mirror. Quality and
