@@ -8,7 +8,7 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
-use engines::{Curve, Engine};
+use engines::{Curve, Engine, Files};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -43,7 +43,7 @@ pub struct Options {
     /// Standard deviation of gaussian, degrees
     #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
     sigma: Option<f64>,
-    /// Files of an engine: bevy, three, filament, gltf, khronos or raw
+    /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
     #[arg(long, value_name = "NAME", value_parser = Engine::parse)]
     profile: Option<&'static Engine>,
     /// Side of level 0; of a lat-long image the width, or WIDTHxHEIGHT [default: 256, or the profile's]
@@ -172,6 +172,9 @@ fn plan(o: &Options) -> Result<Plan, Failure> {
     let raw = || Engine::parse("raw").map_err(Failure::failed);
     let engine = o.profile.map_or_else(raw, Ok)?;
     let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if matches!(engine.files, Files::LatLong { cube: None, .. }) {
+        return panorama(o, engine);
+    }
     let lat_long = o.profile.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
     if o.profile.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
         let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
@@ -199,7 +202,8 @@ fn plan(o: &Options) -> Result<Plan, Failure> {
         return Err(Failure::usage(format!("--size {}: the side of a chain is a power of two", size.0)));
     }
     let most = size.0.ilog2() as usize + 1;
-    let usual = if size.0 > engine.last { (size.0 / engine.last).ilog2() as usize + 1 } else { 1 };
+    let whole = engine.unfiltered() || size.0 <= engine.last;
+    let usual = if whole { 1 } else { (size.0 / engine.last).ilog2() as usize + 1 };
     let levels = o.levels.map_or(usual, usize::from);
     if levels > most {
         return Err(Failure::usage(format!(
@@ -207,17 +211,34 @@ fn plan(o: &Options) -> Result<Plan, Failure> {
             size.0
         )));
     }
-    if o.profile.is_some_and(|e| e.name == "three") && size.0 >> (levels - 1) != 8 {
+    if o.profile.is_some_and(|e| e.name == "three") && (size.0 < 256 || size.0 >> (levels - 1) != 8) {
         return Err(Failure::usage(
-            "--profile three: its last level has 8 texels a side; leave --levels out",
+            "--profile three: its first level has 256 texels a side or more and its last one 8; leave --levels out",
         ));
     }
     let filters = (0..levels).map(|m| microfacet(o.kernel, engine.curve.roughness(m, levels - 1))).collect();
     Ok(Plan { engine, filters, size, layout: Layout::Cube })
 }
 
+/// The light as it is, lat-long; as large as the input where nothing else is asked for.
+fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
+    if o.levels.is_some_and(|l| l > 1) {
+        let name = engine.name;
+        return Err(Failure::usage(format!(
+            "--levels: {name} filters by itself and takes one lat-long image"
+        )));
+    }
+    let size = o.size.map_or(Ok((0, 0)), |s| layouts::side(s, Target::LatLong))?;
+    Ok(Plan {
+        engine,
+        filters: vec![Filter { lobe: None, roughness: Some(0.0) }],
+        size,
+        layout: Layout::LatLong,
+    })
+}
+
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let plan = plan(&o)?;
+    let mut plan = plan(&o)?;
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
@@ -235,6 +256,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let light = Sampled::new(&lights, &lobes, tolerance, &context.task)?;
     drop(lights);
+    if plan.size.0 == 0 {
+        plan.size = (light.image.width, light.image.height);
+    }
     let analysis = start.elapsed().as_secs_f64();
     let job = Job { light: &light, tolerance, check: o.check.into() };
     let mut levels = Vec::new();

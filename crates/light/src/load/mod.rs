@@ -118,7 +118,7 @@ pub struct LoadOptions {
     /// aspect ratio.
     pub layout: Option<FileLayout>,
     /// Whose convention. Where `None`: ours, but OpenEXR's for an EXR with an `envmap` attribute and Debevec's for
-    /// an angular map; files that Steradian wrote say so in their metadata and are ours always.
+    /// an angular map; files that Steradian wrote say so in their metadata, with the profile that they were written for.
     pub profile: Option<&'static Profile>,
     /// Negative texels.
     pub negative: Negative,
@@ -264,8 +264,8 @@ pub fn from_raster(name: &str, raster: Raster, options: &LoadOptions) -> Result<
     report.file_layout = layout;
     let profile = match (options.profile, attribute, layout) {
         (Some(p), ..) => p,
-        // What we wrote ourselves is in our convention.
-        _ if own => Profile::own(),
+        // What we wrote ourselves is in our convention, unless it says whose.
+        _ if own => recorded_profile(&report.metadata),
         (None, Some(_), _) => Profile::openexr(),
         (None, None, FileLayout::AngularMap) => Profile::debevec(),
         _ => Profile::own(),
@@ -299,6 +299,12 @@ fn is_own(metadata: &[(String, String)]) -> bool {
 fn recorded(metadata: &[(String, String)], w: usize, h: usize) -> Option<FileLayout> {
     let (_, name) = metadata.iter().find(|(k, _)| k == "steradian.layout")?;
     FileLayout::from_name(name).filter(|l| l.fits(w, h))
+}
+
+/// The profile that a file of ours records, or our own.
+fn recorded_profile(metadata: &[(String, String)]) -> &'static Profile {
+    let found = metadata.iter().find(|(k, _)| k == "steradian.profile").and_then(|(_, v)| Profile::find(v));
+    found.unwrap_or(Profile::own())
 }
 
 /// What an EXR says of itself.

@@ -125,6 +125,19 @@ pub static PROFILES: &[Profile] = &[
         doc: "Blender Cycles with (x, y, z) = (x, z, -y) of its Z-up world: as ours",
         ..OWN
     },
+    Profile {
+        name: "godot",
+        doc: "Godot 4: lat-long u = atan2(x, -z)/2pi, so that the centre looks to +Z; cubes as ours",
+        latlong: CENTRE_Z,
+        ..OWN
+    },
+    Profile {
+        name: "unreal",
+        doc: "Unreal with (X, Y, Z) = (x, z, y) of our world: lat-long centre -Z; cubes are looked up with (x, z, y)",
+        latlong: CENTRE_MINUS_Z,
+        cube: DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y),
+        ..OWN
+    },
 ];
 
 impl Profile {

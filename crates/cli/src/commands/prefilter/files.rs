@@ -8,10 +8,11 @@ use crate::layouts::{self, Target};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::Path;
+use steradian_brdf::dfg::DfgTable;
 use steradian_formats::packed::encode_rgbd;
 use steradian_formats::{
-    Channel, FormatError, Raster, Supercompression, TextureLevels, WriteOptions, WriteReport, write_atomic,
-    write_dds, write_dir_atomic, write_image, write_ktx1, write_ktx2_as,
+    Channel, ExrSamples, FormatError, Raster, Supercompression, TexelFormat, TextureLevels, WriteOptions,
+    WriteReport, write_atomic, write_dds, write_dir_atomic, write_image, write_ktx1, write_ktx2_as,
 };
 use steradian_prefilter::Lobe;
 use steradian_sphere::sh::ShRgb;
@@ -119,7 +120,9 @@ fn folder(
     name: &str,
     context: &Context,
 ) -> Result<Vec<Written>, Failure> {
-    let specular = texture(engine, levels, o.kernel, context);
+    let cubes = || levels.iter().all(|l| l.filtered.image.layout == Layout::Cube);
+    let specular =
+        if cubes() { texture(engine, levels, o.kernel, context) } else { TextureLevels::default() };
     let extra = Extra::new(engine, job, levels, context)?;
     let mut written = Vec::new();
     write_dir_atomic(&o.output, |dir| {
@@ -138,6 +141,21 @@ fn folder(
                         all.push(ktx2(engine, dir, file, t)?);
                     }
                 }
+                all.push(brdf_table(dir)?);
+                all
+            }
+            Files::LatLong { image, half, cube } => {
+                let half = half && o.format != Some(TexelFormat::Rgba32f);
+                let lat_long = extra.panorama.as_ref().unwrap_or(&levels[0].filtered.image);
+                let mut all =
+                    vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, context)?];
+                if let Some(c) = cube {
+                    let file = c.replace("{}", name);
+                    all.push(Written::new(
+                        file.clone(),
+                        write_dds(&dir.join(file), &specular, engine.format)?,
+                    ));
+                }
                 all
             }
             Files::Filament => filament(engine, dir, name, specular.clone(), &extra.sh)?,
@@ -146,6 +164,40 @@ fn folder(
         Ok(())
     })?;
     Ok(written)
+}
+
+/// The light as a lat-long image.
+fn panorama(
+    engine: &Engine,
+    dir: &Path,
+    file: &str,
+    image: &SphereImage,
+    half: bool,
+    context: &Context,
+) -> Result<Written, FormatError> {
+    let mut metadata = context.provenance_pairs();
+    metadata.push(("steradian.profile".into(), engine.recorded().into()));
+    metadata.push(("steradian.layout".into(), Target::LatLong.name().into()));
+    let mut options = WriteOptions { metadata, ..WriteOptions::default() };
+    if half {
+        options.exr_samples = ExrSamples::Half;
+    }
+    let raster = layouts::arranged(engine.arrange(image), Target::LatLong);
+    Ok(Written::new(file, write_image(&dir.join(file), &raster, &options)?))
+}
+
+/// Texels a side of the split sum's table.
+const TABLE: usize = 128;
+
+/// `outputLUT.png`: the split sum's factors, red times F0 plus green, at n·v (columns) and perceptual roughness (rows
+/// from 0). Values, not colours: no sRGB curve.
+fn brdf_table(dir: &Path) -> Result<Written, FormatError> {
+    let table = DfgTable::ggx(TABLE);
+    let plane = |c: usize| table.values.iter().map(|v| v[c].clamp(0.0, 1.0)).collect();
+    let raster = Raster::rgb(TABLE, TABLE, [plane(0), plane(1), vec![0.0; TABLE * TABLE]]);
+    let options = WriteOptions { already_encoded: true, ..WriteOptions::default() };
+    let file = "outputLUT.png";
+    Ok(Written::new(file, write_image(&dir.join(file), &raster, &options)?))
 }
 
 fn ktx2(engine: &Engine, dir: &Path, name: &str, t: &TextureLevels) -> Result<Written, FormatError> {
@@ -160,13 +212,15 @@ fn ktx2(engine: &Engine, dir: &Path, name: &str, t: &TextureLevels) -> Result<Wr
 struct Extra {
     diffuse: Option<TextureLevels>,
     sheen: Option<TextureLevels>,
+    /// The light as it is, beside cubes.
+    panorama: Option<SphereImage>,
     /// Radiance, bands 0 to 2.
     sh: ShRgb,
 }
 
 impl Extra {
     fn new(engine: &Engine, job: &Job<'_>, levels: &[Level], context: &Context) -> Result<Self, Failure> {
-        let mut extra = Self { diffuse: None, sheen: None, sh: job.light.coefficients(2) };
+        let mut extra = Self { diffuse: None, sheen: None, panorama: None, sh: job.light.coefficients(2) };
         let quick = Job { check: 0, ..*job };
         if matches!(engine.files, Files::Khronos | Files::Ktx2 { diffuse: Some(_), .. }) {
             let filter = Filter { lobe: Some(Lobe::lambert()), roughness: None };
@@ -181,6 +235,10 @@ impl Extra {
                 sheen.push(quick.level(filter, (Layout::Cube, n, n), context)?);
             }
             extra.sheen = Some(texture(engine, &sheen, "charlie", context));
+        }
+        if matches!(engine.files, Files::LatLong { cube: Some(_), .. }) {
+            let (w, h) = (job.light.image.width, job.light.image.height);
+            extra.panorama = Some(job.light.mirror(Layout::LatLong, w, h));
         }
         Ok(extra)
     }
