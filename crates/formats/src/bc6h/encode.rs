@@ -6,11 +6,12 @@
 
 use super::fit::{Cloud, Point, members};
 use super::modes::{
-    ANCHORS, Endpoints, MODES, Mode, SHAPES, finish, index_bits, interpolate, unquantise, weights,
+    ANCHORS, Endpoints, MODES, Mode, PADDED, SHAPES, WEIGHTS16, finish, index_bits, interpolate, unquantise,
+    weights,
 };
 
 /// Shapes of two subsets that are tried.
-const SHAPES_TRIED: usize = 6;
+const SHAPES_TRIED: usize = 4;
 
 /// What is asked of a block: its texels as bits of halves with their sign.
 struct Target {
@@ -83,14 +84,12 @@ impl Target {
         let [a, b] = self.ends(u16::MAX, 0, 16);
         let ends = [a, b, a, b];
         let tried = MODES.iter().enumerate().filter(|(_, m)| m.subsets == 1);
-        let found = tried.map(|(mode, _)| self.rounded(mode, 0, &ends).0);
-        found.min_by(|a, b| a.error.total_cmp(&b.error)).unwrap_or(Found {
-            mode: 10,
-            shape: 0,
-            q: Endpoints::default(),
-            index: [0; 16],
-            error: f32::INFINITY,
-        })
+        let q = Endpoints::default();
+        let mut best = Found { mode: 10, shape: 0, q, index: [0; 16], error: f32::INFINITY };
+        for (mode, _) in tried {
+            self.try_mode(mode, 0, &ends, &mut best);
+        }
+        best
     }
 
     fn two_lines(&self, best: &mut Found) {
@@ -116,32 +115,38 @@ impl Target {
                 if whole > precision {
                     break;
                 }
-                let (found, moved) = self.rounded(mode, shape, &ends);
-                if !moved {
+                if self.try_mode(mode, shape, &ends, best) {
                     whole = precision;
-                }
-                if found.error < best.error {
-                    *best = found;
                 }
             }
         }
     }
 
-    /// Ends rounded to a mode; those that are too far from the first one come as near as it needs, which is said.
-    fn rounded(&self, mode: usize, shape: usize, ends: &[Point; 4]) -> (Found, bool) {
+    /// Rounds the ends to a mode and keeps the result where it is better; ends that are too far from the first one
+    /// come as near as the mode needs. Did none have to?
+    fn try_mode(&self, mode: usize, shape: usize, ends: &[Point; 4], best: &mut Found) -> bool {
         let m = &MODES[mode];
         let mut q = Endpoints::default();
-        let mut moved = false;
+        let mut moved = 0.0f32;
         for e in 0..2 * m.subsets {
             for c in 0..3 {
                 let nearest = quantise(ends[e][c], m.precision, self.signed);
                 q[e][c] = if e == 0 { nearest } else { near(m, q[0][c], nearest, c) };
-                moved |= q[e][c] != nearest;
+                if q[e][c] != nearest {
+                    moved += (unquantise(q[e][c], m.precision, self.signed) as f32 - ends[e][c]).powi(2);
+                }
             }
+        }
+        // A moved end shifts a third of its texels' squares or so, at least one texel's.
+        if moved * self.per_unit() > 2.0 * best.error {
+            return false;
         }
         let mut found = Found { mode, shape, q, index: [0; 16], error: 0.0 };
         self.choose(&mut found);
-        (found, moved)
+        if found.error < best.error {
+            *best = found;
+        }
+        moved == 0.0
     }
 
     /// The nearest level of each texel, and the error.
@@ -195,11 +200,9 @@ impl Target {
     fn ramp(&self, mode: usize, a: i32, b: i32) -> [f32; 16] {
         let m = &MODES[mode];
         let (a, b) = (unquantise(a, m.precision, self.signed), unquantise(b, m.precision, self.signed));
-        let mut out = [0.0; 16];
-        for (out, w) in out.iter_mut().zip(weights(m.subsets)) {
-            *out = finish(interpolate(a, b, *w), self.signed) as f32;
-        }
-        out
+        // Sixteen levels or eight, the rest unused: a loop of fixed length is a few vector instructions.
+        let w: &[i32; 16] = if m.subsets == 2 { &PADDED } else { &WEIGHTS16 };
+        std::array::from_fn(|k| finish(interpolate(a, b, w[k]), self.signed) as f32)
     }
 
     /// Moves ends by single steps for as long as that helps. Channels are independent while the levels stay.
@@ -224,40 +227,20 @@ impl Target {
         }
     }
 
-    /// The best ends of one channel within two steps, levels kept.
+    /// The best ends of one channel near these, levels kept.
     fn better_ends(&self, found: &mut Found, subset: usize, c: usize) -> bool {
-        const STEPS: [(i32, i32); 12] = [
-            (1, 0),
-            (-1, 0),
-            (0, 1),
-            (0, -1),
-            (1, 1),
-            (-1, -1),
-            (1, -1),
-            (-1, 1),
-            (2, 0),
-            (-2, 0),
-            (0, 2),
-            (0, -2),
-        ];
+        const STEPS: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)];
         let (e, f) = (2 * subset, 2 * subset + 1);
-        let mask = found.mask(subset);
-        let error = |found: &Found, a: i32, b: i32| -> f32 {
-            let ramp = self.ramp(found.mode, a, b);
-            let d = |i: usize| self.h[c][i] - ramp[found.index[i] as usize];
-            members(mask).map(|i| d(i) * d(i)).sum()
-        };
-        let mut least = error(found, found.q[e][c], found.q[f][c]);
+        let level = Levels::new(&self.h[c], found.mask(subset), &found.index);
+        let error = |mode: usize, a: i32, b: i32| level.error(&self.ramp(mode, a, b));
+        let mut least = error(found.mode, found.q[e][c], found.q[f][c]);
         let mut changed = false;
         for _ in 0..4 {
             let (a, b) = (found.q[e][c], found.q[f][c]);
             let mut best = None;
             for (da, db) in STEPS {
-                if !found.allows(c, e, a + da, b + db, self.signed) {
-                    continue;
-                }
-                let now = error(found, a + da, b + db);
-                if now < least {
+                let now = error(found.mode, a + da, b + db);
+                if now < least && found.allows(c, e, a + da, b + db, self.signed) {
                     least = now;
                     best = Some((a + da, b + db));
                 }
@@ -267,6 +250,36 @@ impl Target {
             changed = true;
         }
         changed
+    }
+}
+
+/// The texels of a subset, gathered by their levels: their number and their sum, about a value near them all.
+struct Levels {
+    near: f32,
+    n: [f32; 16],
+    sum: [f32; 16],
+}
+
+impl Levels {
+    fn new(h: &[f32; 16], mask: u16, index: &[u8; 16]) -> Self {
+        let near = h[mask.trailing_zeros() as usize & 15];
+        let (mut n, mut sum) = ([0.0; 16], [0.0; 16]);
+        for i in members(mask) {
+            n[index[i] as usize & 15] += 1.0;
+            sum[index[i] as usize & 15] += h[i] - near;
+        }
+        Self { near, n, sum }
+    }
+
+    /// The squared error of a ramp, but for what all ramps have in common.
+    fn error(&self, ramp: &[f32; 16]) -> f32 {
+        let terms: [f32; 16] = std::array::from_fn(|k| {
+            let p = ramp[k] - self.near;
+            p * (self.n[k] * p - 2.0 * self.sum[k])
+        });
+        let pairs: [f32; 4] =
+            std::array::from_fn(|k| (terms[k] + terms[k + 4]) + (terms[k + 8] + terms[k + 12]));
+        (pairs[0] + pairs[1]) + (pairs[2] + pairs[3])
     }
 }
 

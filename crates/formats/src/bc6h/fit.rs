@@ -3,11 +3,14 @@
 /// A colour on the scale of interpolation.
 pub(super) type Point = [f32; 3];
 
+/// 1, r, g, b, rr, rg, rb, gg, gb, bb, and two places that make twelve of them.
+type Sums = [f32; 12];
+
 /// The texels of a block on the scale of interpolation, and sums that subsets share.
 pub(super) struct Cloud {
     pub x: [Point; 16],
-    /// 1, r, g, b, rr, rg, rb, gg, gb, bb of each texel, about the block's mean.
-    moments: [[f32; 10]; 16],
+    /// Of each texel, about the block's mean.
+    moments: [Sums; 16],
     mean: Point,
     limit: (f32, f32),
 }
@@ -24,14 +27,14 @@ impl Cloud {
         let mean = std::array::from_fn(|c| x.iter().map(|p| p[c]).sum::<f32>() / 16.0);
         let moments = x.map(|p| {
             let [r, g, b]: Point = std::array::from_fn(|c| p[c] - mean[c]);
-            [1.0, r, g, b, r * r, r * g, r * b, g * g, g * b, b * b]
+            [1.0, r, g, b, r * r, r * g, r * b, g * g, g * b, b * b, 0.0, 0.0]
         });
         Self { x, moments, mean, limit: if signed { (-32767.0, 32767.0) } else { (0.0, 65535.0) } }
     }
 
     /// Sums over the texels of `mask`.
-    fn sums(&self, mask: u16) -> [f32; 10] {
-        let mut s = [0.0; 10];
+    fn sums(&self, mask: u16) -> Sums {
+        let mut s = [0.0; 12];
         for (i, m) in self.moments.iter().enumerate() {
             let w = f32::from(mask >> i & 1);
             s.iter_mut().zip(m).for_each(|(s, m)| *s += w * m);
@@ -44,7 +47,7 @@ impl Cloud {
         let all = self.sums(u16::MAX);
         shapes.map(|shape| {
             let one = self.sums(shape);
-            [Axis::of(&std::array::from_fn(|i| all[i] - one[i])).spread, Axis::of(&one).spread]
+            [spread(&std::array::from_fn(|i| all[i] - one[i])), spread(&one)]
         })
     }
 
@@ -102,34 +105,57 @@ pub(super) fn members(mask: u16) -> impl Iterator<Item = usize> {
     (0..16).filter(move |i| mask >> i & 1 == 1)
 }
 
+/// Mean and covariance rr, rg, rb, gg, gb, bb, times the number of texels.
+fn covariance(s: &Sums) -> (Point, [f32; 6]) {
+    let n = s[0].max(1.0);
+    let mean: Point = [s[1] / n, s[2] / n, s[3] / n];
+    let k = [
+        s[4] - s[1] * mean[0],
+        s[5] - s[1] * mean[1],
+        s[6] - s[1] * mean[2],
+        s[7] - s[2] * mean[1],
+        s[8] - s[2] * mean[2],
+        s[9] - s[3] * mean[2],
+    ];
+    (mean, k)
+}
+
+fn trace(k: &[f32; 6]) -> f32 {
+    k[0] + k[3] + k[5]
+}
+
+/// The trace of the product of two symmetric matrices.
+fn product(a: &[f32; 6], b: &[f32; 6]) -> f32 {
+    a[0] * b[0] + a[3] * b[3] + a[5] * b[5] + 2.0 * (a[1] * b[1] + a[2] * b[2] + a[4] * b[4])
+}
+
+/// With λ₁ estimated by tr K³/tr K², which is exact on a line and low by λ₂²/λ₁ near one.
+fn spread(s: &Sums) -> Spread {
+    let (_, k) = covariance(s);
+    let square = squared(&k);
+    let along = product(&k, &square) / trace(&square).max(1e-20);
+    Spread { along, across: (trace(&k) - along).max(0.0) }
+}
+
 struct Axis {
     mean: Point,
     direction: Point,
-    spread: Spread,
 }
 
 impl Axis {
     /// Of the sums of a subset.
-    fn of(s: &[f32; 10]) -> Self {
-        let n = s[0].max(1.0);
-        let mean: Point = [s[1] / n, s[2] / n, s[3] / n];
-        // The covariance's rows: rr rg rb, gg gb, bb.
-        let k = [
-            s[4] - s[1] * mean[0],
-            s[5] - s[1] * mean[1],
-            s[6] - s[1] * mean[2],
-            s[7] - s[2] * mean[1],
-            s[8] - s[2] * mean[2],
-            s[9] - s[3] * mean[2],
-        ];
-        let trace = (k[0] + k[3] + k[5]).max(0.0);
-        if trace < 1e-3 {
-            return Self { mean, direction: [0.0; 3], spread: Spread::default() };
+    fn of(s: &Sums) -> Self {
+        let (mean, k) = covariance(s);
+        let size = trace(&k);
+        if size < 1e-3 {
+            return Self { mean, direction: [0.0; 3] };
         }
         // Powers of the matrix turn every column towards the main axis: the sixteenth is enough to start from.
-        let mut p = k.map(|v| v / trace);
+        let mut p = k.map(|v| v / size);
         for _ in 0..4 {
             p = squared(&p);
+            let t = trace(&p).max(1e-30);
+            p = p.map(|v| v / t);
         }
         let columns = [[p[0], p[1], p[2]], [p[1], p[3], p[4]], [p[2], p[4], p[5]]];
         let size = |v: &Point| v.iter().map(|v| v * v).sum::<f32>();
@@ -140,28 +166,19 @@ impl Axis {
             }
         }
         let length = size(&best).sqrt().max(1e-30);
-        let v = best.map(|v| v / length);
-        let kv = [
-            k[0] * v[0] + k[1] * v[1] + k[2] * v[2],
-            k[1] * v[0] + k[3] * v[1] + k[4] * v[2],
-            k[2] * v[0] + k[4] * v[1] + k[5] * v[2],
-        ];
-        let along = (v[0] * kv[0] + v[1] * kv[1] + v[2] * kv[2]).max(0.0);
-        Self { mean, direction: v, spread: Spread { along, across: (trace - along).max(0.0) } }
+        Self { mean, direction: best.map(|v| v / length) }
     }
 }
 
-/// The square of a symmetric matrix, over its trace.
+/// The square of a symmetric matrix.
 fn squared(k: &[f32; 6]) -> [f32; 6] {
     let [a, b, c, d, e, f] = *k;
-    let s = [
+    [
         a * a + b * b + c * c,
         a * b + b * d + c * e,
         a * c + b * e + c * f,
         b * b + d * d + e * e,
         b * c + d * e + e * f,
         c * c + e * e + f * f,
-    ];
-    let trace = (s[0] + s[3] + s[5]).max(1e-30);
-    s.map(|v| v / trace)
+    ]
 }

@@ -176,12 +176,14 @@ pub(super) const ANCHORS: [usize; 32] = [
     8, 2, 2,
 ];
 
-const WEIGHTS8: [i32; 8] = [0, 9, 18, 27, 37, 46, 55, 64];
-const WEIGHTS16: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
+pub(super) const WEIGHTS16: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
+
+/// The eight weights of two subsets, with eight that are not used.
+pub(super) const PADDED: [i32; 16] = [0, 9, 18, 27, 37, 46, 55, 64, 0, 0, 0, 0, 0, 0, 0, 0];
 
 /// Sixty-fourths of the last endpoint, by index.
 pub(super) fn weights(subsets: usize) -> &'static [i32] {
-    if subsets == 2 { &WEIGHTS8 } else { &WEIGHTS16 }
+    if subsets == 2 { &PADDED[..8] } else { &WEIGHTS16 }
 }
 
 /// Bits of an index.
@@ -216,11 +218,11 @@ pub(super) fn interpolate(a: i32, b: i32, weight: i32) -> i32 {
 
 /// A value on the scale of interpolation as the bits of a half, negative ones as the negative of their magnitude's.
 pub(super) fn finish(v: i32, signed: bool) -> i32 {
-    match (signed, v < 0) {
-        (false, _) => (v * 31) >> 6,
-        (true, false) => (v * 31) >> 5,
-        (true, true) => -((-v * 31) >> 5),
-    }
+    // All ones for negative values: no branch.
+    let sign = v >> 31;
+    let magnitude = (v ^ sign) - sign;
+    let h = (31 * magnitude) >> if signed { 5 } else { 6 };
+    (h ^ sign) - sign
 }
 
 #[cfg(test)]
