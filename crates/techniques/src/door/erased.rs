@@ -1,8 +1,10 @@
 //! The door without types: what the registry holds.
 
+use crate::gpu::Uniform;
 use crate::tensors::{self, TensorFile};
 use crate::{
-    Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies, View,
+    Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies,
+    View,
 };
 use std::marker::PhantomData;
 use steradian_base::{Certificate, ParamInfo, ParamValues, Params, Task};
@@ -47,6 +49,9 @@ pub trait AnyBake: Send + Sync {
     fn save(&self) -> TensorFile;
     /// The room as plain data for a GPU.
     fn gpu(&self) -> GpuRoom;
+    /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
+    /// [`GpuRoom::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
+    fn gpu_frame(&self) -> Option<Vec<Uniform>>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
     /// The room as plain data for a GPU with a lobe per point; `None` where nothing varies.
@@ -223,6 +228,10 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn gpu(&self) -> GpuRoom {
         T::gpu(&self.bake, &self.frame)
+    }
+
+    fn gpu_frame(&self) -> Option<Vec<Uniform>> {
+        T::gpu_frame(&self.bake, &self.frame)
     }
 
     fn varies(&self) -> Varies {

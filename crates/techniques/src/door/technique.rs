@@ -1,5 +1,6 @@
 //! The door of a room.
 
+use crate::gpu::Uniform;
 use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, Varies, View};
 use steradian_base::{Certificate, Params, Task};
 use steradian_light::Lights;
@@ -53,6 +54,11 @@ pub trait Technique: Send + Sync + 'static {
     fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
     /// The same as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuRoom;
+    /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names; `None`
+    /// where frames change more than uniforms. Rooms with tables say it themselves, so that none is copied here.
+    fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
+        Some(Self::gpu(b, f).uniforms)
+    }
     /// What of each point's own lobe ([`Points::lobe`]) shading takes.
     fn varies(b: &Bake<Self>) -> Varies {
         let _ = b;

@@ -147,9 +147,31 @@ pub struct Buffer {
 }
 
 impl GpuRoom {
+    /// Where each uniform begins in [`GpuRoom::uniform_bytes`].
+    pub fn uniform_offsets(&self) -> Vec<u64> {
+        let mut bytes = Vec::new();
+        let begin = |u: &Uniform| {
+            bytes.resize(bytes.len().next_multiple_of(u.value.align()), 0);
+            let at = bytes.len() as u64;
+            u.value.put(&mut bytes);
+            at
+        };
+        self.uniforms.iter().map(begin).collect()
+    }
+
     /// Does its WGSL take a lobe per point (`fn shade_lobe(n, t, wo, p, lobe: Lobe) -> vec3<f32>` beside `shade`)?
     pub fn varies(&self) -> bool {
         self.wgsl.contains("fn shade_lobe(")
+    }
+
+    /// Sets the uniforms of these names; those that the room lacks, or has in another type, are left out.
+    pub fn set_uniforms(&mut self, new: &[Uniform]) {
+        for n in new {
+            let same = |u: &&mut Uniform| u.name == n.name && u.value.wgsl() == n.value.wgsl();
+            if let Some(u) = self.uniforms.iter_mut().find(same) {
+                u.value = n.value;
+            }
+        }
     }
 
     /// The uniform buffer: `struct Room` in WGSL's layout for the uniform address space.

@@ -1,7 +1,7 @@
 //! Checks that need no judge: extremes, shaders, determinism, files, live changes.
 
 use super::harness::*;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use std::path::Path;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
@@ -9,7 +9,9 @@ use steradian_formats::{Limits, decode_tensors};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::shared::lights;
-use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Check, PointsBuf, Radiance, gpu, registry};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, BakeError, Check, PointsBuf, Radiance, View, gpu, registry,
+};
 
 /// Poles, axes, cube corners; views at the normal, at grazing, below the horizon.
 fn extreme_points() -> PointsBuf {
@@ -99,6 +101,24 @@ fn shaders_are_valid() {
             }
         }
         println!("{}: shader valid; CPU = WGSL is compared by the gpu crate, with an adapter", t.card().slug);
+    }
+}
+
+/// A running picture gets a frame's uniforms alone: everything else of the room stays.
+#[test]
+fn a_frame_changes_what_it_says_and_no_more() {
+    for t in registry() {
+        let mut b = bake(*t, &bright(), t.card().specimens[0], &[]);
+        let before = [Some(b.gpu()), b.gpu_varied()];
+        let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
+        b.frame(&View { light_rotation, eye: Vec3::new(1.0, 2.0, 3.0), ..View::default() });
+        let Some(changed) = b.gpu_frame() else { continue };
+        for (before, after) in before.into_iter().zip([Some(b.gpu()), b.gpu_varied()]) {
+            let (Some(mut live), Some(after)) = (before, after) else { continue };
+            assert_ne!(live.uniforms, after.uniforms, "{}", after.slug);
+            live.set_uniforms(&changed);
+            assert!(live == after, "{}: a frame changes more than gpu_frame says", after.slug);
+        }
     }
 }
 

@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::gpu::Uniform;
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables;
@@ -116,6 +117,10 @@ impl Technique for DiffuseMap {
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.light.cube, &b.material, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::gpu::Uniform;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
@@ -118,6 +119,10 @@ impl Technique for MirrorMap {
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.light.cube, &b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

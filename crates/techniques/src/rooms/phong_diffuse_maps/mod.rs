@@ -17,6 +17,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
@@ -126,6 +127,10 @@ impl Technique for PhongDiffuseMaps {
 
     fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
         shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

@@ -19,6 +19,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::gpu::Uniform;
 use crate::shared::reflectance::{self, Reflectance};
 use crate::shared::turn::Turn;
 use crate::shared::{lights, quadric::Quadric};
@@ -133,6 +134,10 @@ impl Technique for SplitSum {
 
     fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuRoom {
         shade::gpu(&b.light.chain, &b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &(Turn, Quadric)) -> Option<Vec<Uniform>> {
+        Some(shade::frame_uniforms(f).collect())
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

@@ -3,11 +3,11 @@
 
 use super::bake::Specular;
 use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use crate::shared::albedo;
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::quadric::Quadric;
-use crate::shared::albedo;
 use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique};
@@ -94,12 +94,17 @@ pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> 
     room
 }
 
-pub(super) fn gpu(chain: &Chain, s: &Specular, (turn, mean_radiance): &(Turn, Quadric)) -> GpuRoom {
+/// What frames change.
+pub(super) fn frame_uniforms((turn, mean_radiance): &(Turn, Quadric)) -> impl Iterator<Item = Uniform> {
+    std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(["red", "green", "blue"]))
+}
+
+pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuRoom {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     let level = Level { width: s.albedo.len(), height: 1, layers: 1, bytes: texel_bytes(s.albedo.iter()) };
     let albedo = Table { name: "albedo", shape: Shape::Line, format: Format::Rgba32Float, level };
-    let mut uniforms = vec![turn.uniform(), vec("f0", s.f0, s.level), vec("scale", s.scale, s.multiscatter)];
-    uniforms.extend(mean_radiance.uniforms(["red", "green", "blue"]));
+    let mut uniforms = vec![vec("f0", s.f0, s.level), vec("scale", s.scale, s.multiscatter)];
+    uniforms.extend(frame_uniforms(frame));
     GpuRoom {
         slug: super::SplitSum::CARD.slug,
         wgsl: include_str!("shade.wgsl"),
