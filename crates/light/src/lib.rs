@@ -6,6 +6,7 @@ mod lights;
 pub mod load;
 pub mod sky;
 pub mod stats;
+pub mod suns;
 
 pub use environment::Environment;
 pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};
