@@ -11,6 +11,7 @@ pub mod filter;
 mod kernel;
 mod lobes;
 pub mod map;
+pub mod methods;
 pub mod probe;
 mod sampled;
 pub mod source;
