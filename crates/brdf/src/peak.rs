@@ -9,7 +9,7 @@ use glam::DVec3;
 pub enum Peak {
     /// No ridge: f_cos varies with the angles themselves.
     Smooth,
-    /// About the mirror direction of wo; as narrow as n·wo narrower towards grazing views.
+    /// About the mirror direction of wo; narrower towards grazing angles, as (n·wi + n·wo)/2.
     Mirror {
         /// Across the narrowest direction.
         narrow: f64,
@@ -32,7 +32,7 @@ pub enum Peak {
 
 /// Nothing varies more slowly, radians.
 const SMOOTH: f64 = 0.6;
-/// n·wo below this narrows no further.
+/// Mean cosines below this narrow no further.
 const GRAZING: f64 = 0.02;
 
 impl Peak {
@@ -42,8 +42,8 @@ impl Peak {
         match *self {
             Self::Smooth => SMOOTH,
             Self::Mirror { narrow, wide } => {
-                let away = ((wi - mirror(wo)).length() - radius).max(0.0);
-                let width = narrow * wo.z.clamp(GRAZING, 1.0);
+                let away = ((wi - mirror(wo)).length() - radius - wide).max(0.0);
+                let width = narrow * (0.5 * (wi.z.max(0.0) + wo.z)).clamp(GRAZING, 1.0);
                 width.max(0.5 * away * (narrow / wide)).min(SMOOTH)
             }
             Self::Cone { sign, width } => {
@@ -75,7 +75,7 @@ mod tests {
         let wo = DVec3::new(0.6, 0.0, 0.8);
         let p = Peak::Mirror { narrow: 0.01, wide: 0.02 };
         assert!((p.scale(DVec3::new(-0.6, 0.0, 0.8), wo, 0.0) - 0.008).abs() < 1e-12);
-        assert!((p.scale(DVec3::Z, wo, 0.1) - 0.25 * (0.4f64.sqrt() - 0.1)).abs() < 1e-12);
+        assert!((p.scale(DVec3::Z, wo, 0.1) - 0.25 * (0.4f64.sqrt() - 0.12)).abs() < 1e-12);
         let p = Peak::Cone { sign: -1.0, width: 0.05 };
         assert_eq!(p.scale(DVec3::new(-0.6, 0.8, 0.0), wo, 0.0), 0.05);
         assert!(p.scale(DVec3::new(0.6, 0.8, 0.0), wo, 0.0) > 0.5);
