@@ -143,10 +143,20 @@ impl Tree {
     /// f is zero for all directions within the second argument (radians) of d.
     pub fn integrate(&self, scale: impl Fn(DVec3, f64) -> f64, f: impl Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let mut add = |flux: [f64; 3], d: DVec3| {
+        self.visit(&scale, |flux, d| {
             let v = f(d);
             (0..3).for_each(|c| sum[c] += flux[c] * v[c]);
-        };
+        });
+        for b in &self.beams {
+            let v = b.mean(scale(b.direction, b.radius), &f);
+            (0..3).for_each(|c| sum[c] += b.flux[c] * v[c]);
+        }
+        sum
+    }
+
+    /// The light of the image in parts, each as flux and direction: small beside `scale` there, as in
+    /// [`Tree::integrate`].
+    pub fn visit(&self, scale: impl Fn(DVec3, f64) -> f64, mut add: impl FnMut([f64; 3], DVec3)) {
         let top = self.levels.len();
         let (w, h) = self.size(top);
         let mut stack: Vec<(usize, usize, usize)> = Vec::with_capacity(64);
@@ -177,11 +187,6 @@ impl Tree {
                 }
             }
         }
-        for b in &self.beams {
-            let v = b.mean(scale(b.direction, b.radius), &f);
-            (0..3).for_each(|c| sum[c] += b.flux[c] * v[c]);
-        }
-        sum
     }
 }
 
