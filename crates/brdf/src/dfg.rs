@@ -7,6 +7,14 @@
 //! turns into q = t²/(1 + t²) ∈ (0, 1) of constant density. At polar angle θ_h the light is above the horizon
 //! for cos φ_h > −cot θ_o cot 2θ_h, so both integrals have closed limits and a smooth integrand between.
 
+pub mod charlie;
+mod lut;
+mod multiscatter;
+pub mod text;
+
+pub use lut::{Layout, Lut};
+pub use multiscatter::{average_albedo, average_fresnel, kulla_conty, kulla_conty_fresnel};
+
 use crate::draw::{ggx_d, stretched_length};
 use crate::math::pow5;
 use glam::DVec3;
@@ -116,8 +124,8 @@ impl DfgTable {
 
     /// Bilinear lookup at n·wo and perceptual roughness, both clamped to the outermost texel centres.
     pub fn lookup(&self, mu: f64, perceptual_roughness: f64) -> Dfg {
-        let (i, x) = self.split(mu);
-        let (j, y) = self.split(perceptual_roughness);
+        let (i, x) = Self::split_at(self.size, mu);
+        let (j, y) = Self::split_at(self.size, perceptual_roughness);
         let last = self.size.saturating_sub(1);
         let at = |i: usize, j: usize| {
             self.values.get(j.min(last) * self.size + i.min(last)).copied().unwrap_or([0.0; 2])
@@ -129,8 +137,9 @@ impl DfgTable {
         Dfg { scale: mix(0), bias: mix(1) }
     }
 
-    fn split(&self, v: f64) -> (usize, f64) {
-        let x = (v * self.size as f64 - 0.5).clamp(0.0, self.size.saturating_sub(1) as f64);
+    /// The texel below `v` (0 … 1) in a row of `size`, and how far it is to the next.
+    fn split_at(size: usize, v: f64) -> (usize, f64) {
+        let x = (v * size as f64 - 0.5).clamp(0.0, size.saturating_sub(1) as f64);
         (x as usize, x.fract())
     }
 }
