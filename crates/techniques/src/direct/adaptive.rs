@@ -47,11 +47,7 @@ impl Rect {
 
 /// ∫ f over the cap, where f varies over `scale(direction, radius)` within a radius of a direction. f may jump or have a
 /// kink at the horizon z = 0: rectangles on it are cut to a hundredth of the cap.
-pub fn integrate(
-    cap: &Cap,
-    scale: &dyn Fn(DVec3, f64) -> f64,
-    f: &dyn Fn(DVec3) -> [f64; 3],
-) -> [f64; 3] {
+pub fn integrate(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
     let at = |theta: f64, phi: f64| cap.direction(2.0 * (0.5 * theta).sin().powi(2), phi);
     let quarter = |k: u32| {
         let start = 0.5 * PI * f64::from(k);

@@ -16,6 +16,7 @@ mod tests;
 use crate::{Points, Radiance, View};
 use glam::DVec3;
 use rule::Cap;
+pub use steradian_brdf::BrdfShader;
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
 use steradian_sphere::Frame;
@@ -63,7 +64,9 @@ impl Direct {
         let turn = view.light_rotation.as_dmat3();
         let mut out = self.clone();
         out.disks.iter_mut().for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
-        out.directionals.iter_mut().for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
+        out.directionals
+            .iter_mut()
+            .for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
         out
     }
 
@@ -94,7 +97,8 @@ impl Direct {
     pub fn radiance(&self, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, position: Option<DVec3>) -> [f64; 3] {
         let wo = frame.to_local(wo);
         let mut sum = [0.0; 3];
-        let mut gather = |value: [f64; 3], times: [f64; 3]| (0..3).for_each(|c| sum[c] += value[c] * times[c]);
+        let mut gather =
+            |value: [f64; 3], times: [f64; 3]| (0..3).for_each(|c| sum[c] += value[c] * times[c]);
         for d in &self.disks {
             let cap = Cap { centre: frame.to_local(d.direction), radius: d.angular_radius };
             gather(disk(brdf, &cap, wo), d.radiance);

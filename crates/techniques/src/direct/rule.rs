@@ -47,6 +47,11 @@ pub fn rings(ratio: f64, crossed: bool) -> Option<usize> {
     Some(if crossed { (2 * n).max(8) } else { n })
 }
 
+/// Nodes and weights on 0 … 1 of Gauss–Legendre's rules of 1, 2, 4, 8, 16 and 32 points, one rule after another.
+pub fn gauss() -> impl Iterator<Item = (f64, f64)> {
+    GAUSS.iter().flatten().copied()
+}
+
 fn nodes(n: usize) -> &'static [(f64, f64)] {
     SIZES.iter().position(|s| *s >= n).map_or(&[], |k| &GAUSS[k])
 }

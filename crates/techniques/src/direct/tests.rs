@@ -106,11 +106,8 @@ fn every_model_follows_the_judge() {
         for radius in [0.00465, 0.06] {
             let (mut top, mut worst) = (0.0f64, 0.0f64);
             for (wo, wi) in cases() {
-                let d = DiskLight {
-                    direction: frame.to_world(wi),
-                    angular_radius: radius,
-                    radiance: [1.0; 3],
-                };
+                let d =
+                    DiskLight { direction: frame.to_world(wi), angular_radius: radius, radiance: [1.0; 3] };
                 let direct = Direct { disks: vec![d], ..Direct::default() };
                 let lights = Lights { disks: vec![d], ..Lights::default() };
                 let judge = Judge::new(&lights, Lookup::Constant, &task).expect("sound").with_budget(400_000);
@@ -158,7 +155,8 @@ fn distant_lights_turn_and_points_stay() {
     let disk = DiskLight { direction: DVec3::X, angular_radius: 0.1, radiance: [1.0; 3] };
     let point = PointLight { position: Vec3::X, intensity: [1.0; 3] };
     let d = Direct { disks: vec![disk], directionals: Vec::new(), points: vec![point] };
-    let view = View { light_rotation: glam::Mat3::from_rotation_y(0.5 * std::f32::consts::PI), ..View::default() };
+    let view =
+        View { light_rotation: glam::Mat3::from_rotation_y(0.5 * std::f32::consts::PI), ..View::default() };
     let t = d.turned(&view);
     assert!((t.disks[0].direction - DVec3::NEG_Z).length() < 1e-6 && t.points == d.points);
 }
