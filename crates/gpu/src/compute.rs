@@ -2,7 +2,7 @@
 
 use crate::room::buffer_type;
 use crate::{Gpu, GpuError, RoomData};
-use steradian_techniques::{GpuRoom, PointsBuf};
+use steradian_techniques::{GpuRoom, PointLobe, Points, PointsBuf};
 use wgpu::util::DeviceExt;
 
 /// A room's compute pipeline.
@@ -10,6 +10,15 @@ pub struct ComputeRoom {
     pipeline: wgpu::ComputePipeline,
     io: wgpu::BindGroupLayout,
     data: RoomData,
+    kind: Kind,
+}
+
+/// What a room shades with beside n, t, wo and p.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Plain,
+    Lobes,
+    Sites,
 }
 
 /// Threads of a workgroup in the generated module.
@@ -22,7 +31,17 @@ impl ComputeRoom {
         let source = steradian_techniques::gpu::module(room);
         let (pipeline, io) =
             gpu.scoped(&format!("shader of {}", room.slug), || pipeline(gpu, &data, &source))?;
-        Ok(Self { pipeline, io, data })
+        let kind = match (room.sited(), room.varies()) {
+            (true, _) => Kind::Sites,
+            (_, true) => Kind::Lobes,
+            _ => Kind::Plain,
+        };
+        Ok(Self { pipeline, io, data, kind })
+    }
+
+    /// The room's data on the device.
+    pub fn data(&self) -> &RoomData {
+        &self.data
     }
 
     /// Writes the uniforms of a new frame.
@@ -32,16 +51,23 @@ impl ComputeRoom {
 
     /// Outgoing radiance of `points`: planes of red, green, blue.
     pub fn shade(&self, gpu: &Gpu, points: &PointsBuf) -> Result<[Vec<f32>; 3], GpuError> {
+        self.shade_points(gpu, &points.as_points())
+    }
+
+    /// Outgoing radiance of a batch, which may lie among the sites of a bake.
+    pub fn shade_points(&self, gpu: &Gpu, points: &Points<'_>) -> Result<[Vec<f32>; 3], GpuError> {
         let count = points.len();
+        if !points.is_consistent() {
+            return Err(GpuError::Scene("a batch whose planes have different lengths".into()));
+        }
         if count == 0 {
             return Ok(Default::default());
         }
-        let bytes = (3 * 4 * count) as u64;
-        let groups = (count as u32).div_ceil(WORKGROUP);
         let limits = gpu.device.limits();
-        if 4 * bytes > limits.max_storage_buffer_binding_size
-            || groups > limits.max_compute_workgroups_per_dimension
-        {
+        let bytes = (3 * 4 * count) as u64;
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let groups = (count as u32).div_ceil(WORKGROUP);
+        if 7 * bytes > most || groups > limits.max_compute_workgroups_per_dimension {
             return Err(GpuError::Memory(format!("a batch of {count} points")));
         }
         let copy = gpu.scoped("shading", || self.submit(gpu, points, bytes, groups))?;
@@ -50,11 +76,11 @@ impl ComputeRoom {
         Ok(std::array::from_fn(|k| values[k * count..(k + 1) * count].to_vec()))
     }
 
-    fn submit(&self, gpu: &Gpu, points: &PointsBuf, bytes: u64, groups: u32) -> wgpu::Buffer {
+    fn submit(&self, gpu: &Gpu, points: &Points<'_>, bytes: u64, groups: u32) -> wgpu::Buffer {
         let device = &gpu.device;
         let input = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("points"),
-            contents: &planes(points),
+            contents: &planes(points, self.kind),
             usage: wgpu::BufferUsages::STORAGE,
         });
         let buffer = |label, usage| {
@@ -121,13 +147,28 @@ fn pipeline(gpu: &Gpu, data: &RoomData, source: &str) -> (wgpu::ComputePipeline,
     (pipeline, io)
 }
 
-/// n, t, wo, p as twelve planes; a plane that the points lack is zero.
-fn planes(points: &PointsBuf) -> Vec<u8> {
+/// The planes of [`steradian_techniques::gpu::Binding::Points`]; those that the points lack are zero, lobes the
+/// material's.
+fn planes(points: &Points<'_>, room: Kind) -> Vec<u8> {
     let count = points.len();
-    let mut bytes = Vec::with_capacity(12 * 4 * count);
-    for plane in [&points.n, &points.t, &points.wo, &points.p].into_iter().flatten() {
+    let mut bytes = Vec::with_capacity(19 * 4 * count);
+    let mut put = |plane: &[f32], default: f32| {
         bytes.extend(plane.iter().flat_map(|x| x.to_le_bytes()));
-        bytes.resize(bytes.len() + 4 * (count - plane.len()), 0);
+        bytes.extend(std::iter::repeat_n(default.to_le_bytes(), count - plane.len()).flatten());
+    };
+    [points.n, points.t, points.wo, points.p].iter().flatten().for_each(|plane| put(plane, 0.0));
+    match room {
+        Kind::Plain => {}
+        Kind::Lobes => {
+            points.lobe.iter().zip(PointLobe::PLAIN.to_array()).for_each(|(plane, x)| put(plane, x));
+        }
+        Kind::Sites => {
+            for plane in points.site.index {
+                let bits: Vec<f32> = plane.iter().map(|i| f32::from_bits(*i)).collect();
+                put(&bits, 0.0);
+            }
+            points.site.weight.iter().chain(&points.uv).for_each(|plane| put(plane, 0.0));
+        }
     }
     bytes
 }

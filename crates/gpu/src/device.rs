@@ -1,7 +1,15 @@
 //! Finding an adapter and opening a device.
 
 use crate::GpuError;
+use crate::scene::Path;
 use std::sync::{Arc, Mutex};
+
+/// Share of the device's memory from which on it counts as full, in percent: past it drivers may end the process.
+const MEMORY_PERCENT: u8 = 90;
+
+/// Data-centre accelerators, which rasterise at a small part of the speed at which they compute.
+const ACCELERATORS: [&str; 8] =
+    ["A100", "H100", "H200", "H800", "B100", "B200", "Instinct", "Data Center GPU Max"];
 
 /// An open device. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose among several adapters.
 pub struct Gpu {
@@ -20,26 +28,37 @@ impl std::fmt::Debug for Gpu {
 }
 
 impl Gpu {
-    /// Opens the preferred adapter.
+    /// Opens the preferred adapter with all that it offers.
     pub fn open() -> Result<Self, GpuError> {
-        pollster::block_on(Self::open_async())
+        pollster::block_on(Self::open_async(false))
     }
 
-    async fn open_async() -> Result<Self, GpuError> {
+    /// Opens the preferred adapter with what every WebGPU implementation offers and no more: WebGPU's default
+    /// limits, no clock, no multisampling of 32-bit floats. What runs here runs in a browser.
+    pub fn open_portable() -> Result<Self, GpuError> {
+        pollster::block_on(Self::open_async(true))
+    }
+
+    async fn open_async(portable: bool) -> Result<Self, GpuError> {
         let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         wanted.backends &= wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+        wanted.memory_budget_thresholds.for_resource_creation = Some(MEMORY_PERCENT);
         let instance = wgpu::Instance::new(wanted);
         let adapter = wgpu::util::initialize_adapter_from_env_or_default(&instance, None)
             .await
             .map_err(|e| GpuError::NoAdapter(first_line(&e.to_string())))?;
-        let optional =
-            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+        check(&adapter)?;
+        let optional = if portable {
+            wgpu::Features::empty()
+        } else {
+            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+        };
         let floats = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float);
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("steradian"),
                 required_features: adapter.features() & optional,
-                required_limits: adapter.limits(),
+                required_limits: if portable { wgpu::Limits::default() } else { adapter.limits() },
                 ..Default::default()
             })
             .await
@@ -64,7 +83,8 @@ impl Gpu {
         let lost = self.lost.clone();
         self.device.set_device_lost_callback(move |reason, why| {
             if let Ok(mut l) = lost.lock() {
-                *l = Some(format!("{reason:?} {}", first_line(&why)));
+                let why = first_line(&why);
+                l.get_or_insert(if why.is_empty() { format!("{reason:?}").to_lowercase() } else { why });
             }
         });
         let uncaptured = self.uncaptured.clone();
@@ -84,6 +104,21 @@ impl Gpu {
     /// Does the adapter compute on the CPU (Mesa's lavapipe and its like)?
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// The path that shades faster here: compute on software adapters, whose rasteriser shades blocks of pixels for
+    /// each small triangle, and on accelerators that have almost no graphics units; else raster.
+    pub fn preferred_path(&self) -> Path {
+        let compute = self.is_software() || ACCELERATORS.iter().any(|name| self.info.name.contains(name));
+        if compute { Path::Compute } else { Path::Raster }
+    }
+
+    /// Gives the device and all that is on it back; whatever uses it afterwards fails with [`GpuError::Lost`].
+    pub fn destroy(&self) {
+        if let Ok(mut l) = self.lost.lock() {
+            l.get_or_insert_with(|| "it was given back".into());
+        }
+        self.device.destroy();
     }
 
     /// Can passes be timed on the device?
@@ -122,22 +157,24 @@ impl Gpu {
 
     /// Runs `make` and turns what the GPU complains of into an error about `what`.
     pub(crate) fn scoped<R>(&self, what: &str, make: impl FnOnce() -> R) -> Result<R, GpuError> {
+        self.settled()?;
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let valid = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
         let errors = pollster::block_on(async { (valid.pop().await, memory.pop().await) });
         match errors {
             (None, None) => self.settled().map(|()| made),
-            (_, Some(e)) | (Some(e), None) => Err(GpuError::of(what, e)),
+            // What fails on a lost device fails because it is lost.
+            (_, Some(e)) | (Some(e), None) => self.settled().and(Err(GpuError::of(what, e))),
         }
     }
 
     /// `Err` once the device is lost or an error came outside a scope.
     pub(crate) fn settled(&self) -> Result<(), GpuError> {
-        if let Ok(mut l) = self.lost.lock()
-            && let Some(why) = l.take()
+        if let Ok(l) = self.lost.lock()
+            && let Some(why) = l.as_ref()
         {
-            return Err(GpuError::Lost(why));
+            return Err(GpuError::Lost(why.clone()));
         }
         if let Ok(mut u) = self.uncaptured.lock()
             && let Some(e) = u.take()
@@ -168,6 +205,22 @@ impl Gpu {
         from.unmap();
         Ok(data)
     }
+}
+
+/// Does the adapter have what both paths are made of?
+fn check(adapter: &wgpu::Adapter) -> Result<(), GpuError> {
+    use wgpu::DownlevelFlags as Flags;
+    let needed = Flags::COMPUTE_SHADERS
+        | Flags::INDIRECT_EXECUTION
+        | Flags::FRAGMENT_WRITABLE_STORAGE
+        | Flags::VERTEX_STORAGE
+        | Flags::MULTISAMPLED_SHADING;
+    let missing = needed - adapter.get_downlevel_capabilities().flags;
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<_> = missing.iter_names().map(|n| n.0.to_lowercase().replace('_', " ")).collect();
+    Err(GpuError::Device(format!("{} lacks {}", adapter.get_info().name, names.join(", "))))
 }
 
 fn first_line(s: &str) -> String {

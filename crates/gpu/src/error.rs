@@ -44,3 +44,29 @@ impl GpuError {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each error is one line that tells what to do.
+    #[test]
+    fn errors_are_one_line_and_say_what_to_do() {
+        let of = |e| GpuError::of("picture", e);
+        let memory = of(wgpu::Error::OutOfMemory { source: "full".into() });
+        assert_eq!(memory, GpuError::Memory("picture".into()));
+        let description = "first line\n\n  second line\n".to_owned();
+        let refused = of(wgpu::Error::Validation { source: "no".into(), description });
+        let all = [
+            (GpuError::NoAdapter("none found".into()), "mesa-vulkan-drivers"),
+            (GpuError::Device("it lacks compute shaders".into()), "--backend cpu"),
+            (memory, "smaller"),
+            (GpuError::Lost("given back".into()), "start again"),
+            (refused, "first line second line"),
+        ];
+        for (e, what) in all {
+            let line = e.to_string();
+            assert!(line.contains(what) && !line.contains('\n'), "{line}");
+        }
+    }
+}

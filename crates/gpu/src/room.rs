@@ -1,8 +1,9 @@
 //! A room's tables, uniforms and buffers on the device.
 
 use crate::{Gpu, GpuError};
+use std::sync::atomic::{AtomicBool, Ordering};
 use steradian_techniques::GpuRoom;
-use steradian_techniques::gpu::{Binding, Format, Table, bindings};
+use steradian_techniques::gpu::{Binding, Buffer, Format, Table, bindings};
 use wgpu::util::DeviceExt;
 
 /// A room's data on the device: group 0 of every pipeline that shades with it.
@@ -10,6 +11,13 @@ pub struct RoomData {
     pub(crate) layout: wgpu::BindGroupLayout,
     pub(crate) group: wgpu::BindGroup,
     uniforms: Option<wgpu::Buffer>,
+    /// Tables by name.
+    tables: Vec<(&'static str, wgpu::Texture)>,
+    buffers: Vec<wgpu::Buffer>,
+    /// Has somebody been given a table to write to?
+    written: AtomicBool,
+    /// Uniforms by name, and where each begins.
+    places: Vec<(&'static str, u64)>,
     bytes: usize,
 }
 
@@ -17,10 +25,29 @@ impl RoomData {
     /// Uploads everything that `room` describes. `visibility` says which stages read it.
     pub fn upload(gpu: &Gpu, room: &GpuRoom, visibility: wgpu::ShaderStages) -> Result<Self, GpuError> {
         check_limits(gpu, room)?;
-        gpu.scoped(&format!("data of {}", room.slug), || Self::make(gpu, room, visibility))
+        gpu.scoped(&format!("data of {}", room.slug), || Self::make(gpu, room, None, visibility))
     }
 
-    fn make(gpu: &Gpu, room: &GpuRoom, visibility: wgpu::ShaderStages) -> Self {
+    /// The data of `new` in place of those of `old`, which these are: only tables and buffers that differ are
+    /// uploaded.
+    pub fn replaced(
+        &self,
+        gpu: &Gpu,
+        old: &GpuRoom,
+        new: &GpuRoom,
+        visibility: wgpu::ShaderStages,
+    ) -> Result<Self, GpuError> {
+        check_limits(gpu, new)?;
+        let kept = Some((self, old));
+        gpu.scoped(&format!("data of {}", new.slug), || Self::make(gpu, new, kept, visibility))
+    }
+
+    fn make(
+        gpu: &Gpu,
+        room: &GpuRoom,
+        kept: Option<(&Self, &GpuRoom)>,
+        visibility: wgpu::ShaderStages,
+    ) -> Self {
         let [zero, _] = bindings(room);
         let uniforms = (!room.uniforms.is_empty()).then(|| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -29,8 +56,20 @@ impl RoomData {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             })
         });
-        let views: Vec<_> = room.tables.iter().map(|t| upload_table(gpu, t)).collect();
-        let buffers: Vec<_> = room.buffers.iter().map(|b| upload_buffer(gpu, &b.data)).collect();
+        let kept = kept.filter(|(data, _)| !data.written.load(Ordering::Relaxed));
+        let kept_table = |t: &Table| {
+            let (data, old) = kept?;
+            old.tables.iter().position(|o| o == t).and_then(|i| Some(data.tables.get(i)?.1.clone()))
+        };
+        let kept_buffer = |b: &Buffer| {
+            let (data, old) = kept?;
+            old.buffers.iter().position(|o| o == b).and_then(|i| data.buffers.get(i).cloned())
+        };
+        let table = |t: &Table| (t.name, kept_table(t).unwrap_or_else(|| upload_table(gpu, t)));
+        let buffer = |b: &Buffer| kept_buffer(b).unwrap_or_else(|| upload_buffer(gpu, &b.data));
+        let tables: Vec<_> = room.tables.iter().map(table).collect();
+        let views: Vec<_> = tables.iter().map(|(_, t)| view(t)).collect();
+        let buffers: Vec<_> = room.buffers.iter().map(buffer).collect();
         let layout = layout(gpu, &zero, room, visibility);
         let resource = |b: &Binding| match b {
             Binding::Uniforms => uniforms.as_ref().map(wgpu::Buffer::as_entire_binding),
@@ -49,7 +88,8 @@ impl RoomData {
         });
         let bytes = room.tables.iter().map(|t| t.level.bytes.len()).sum::<usize>()
             + room.buffers.iter().map(|b| 4 * b.data.len()).sum::<usize>();
-        Self { layout, group, uniforms, bytes }
+        let places = room.uniforms.iter().map(|u| u.name).zip(room.uniform_offsets()).collect();
+        Self { layout, group, uniforms, tables, buffers, written: AtomicBool::new(false), places, bytes }
     }
 
     /// Writes the uniforms of a new frame (rotated light, moved view); tables stay.
@@ -59,15 +99,36 @@ impl RoomData {
         }
     }
 
+    /// The texture of the table `name`, which takes copies.
+    pub(crate) fn table(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.written.store(true, Ordering::Relaxed);
+        self.tables.iter().find(|(n, _)| *n == name).map(|(_, t)| t)
+    }
+
+    /// The buffer that holds the uniform `name`, which takes copies, and where it begins.
+    pub(crate) fn uniform(&self, name: &str) -> Option<(&wgpu::Buffer, u64)> {
+        let (_, at) = self.places.iter().find(|(n, _)| *n == name)?;
+        Some((self.uniforms.as_ref()?, *at))
+    }
+
     /// Bytes of tables and buffers on the device.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
 }
 
+/// Textures, and storage buffers, that pipelines have beside a room's.
+const OURS: usize = 5;
+
 fn check_limits(gpu: &Gpu, room: &GpuRoom) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     let beyond = |what: String| Err(GpuError::Memory(format!("{} of {}", what, room.slug)));
+    if room.tables.len() > limits.max_sampled_textures_per_shader_stage as usize - OURS {
+        return beyond(format!("{} tables", room.tables.len()));
+    }
+    if room.buffers.len() > limits.max_storage_buffers_per_shader_stage as usize - OURS {
+        return beyond(format!("{} buffers", room.buffers.len()));
+    }
     for t in &room.tables {
         let side = t.level.width.max(t.level.height);
         if side > limits.max_texture_dimension_2d as usize {
@@ -114,7 +175,7 @@ pub(crate) fn buffer_type(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::TextureView {
+fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::Texture {
     let descriptor = wgpu::TextureDescriptor {
         label: Some(table.name),
         size: wgpu::Extent3d {
@@ -132,12 +193,15 @@ fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::TextureView {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     };
-    let texture = gpu.device.create_texture_with_data(
+    gpu.device.create_texture_with_data(
         &gpu.queue,
         &descriptor,
         wgpu::util::TextureDataOrder::LayerMajor,
         &table.level.bytes,
-    );
+    )
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..Default::default()

@@ -138,7 +138,8 @@ impl Value {
 /// Data per site of a bake.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Buffer {
-    /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL.
+    /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL, and in rooms that are [`GpuRoom::sited`]
+    /// `fetch_NAME_at(site: Site, k: u32) -> f32`.
     pub name: &'static str,
     /// Numbers per site.
     pub stride: usize,
@@ -147,6 +148,14 @@ pub struct Buffer {
 }
 
 impl GpuRoom {
+    /// Does its WGSL read data per site (`fn shade_site(n, t, wo, p, site: Site) -> vec3<f32>` in place of `shade`)?
+    /// `struct Site` holds the three sites around the point, their weights, which sum to 1, and texture coordinates:
+    /// `index: vec3<u32>`, `weight: vec3<f32>`, `uv: vec2<f32>`. `fetch_NAME_at(site, k)` is number k of a buffer
+    /// there.
+    pub fn sited(&self) -> bool {
+        self.wgsl.contains("fn shade_site(")
+    }
+
     /// Where each uniform begins in [`GpuRoom::uniform_bytes`].
     pub fn uniform_offsets(&self) -> Vec<u64> {
         let mut bytes = Vec::new();

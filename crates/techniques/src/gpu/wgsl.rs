@@ -12,8 +12,9 @@ pub enum Binding {
     Table(usize),
     /// `@group(0)`: buffer i of [`GpuRoom::buffers`], read-only storage of f32.
     Buffer(usize),
-    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, and for rooms that vary the six
-    /// planes of [`crate::Points::lobe`], read-only storage.
+    /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, then for rooms that
+    /// vary the six planes of [`crate::Points::lobe`], for rooms that read sites the planes of three indices, two
+    /// weights, u and v; read-only storage.
     Points,
     /// `@group(1)`: planes r g b of f32, storage.
     Radiance,
@@ -33,11 +34,16 @@ pub fn bindings(room: &GpuRoom) -> [Vec<Binding>; 2] {
 /// The complete module: [`library`] and a compute entry point `main` (workgroups of 64) that shades a planar
 /// buffer of points.
 pub fn module(room: &GpuRoom) -> String {
-    library(room) + &MAIN.replace("SHADE", if room.varies() { SHADE_LOBE } else { SHADE })
+    let call = match (room.sited(), room.varies()) {
+        (true, _) => SHADE_SITE,
+        (_, true) => SHADE_LOBE,
+        _ => SHADE,
+    };
+    library(room) + &MAIN.replace("SHADE", call)
 }
 
 /// Bindings of group 0, `fetch_NAME` functions and the room's text, without an entry point: what any shader
-/// that calls the room's `shade(n, t, wo, p)` starts with.
+/// that calls the room's `shade(n, t, wo, p)` (or `shade_lobe`, or `shade_site`) starts with.
 pub fn library(room: &GpuRoom) -> String {
     let mut out = String::new();
     let [zero, _] = bindings(room);
@@ -50,9 +56,11 @@ pub fn library(room: &GpuRoom) -> String {
     for t in &room.tables {
         out.push_str(&fetch(t));
     }
+    if room.sited() {
+        out.push_str(SITE);
+    }
     for b in &room.buffers {
-        let text =
-            "fn fetch_NAME(site: u32, k: u32) -> f32 {\n    return buffer_NAME[site * STRIDEu + k];\n}\n";
+        let text = FETCH_BUFFER.to_owned() + if room.sited() { FETCH_SITE } else { "" };
         out.push_str(&text.replace("NAME", b.name).replace("STRIDE", &b.stride.to_string()));
     }
     out.push_str(room.wgsl);
@@ -191,11 +199,38 @@ fn fetch_NAME(u: f32) -> vec4<f32> {
 }
 ";
 
+const FETCH_BUFFER: &str = "
+fn fetch_NAME(site: u32, k: u32) -> f32 {
+    return buffer_NAME[site * STRIDEu + k];
+}
+";
+
+/// Where a point lies among the sites of a bake.
+const SITE: &str = "
+struct Site {
+    index: vec3<u32>,
+    weight: vec3<f32>,
+    uv: vec2<f32>,
+}
+";
+
+const FETCH_SITE: &str = "
+fn fetch_NAME_at(site: Site, k: u32) -> f32 {
+    let f = vec3<f32>(fetch_NAME(site.index.x, k), fetch_NAME(site.index.y, k), fetch_NAME(site.index.z, k));
+    return dot(site.weight, f);
+}
+";
+
 /// What `main` calls.
 const SHADE: &str = "shade(n, t, wo, p)";
 /// The same for a room that varies.
 const SHADE_LOBE: &str = "shade_lobe(n, t, wo, p, Lobe(points[12u * count + i], points[13u * count + i], \
                           points[14u * count + i], point_plane(15u, i, count)))";
+/// The same for a room that reads sites: the indices are bits of integers.
+const SHADE_SITE: &str = "shade_site(n, t, wo, p, Site(bitcast<vec3<u32>>(point_plane(12u, i, count)), \
+                          vec3<f32>(1.0 - points[15u * count + i] - points[16u * count + i], \
+                          points[15u * count + i], points[16u * count + i]), \
+                          vec2<f32>(points[17u * count + i], points[18u * count + i])))";
 const MAIN: &str = "
 @group(1) @binding(0) var<storage, read> points: array<f32>;
 @group(1) @binding(1) var<storage, read_write> radiance: array<f32>;
