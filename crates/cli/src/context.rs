@@ -11,6 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use steradian_base::{Input, Provenance, Task};
 use steradian_formats::{Limits, Raster, WriteOptions, WriteReport, write_atomic, write_image};
+use steradian_techniques::direct::Suns;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -79,7 +80,11 @@ pub struct Context {
     pub common: Common,
     /// Progress, cancellation and limits.
     pub task: Task,
+    /// What becomes of disks and directional lights under a technique: folded into its data, unless a command's options
+    /// say otherwise.
+    pub suns: Suns,
     provenance: Provenance,
+    notes: Vec<(String, String)>,
 }
 
 /// Extensions of image files that are written.
@@ -125,7 +130,7 @@ impl Context {
         if !common.quiet && io::stderr().is_terminal() {
             task = task.with_progress(Arc::new(Bars::new()));
         }
-        Ok(Self { common, task, provenance: Provenance::new(arguments) })
+        Ok(Self { common, task, suns: Suns::Fold, provenance: Provenance::new(arguments), notes: Vec::new() })
     }
 
     /// Limits for readers.
@@ -195,7 +200,7 @@ impl Context {
         self.task.check()?;
         check_output(path, &IMAGES)?;
         let mut options = options;
-        options.metadata.extend(self.provenance.pairs());
+        options.metadata.extend(self.provenance_pairs());
         let report = write_image(path, raster, &options)?;
         textures::say_lost(path, report, self);
         Ok(report)
@@ -217,7 +222,14 @@ impl Context {
 
     /// Provenance as pairs, for formats that are not written through [`Context::write_image`].
     pub fn provenance_pairs(&self) -> Vec<(String, String)> {
-        self.provenance.pairs()
+        let mut pairs = self.provenance.pairs();
+        pairs.extend(self.notes.iter().cloned());
+        pairs
+    }
+
+    /// Notes what files written from now on say of their content.
+    pub fn note(&mut self, pair: (String, String)) {
+        self.notes.push(pair);
     }
 
     fn provenance_json(&self) -> Value {

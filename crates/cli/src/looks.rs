@@ -81,6 +81,8 @@ pub fn shared(b: &Baked, base_colour: Option<Arc<Texture>>) -> Baked {
         judge: b.judge.clone(),
         #[cfg(feature = "gpu")]
         bake: b.bake.clone(),
+        #[cfg(feature = "gpu")]
+        direct: b.direct.clone(),
         bytes: 0,
         seconds: 0.0,
     }

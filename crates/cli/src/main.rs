@@ -17,6 +17,7 @@ mod report;
 mod scene;
 mod studio;
 mod study;
+mod suns;
 mod textures;
 
 use clap::Parser;

@@ -137,6 +137,11 @@ fn lights(
         }
         (None, None) => Lights::default(),
     };
+    if let Some(name) = &l.sun_lights {
+        let joined = inside(folder, &name.value)
+            .and_then(|p| crate::suns::join_file(&p, &mut lights, &adjust, context));
+        located(file, name, joined)?;
+    }
     lights.disks.extend(&l.disks);
     lights.directionals.extend(&l.directionals);
     lights.points.extend(&l.points);

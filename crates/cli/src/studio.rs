@@ -9,8 +9,9 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_reference::{Judge, Lookup};
-use steradian_render::{BakeShader, JudgeShader, Shader, Surface, Texture};
+use steradian_render::{BakeShader, DirectShader, JudgeShader, Shader, Surface, Texture};
 use steradian_scene::Camera;
+use steradian_techniques::direct::{Direct, split};
 use steradian_techniques::{Material, View};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
@@ -40,6 +41,9 @@ pub struct Baked {
     /// The technique's bake; `None` for the reference.
     #[cfg(feature = "gpu")]
     pub bake: Option<Arc<BakeShader>>,
+    /// The reflectance, and the lights that are shaded with it on top of the technique.
+    #[cfg(feature = "gpu")]
+    pub direct: (SharedBrdf, Direct),
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
@@ -68,6 +72,7 @@ pub fn bake(
     context: &Context,
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
+    let mut direct = Direct::default();
     let (shader, judge, bake, certificate, bytes): (Arc<dyn Shader>, _, _, _, _) = match look.method {
         Method::Reference => {
             let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
@@ -77,15 +82,21 @@ pub fn bake(
         }
         Method::Technique(t) => {
             let task = context.task.clone().with_tolerance(tolerance);
-            let mut bake = t.bake(lights, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
+            let (baked, lit) = split(lights, context.suns);
+            direct = lit;
+            let mut bake = t.bake(&baked, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
             bake.frame(&view(camera));
             let (certificate, bytes) = (bake.certificate().clone(), bake.bytes());
             let bake = Arc::new(BakeShader(bake));
             (bake.clone(), None, Some(bake), Some(certificate), bytes)
         }
     };
-    #[cfg(not(feature = "gpu"))]
-    drop(bake);
+    let shader = match &bake {
+        Some(bake) if !direct.is_empty() => {
+            Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: look.brdf.clone() })
+        }
+        _ => shader,
+    };
     let surface = Surface { shader, base_colour: look.texture.clone() };
     Ok(Baked {
         surface,
@@ -93,6 +104,8 @@ pub fn bake(
         judge,
         #[cfg(feature = "gpu")]
         bake,
+        #[cfg(feature = "gpu")]
+        direct: (look.brdf.clone(), direct),
         bytes,
         seconds: start.elapsed().as_secs_f64(),
     })

@@ -14,7 +14,7 @@ pub use background::{Backdrop, Background};
 pub use film::{Display, Film};
 pub use material::FileMaterial;
 pub use metrics::{Errors, errors};
-pub use picture::{BakeShader, JudgeShader, Settings, Shader, Stage, Surface, render};
+pub use picture::{BakeShader, DirectShader, JudgeShader, Settings, Shader, Stage, Surface, render};
 pub use scenefile::{SceneError, SceneFile};
 pub use sheet::{Cell, Row, Sheet};
 pub use texture::Texture;

@@ -34,6 +34,9 @@ pub struct Options {
     /// Level of a texture to read
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
+    /// Takes suns and lamps out of the image, and writes them to this file as disk lights
+    #[arg(long, value_name = "LIGHTS.json")]
+    extract_sun: Option<PathBuf>,
     /// Tone mapper of .png [default: linear, which clips]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
@@ -50,8 +53,14 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     textures::check_format(o.format, &o.output)?;
     let texture = Container::of_name(&o.output).is_some();
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
-    let mut image = source(&o, context)?;
-    inputs::scale(&mut image, o.adjust.gain());
+    let image = match &o.extract_sun {
+        Some(path) => sunless(&o, path, context)?,
+        None => {
+            let mut image = source(&o, context)?;
+            inputs::scale(&mut image, o.adjust.gain());
+            image
+        }
+    };
     let cube = six || texture;
     let target = o.to.unwrap_or(if cube { Target::Cube } else { Target::of(image.layout) });
     if cube && target != Target::Cube {
@@ -79,6 +88,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     context.say(format_args!("{}: {} {w} x {h}", o.output.display(), target.name()));
     Ok(())
+}
+
+/// The input, turned and scaled, without its suns, whose file is written.
+fn sunless(o: &Options, path: &Path, context: &mut Context) -> Result<SphereImage, Failure> {
+    if o.level > 0 {
+        return Err(Failure::usage("--extract-sun takes level 0"));
+    }
+    let mut lights = inputs::light(&o.input, &o.adjust, context)?;
+    let taken = crate::suns::take(&mut lights);
+    taken.write(path, context)?;
+    context.note(taken.metadata());
+    Ok(inputs::environment_image(lights))
 }
 
 /// The input, turned.

@@ -4,6 +4,7 @@ use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
+use crate::suns::Beside;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use serde_json::json;
@@ -14,6 +15,7 @@ use steradian_formats::CsvTable;
 use steradian_light::Lights;
 use steradian_reference::{Judge, JudgePoint, Lookup};
 use steradian_sphere::Frame;
+use steradian_techniques::direct::split;
 use steradian_techniques::{Geometry, Material, PointsBuf, Radiance, Sites};
 
 /// Tolerance of the reference where none is asked for.
@@ -22,11 +24,13 @@ const REFERENCE_TOLERANCE: f64 = 1e-4;
 /// Options of `steradian eval`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Light: an image, or a sky spec such as sky:elevation=35
-    #[arg(short, long, value_name = "FILE|SKY")]
-    environment: String,
+    /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light and --sun-lights
+    #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights"])]
+    environment: Option<String>,
     #[command(flatten)]
     adjust: Adjust,
+    #[command(flatten)]
+    beside: Beside,
     /// BRDF spec, such as ggx:alpha=0.1
     #[arg(short, long, value_name = "SPEC")]
     brdf: String,
@@ -82,10 +86,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             "--lookup belongs to --technique reference; techniques fix their own lookup",
         ));
     }
-    let lights = inputs::light(&o.environment, &o.adjust, context)?;
+    let mut lights = match &o.environment {
+        Some(spec) => inputs::light(spec, &o.adjust, context)?,
+        None => Lights::default(),
+    };
+    o.beside.join(&mut lights, &o.adjust, context)?;
     context.note_input(&o.points);
     let table = csv::read(&o.points, &context.limits())?;
     let request = request(&table)?;
+    if request.p.is_none() && !lights.points.is_empty() {
+        let why = "point lights need the columns px,py,pz";
+        return Err(Failure::input(format!("{}: {why}", o.points.display())));
+    }
     let answers = match method {
         Method::Reference => reference(&o, &brdf, &lights, &request, context)?,
         Method::Technique(t) => technique(t, &o, &brdf, &lights, &request, context)?,
@@ -148,7 +160,8 @@ fn technique(
     let geometry = geometry(o, technique, q, context)?;
     let task = context.task.clone().with_tolerance(o.tolerance);
     let params = inputs::parameters(&o.params);
-    let bake = technique.bake(lights, &Material::new(brdf.clone()), geometry.as_ref(), &params, &task)?;
+    let (baked, direct) = split(lights, o.beside.suns());
+    let bake = technique.bake(&baked, &Material::new(brdf.clone()), geometry.as_ref(), &params, &task)?;
     let mut buf = PointsBuf::with_capacity(q.n.len());
     for i in 0..q.n.len() {
         let p = q.p.as_ref().map_or(DVec3::ZERO, |p| p[i]);
@@ -163,6 +176,7 @@ fn technique(
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
     bake.shade(&points, &mut Radiance::of(&mut rgb));
+    direct.add(&**brdf, &points, &mut Radiance::of(&mut rgb));
     let error = bake.certificate().error;
     Ok((0..q.n.len()).map(|i| (std::array::from_fn(|c| csv::shortest(rgb[c][i])), error)).collect())
 }

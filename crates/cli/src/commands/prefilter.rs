@@ -61,6 +61,9 @@ pub struct Options {
     /// Texels of each level that are compared with the sum over all texels of the light
     #[arg(long, value_name = "N", default_value_t = 24)]
     check: u16,
+    /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights
+    #[arg(long, value_name = "LIGHTS.json")]
+    extract_sun: Option<PathBuf>,
     /// Folder for every level as a lat-long .exr
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
@@ -245,7 +248,11 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         rotate: o.rotate,
         light_exposure: o.light_exposure,
     };
-    let lights = inputs::light(&o.environment, &adjust, context)?;
+    let mut lights = inputs::light(&o.environment, &adjust, context)?;
+    let suns = o.extract_sun.as_ref().map(|_| crate::suns::take(&mut lights));
+    if let Some(taken) = &suns {
+        context.note(taken.metadata());
+    }
     let tolerance = o.tolerance.unwrap_or(TOLERANCE);
     let start = Instant::now();
     let diffuse = Lobe::lambert();
@@ -276,7 +283,11 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let format = o.format.unwrap_or(plan.engine.format);
     let snippet = o.profile.map(|e| engines::snippet(e, &name).replace("rgb9e5", format.name()));
-    let document = report(&o, &plan, &job, &levels, analysis, &written, snippet.as_deref());
+    let mut document = report(&o, &plan, &job, &levels, analysis, &written, snippet.as_deref());
+    if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
+        taken.write(path, context)?;
+        document["suns"] = taken.json();
+    }
     if context.common.json {
         context.print_json(document)?;
     } else {

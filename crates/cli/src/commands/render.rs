@@ -7,6 +7,7 @@ use crate::inputs::{self, Adjust, Method};
 use crate::looks::{self, Wanted};
 use crate::model::{self, Model};
 use crate::studio::{self, Baked, Look};
+use crate::suns::Beside;
 use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -28,11 +29,13 @@ pub struct Options {
     /// Output: .png is tone-mapped; .exr, .hdr and .pfm are linear
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky]
+    /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky, or none beside --light and --sun-lights]
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Option<String>,
     #[command(flatten)]
     adjust: Adjust,
+    #[command(flatten)]
+    beside: Beside,
     /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
     /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
@@ -160,6 +163,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 }
 
 fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
+    context.suns = o.beside.suns();
     let mut plan = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         crate::scene::plan(Path::new(&o.input), &SceneOverrides::of(o)?, context)?
     } else {
@@ -182,6 +186,7 @@ fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     if let (Some(blur), SceneBackground::Environment(b)) = (o.blur, &mut plan.background) {
         *b = blur.clamp(0.0, 90.0).to_radians();
     }
+    o.beside.join(&mut plan.lights, &o.adjust, context)?;
     plan.tolerance = o.tolerance;
     camera(o, &mut plan)?;
     Ok(plan)
@@ -222,8 +227,11 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         model.materials.clear();
         model.mesh.materials.clear();
     }
-    let spec = o.environment.as_deref().unwrap_or(inputs::DEFAULT_SKY);
-    let lights = inputs::light(spec, &o.adjust, context)?;
+    let lights = match &o.environment {
+        Some(spec) => inputs::light(spec, &o.adjust, context)?,
+        None if o.beside.is_some() => Lights::default(),
+        None => inputs::light(inputs::DEFAULT_SKY, &o.adjust, context)?,
+    };
     let wanted = |brdf, texture| Wanted { brdf, method, params: inputs::parameters(&o.params), texture };
     let mut looks = Vec::new();
     for m in &model.materials {

@@ -10,7 +10,7 @@ mod hits;
 mod shader;
 mod tile;
 
-pub use shader::{BakeShader, JudgeShader, Shader};
+pub use shader::{BakeShader, DirectShader, JudgeShader, Shader};
 
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@ use steradian_base::{Cancelled, Task};
 use steradian_brdf::SharedBrdf;
 use steradian_reference::{Judge, JudgePoint};
 use steradian_sphere::Frame;
+use steradian_techniques::direct::Direct;
 use steradian_techniques::{AnyBake, Points, Radiance};
 
 /// Outgoing radiance of batches of surface points.
@@ -22,6 +23,24 @@ impl Shader for BakeShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         task.check()?;
         self.0.shade(q, out);
+        Ok(())
+    }
+}
+
+/// A technique's bake, and lights that are shaded with the exact reflectance on top of it.
+pub struct DirectShader {
+    /// The bake.
+    pub bake: Arc<BakeShader>,
+    /// The lights.
+    pub direct: Direct,
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+}
+
+impl Shader for DirectShader {
+    fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
+        self.bake.shade(q, out, task)?;
+        self.direct.add(&*self.brdf, q, out);
         Ok(())
     }
 }

@@ -177,9 +177,21 @@ fn number(
     }
 }
 
+fn power(source: &Source<'_>, here: usize, key: &str, v: [f64; 3]) -> Result<[f64; 3], SceneError> {
+    if v.iter().all(|x| x.is_finite() && *x >= 0.0) {
+        return Ok(v);
+    }
+    Err(source.error(here, format!("key '{key}': must be finite and not negative")))
+}
+
 fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
     let mut out = SceneLight {
         environment: l.environment.as_ref().map(at),
+        sun_lights: l
+            .sun_lights
+            .as_ref()
+            .map(|s| Ok(At { value: below(source, s, "sun_lights")?, at: start(s) }))
+            .transpose()?,
         rotation: number(source, &l.rotation, "rotation", f64::is_finite, "finite degrees")?.to_radians(),
         exposure: number(source, &l.exposure, "exposure", |v| v.abs() <= 64.0, "-64 … 64")?,
         ..SceneLight::default()
@@ -189,15 +201,24 @@ fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
         if !(d.angular_radius > 0.0 && d.angular_radius <= 90.0) {
             return Err(source.error(here, "key 'angular_radius': must be above 0 and at most 90 degrees"));
         }
+        let angular_radius = d.angular_radius.to_radians();
+        let area = std::f64::consts::PI * angular_radius.sin().powi(2);
+        let radiance = match (d.radiance, d.irradiance) {
+            (Some(l), None) => l,
+            (None, Some(e)) => e.map(|e| e / area),
+            _ => return Err(source.error(here, "[[light.disk]]: give either 'radiance' or 'irradiance'")),
+        };
+        let direction = unit(source, here, d.direction)?;
         out.disks.push(DiskLight {
-            direction: unit(source, here, d.direction)?,
-            angular_radius: d.angular_radius.to_radians(),
-            radiance: d.radiance,
+            direction,
+            angular_radius,
+            radiance: power(source, here, "radiance", radiance)?,
         });
     }
     for d in &l.directional {
         let direction = unit(source, start(d), d.get_ref().direction)?;
-        out.directionals.push(DirectionalLight { direction, irradiance: d.get_ref().irradiance });
+        let irradiance = power(source, start(d), "irradiance", d.get_ref().irradiance)?;
+        out.directionals.push(DirectionalLight { direction, irradiance });
     }
     for p in &l.point {
         finite(source, start(p), "position", &p.get_ref().position)?;
@@ -209,6 +230,7 @@ fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
         out.points.push(PointLight { position, intensity: p.get_ref().intensity });
     }
     let nothing = out.environment.is_none()
+        && out.sun_lights.is_none()
         && out.disks.is_empty()
         && out.directionals.is_empty()
         && out.points.is_empty();

@@ -21,6 +21,10 @@
 //! environment = "sky:elevation=35" # or a file
 //! rotation = 90             # degrees about +Y
 //!
+//! [[light.point]]           # also [[light.disk]] and [[light.directional]]
+//! position = [1.0, 2.0, 0.5]
+//! intensity = [10, 9, 8]    # W/sr
+//!
 //! [output]
 //! width = 640
 //! height = 480
@@ -96,6 +100,8 @@ pub struct SceneLight {
     pub rotation: f64,
     /// Exposure value of the environment.
     pub exposure: f64,
+    /// File of lights that `--extract-sun` took out of the environment; they turn and scale with it.
+    pub sun_lights: Option<At<String>>,
     /// Disks.
     pub disks: Vec<DiskLight>,
     /// Directional lights.

@@ -103,6 +103,8 @@ pub struct LightText {
     pub rotation: Option<Spanned<f64>>,
     /// Exposure values by which the environment is scaled, −64 … 64.
     pub exposure: Option<Spanned<f64>>,
+    /// A file of lights below the scene file's folder, as `--extract-sun` writes it.
+    pub sun_lights: Option<Spanned<String>>,
     /// `[[light.disk]]`.
     #[serde(default)]
     pub disk: Vec<Spanned<DiskText>>,
@@ -123,7 +125,9 @@ pub struct DiskText {
     /// Angular radius, degrees; the sun's is 0.2666.
     pub angular_radius: f64,
     /// Radiance, W sr⁻¹ m⁻².
-    pub radiance: [f64; 3],
+    pub radiance: Option<[f64; 3]>,
+    /// Instead: irradiance on a surface that faces it, W m⁻².
+    pub irradiance: Option<[f64; 3]>,
 }
 
 /// `[[light.directional]]`.

@@ -1,0 +1,199 @@
+//! Every model's WGSL text against its Rust twin, over grids with edge cases.
+//!
+//! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
+
+use glam::{DVec3, Vec3};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::OnceLock;
+use steradian_brdf::{Brdf, BrdfShader};
+use steradian_gpu::{ComputeRoom, Gpu, GpuError};
+use steradian_techniques::{GpuRoom, PointsBuf};
+
+/// Largest |GPU − CPU| over |CPU|, where the CPU's value is above `FLOOR` of the largest.
+const BOUND: f64 = 1e-3;
+const FLOOR: f64 = 1e-6;
+
+const SPECS: &[&str] = &[
+    "lambert:albedo=0.8/0.5/0.2",
+    "oren-nayar:sigma=0.5",
+    "oren-nayar:sigma=0.5,albedo=0.5/0.4/0.3,variant=full",
+    "oren-nayar:sigma=0.5,variant=fujii",
+    "oren-nayar:sigma=1.57,variant=full",
+    "minnaert:k=1.7",
+    "minnaert:k=0",
+    "phong:n=30",
+    "phong:n=1000000",
+    "phong-map:n=30",
+    "phong-map:n=100000000",
+    "phong-normalized:s=30",
+    "blinn-phong:n=60",
+    "blinn-phong:n=1000000",
+    "blinn-phong-gl:kd=0.3,ks=0.5,n=40",
+    "microfacet:sigma=0.2",
+    "microfacet:sigma=0.001",
+    "cook-torrance:m=0.2,f0=0.9/0.7/0.3",
+    "cook-torrance:m=0.4,g=smith",
+    "cook-torrance:m=0.001",
+    "cook-torrance:m=0.001,g=smith",
+    "ggx:alpha=0.05",
+    "ggx:alpha=0.0001",
+    "ggx:alpha=0.5,f0=0.04",
+    "ggx:ax=0.05,ay=0.4",
+    "ggx:ax=0.0001,ay=10",
+    "ggx:alpha=0.3,scale=0.5/0.25/2",
+    "ward:ax=0.2,ay=0.2,rd=0.2,rs=0.5",
+    "ward:ax=0.05,ay=0.3",
+    "ward:alpha=0.2,variant=1992",
+    "ward:ax=0.1,ay=0.2,variant=duer",
+    "ward:ax=0.001,ay=0.001",
+    "ashikhmin-shirley:nu=100,nv=100,rs=0.1,rd=0.5",
+    "ashikhmin-shirley:nu=10,nv=1000",
+    "ashikhmin-shirley:nu=1e6,nv=0",
+    "lafortune:cx=-0.9,cy=-0.6,cz=0.8,n=12,kd=0.2",
+    "lafortune:cx=-1,cy=-1,cz=1,n=1e5",
+    "lafortune:@skin",
+    "lafortune:@krylon-blue",
+    "lafortune:@clay",
+    "lafortune:@felt",
+    "banks:n=40",
+    "banks-map:n=40",
+    "banks:n=1e6",
+    "kajiya-kay:s=32",
+    "kajiya-kay:s=1e6",
+    "poulin-fournier:d=2,n=30",
+    "poulin-fournier:d=3,h=0.4,kd=0.5,ks=0.3,n=30",
+    "poulin-fournier:d=2.5,h=0.2,kd=0.1,n=3000",
+    "poulin-fournier:d=2,n=1.5",
+    "sgd:gold-metallic-paint",
+    "sgd:blue-acrylic",
+    "sgd:chrome",
+    "abc:gold-metallic-paint",
+    "abc:blue-acrylic",
+    "abc:chrome",
+];
+
+fn gpu() -> Result<&'static Gpu, GpuError> {
+    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+    GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
+}
+
+fn direction(theta: f64, phi: f64) -> Vec3 {
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()).as_vec3()
+}
+
+/// Pairs of wi and wo: at the pole, at grazing, behind; on the mirror direction, near it at all scales, far from it.
+fn pairs() -> Vec<(Vec3, Vec3)> {
+    let mut out = Vec::new();
+    for theta in [0.0, 0.01, 0.3, 0.9, 1.3, 1.5, 1.56, 1.5707, 1.6] {
+        for phi in [0.0, 0.7, 1.571, 3.9] {
+            let wo = direction(theta, phi);
+            let r = Vec3::new(-wo.x, -wo.y, wo.z);
+            for step in [0.0f32, 1e-4, 1e-3, 0.01, 0.1, 0.5] {
+                for (a, b) in [(1.0, 0.0), (-0.6, 0.8), (0.0, -1.0)] {
+                    let across = Vec3::new(a, b, 0.3 * a) * step;
+                    out.push(((r + across).normalize(), wo));
+                }
+            }
+            for t in [0.0, 0.4, 1.1, 1.5, 1.569, 1.58, 2.5] {
+                for p in [0.0, 1.0, 2.2, 3.1415927, 5.0] {
+                    out.push((direction(t, p), wo));
+                }
+            }
+            out.push((-wo, wo));
+        }
+    }
+    out
+}
+
+/// A room that evaluates the text at wi = t, wo = wo.
+fn room(shader: &BrdfShader) -> GpuRoom {
+    let vec4 = |v: &[f32; 4]| format!("vec4<f32>({:e}, {:e}, {:e}, {:e})", v[0], v[1], v[2], v[3]);
+    let text = shader.wgsl();
+    // Members of `struct Brdf` in order; an array takes as many values as it says.
+    let body = text.split("struct Brdf {").nth(1).and_then(|t| t.split('}').next()).unwrap_or_default();
+    let mut values = shader.uniforms().iter();
+    let member = |line: &str| {
+        let count = line.split("array<vec4<f32>, ").nth(1).and_then(|t| t.split('>').next()?.parse().ok());
+        let mut next = || vec4(values.next().unwrap_or(&[0.0; 4]));
+        match count {
+            Some(n) => {
+                let all: Vec<String> = (0..n).map(|_| next()).collect();
+                format!("array<vec4<f32>, {n}>({})", all.join(", "))
+            }
+            None => next(),
+        }
+    };
+    let lines = body.lines().filter(|l| l.contains(": ") && !l.trim().starts_with("//"));
+    let members: Vec<String> = lines.map(member).collect();
+    let wgsl = format!(
+        "{text}\nvar<private> brdf: Brdf = Brdf({});\n\
+         fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {{\n    \
+         return brdf_value(t, wo);\n}}\n",
+        members.join(", ")
+    );
+    let wgsl = Box::leak(wgsl.into_boxed_str());
+    GpuRoom { slug: "brdf", wgsl, tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() }
+}
+
+fn compare(spec: &str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let brdf = steradian_brdf::parse(spec)?;
+    let shader = brdf.shader().ok_or("no WGSL text")?;
+    let pairs = pairs();
+    let mut points = PointsBuf::default();
+    pairs.iter().for_each(|(wi, wo)| points.push(Vec3::Z, *wi, *wo, Vec3::ZERO));
+    let twin = ComputeRoom::new(gpu, &room(&shader))?.shade(gpu, &points)?;
+    let own: Vec<[f64; 3]> =
+        pairs.iter().map(|(wi, wo)| brdf.f_cos(wi.as_dvec3(), wo.as_dvec3())).collect();
+    let top = own.iter().flatten().fold(0.0f64, |a, x| a.max(*x));
+    if !(top > 0.0 && top.is_finite()) {
+        return Err(format!("the CPU's values end at {top}: nothing was compared").into());
+    }
+    let mut worst = (0.0, String::new());
+    for (i, f) in own.iter().enumerate() {
+        for c in 0..3 {
+            let got = f64::from(twin[c][i]);
+            let off = (got - f[c]).abs() / f[c].abs().max(FLOOR * top);
+            if off > worst.0 || off.is_nan() {
+                let (wi, wo) = pairs[i];
+                worst = (off, format!("wi {wi}, wo {wo}, channel {c}: CPU {:e}, GPU {got:e}", f[c]));
+            }
+        }
+    }
+    if worst.0 <= BOUND { Ok(()) } else { Err(format!("{:.1e} apart: {}", worst.0, worst.1).into()) }
+}
+
+/// Every model has a text, and every text is among the specs.
+fn every_model_has_a_text() -> Result<(), Failed> {
+    for info in steradian_brdf::models() {
+        let tested = SPECS.iter().any(|s| s.split(':').next() == Some(info.name));
+        if !tested {
+            return Err(format!("{} is not tested", info.name).into());
+        }
+    }
+    Ok(())
+}
+
+/// The texts validate without an adapter.
+fn texts_validate(spec: &str) -> Result<(), Failed> {
+    let brdf = steradian_brdf::parse(spec)?;
+    let source = steradian_techniques::gpu::module(&room(&brdf.shader().ok_or("no WGSL text")?));
+    let module = naga::front::wgsl::parse_str(&source).map_err(|e| e.emit_to_string(&source))?;
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(&source))?;
+    Ok(())
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
+    let ignored = gpu().is_err() && !required;
+    let mut trials = vec![Trial::test("every_model_has_a_text", every_model_has_a_text)];
+    for spec in SPECS {
+        trials.push(Trial::test(format!("valid::{spec}"), move || texts_validate(spec)));
+        trials.push(Trial::test(*spec, move || compare(spec)).with_ignored_flag(ignored));
+    }
+    libtest_mimic::run(&arguments, trials).exit();
+}
