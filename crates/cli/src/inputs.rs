@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
-use steradian_formats::{TextureLevels, read_image};
+use steradian_formats::{ReadOptions, TextureLevels, read_image, read_image_with};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
-use steradian_render::Texture;
+use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_render::scenefile::unknown;
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
@@ -363,6 +363,31 @@ pub fn texture(path: &Path, context: &mut Context) -> Result<Arc<Texture>, Failu
     let (w, h) = (raster.width, raster.height);
     let texture = raster.into_rgb().and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
     texture.ok_or_else(|| Failure::input(format!("{}: has no colour", path.display())))
+}
+
+/// The planes of an image that holds numbers, not colours.
+fn data(path: &Path, context: &mut Context) -> Result<(usize, usize, [Vec<f32>; 3]), Failure> {
+    context.note_input(path);
+    let options = ReadOptions { limits: context.limits(), data: true, ..ReadOptions::default() };
+    let raster = read_image_with(path, &options)?;
+    let (w, h) = (raster.width, raster.height);
+    let planes = raster.into_rgb().filter(|p| !p[0].is_empty());
+    planes
+        .map(|p| (w, h, p))
+        .ok_or_else(|| Failure::input(format!("{}: has no red, green and blue", path.display())))
+}
+
+/// Loads a tangent-space normal map (glTF's: green up).
+pub fn normal_map(path: &Path, scale: f32, context: &mut Context) -> Result<Maps, Failure> {
+    let (w, h, planes) = data(path, context)?;
+    Ok(Maps { normal: NormalMap::new(w, h, &planes, scale).map(Arc::new), ..Maps::default() })
+}
+
+/// Loads a map of perceptual roughness: the green channel (as in glTF's), or the only one.
+pub fn roughness_map(path: &Path, context: &mut Context) -> Result<Maps, Failure> {
+    let (w, h, planes) = data(path, context)?;
+    let alpha2 = steradian_render::maps::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
+    Ok(Maps { alpha2: alpha2.map(Arc::new), ..Maps::default() })
 }
 
 /// Luminance-weighted mean direction of a light: its first band.

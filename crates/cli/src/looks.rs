@@ -8,7 +8,7 @@ use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
-use steradian_render::{Surface, Texture};
+use steradian_render::{Maps, Surface, Texture};
 use steradian_scene::Camera;
 use steradian_techniques::Card;
 
@@ -23,6 +23,8 @@ pub struct Wanted {
     pub params: ParamValues,
     /// Multiplies the net reflectance.
     pub texture: Option<Arc<Texture>>,
+    /// Normals and roughness that vary.
+    pub maps: Maps,
 }
 
 /// Rooms that are baked to choose among, unless the first ones miss the tolerance.
@@ -37,7 +39,13 @@ const VISIBLE: f64 = 0.05;
 impl Wanted {
     /// The material with a technique.
     pub fn with(&self, method: Method) -> Look {
-        Look { brdf: self.brdf.clone(), method, params: self.params.clone(), texture: self.texture.clone() }
+        Look {
+            brdf: self.brdf.clone(),
+            method,
+            params: self.params.clone(),
+            texture: self.texture.clone(),
+            maps: self.maps.clone(),
+        }
     }
 
     /// Are both the same but for their textures?
@@ -60,7 +68,7 @@ pub fn bake(
     for w in wanted {
         let done = out.iter().find(|(look, _)| w.shades_like(look));
         let next = match (done, w.method) {
-            (Some((look, baked)), _) => (w.with(look.method), shared(baked, w.texture.clone())),
+            (Some((look, baked)), _) => (w.with(look.method), shared(baked, w.texture.clone(), w.maps.clone())),
             (None, Some(method)) => {
                 let look = w.with(method);
                 let baked = studio::bake(&look, lights, camera, tolerance, context)?;
@@ -68,17 +76,27 @@ pub fn bake(
             }
             (None, None) => choose(w, lights, camera, tolerance, context)?,
         };
+        say_left_out(&next, context);
         out.push(next);
     }
     Ok(out)
 }
 
-/// The same bake under another texture; it costs nothing.
-pub fn shared(b: &Baked, base_colour: Option<Arc<Texture>>) -> Baked {
+/// Says what of a surface's maps its technique leaves out.
+fn say_left_out((look, baked): &(Look, Baked), context: &Context) {
+    let left_out = baked.varies.left_out(look.maps.alpha2.is_some(), look.maps.filters());
+    if !left_out.is_empty() {
+        context.say(format_args!("{} leaves out {}", look.method.slug(), left_out.join(" and ")));
+    }
+}
+
+/// The same bake under other textures; it costs nothing.
+pub fn shared(b: &Baked, base_colour: Option<Arc<Texture>>, maps: Maps) -> Baked {
     Baked {
-        surface: Surface { shader: b.surface.shader.clone(), base_colour },
+        surface: Surface { shader: b.surface.shader.clone(), base_colour, maps },
         certificate: b.certificate.clone(),
         judge: b.judge.clone(),
+        varies: b.varies,
         #[cfg(feature = "gpu")]
         bake: b.bake.clone(),
         #[cfg(feature = "gpu")]

@@ -31,6 +31,9 @@ pub fn model(spec: &str, context: &mut Context) -> Result<Model, Failure> {
     let path = Path::new(spec);
     let mut loaded = inputs::load_mesh(path, context)?;
     place_textures(&mut loaded);
+    if loaded.materials.iter().any(|m| m.normal_texture.is_some()) {
+        make_tangents(&mut loaded.meshes);
+    }
     complete(&mut loaded.meshes);
     let mut mesh = loaded.merged();
     let used = compact(&mut mesh);
@@ -45,18 +48,28 @@ pub fn model(spec: &str, context: &mut Context) -> Result<Model, Failure> {
         materials.push(FileMaterial::read(data, &loaded.textures, &context.limits())?);
     }
     if mesh.uvs.is_empty()
-        && materials.iter().any(|m| m.base_colour.as_ref().is_some_and(|t| t.size() != (1, 1)))
+        && materials.iter().any(|m| {
+            m.base_colour.as_ref().is_some_and(|t| t.size() != (1, 1)) || !m.maps(true).is_empty()
+        })
     {
         context.warn(format_args!("{spec}: has textures but no texture coordinates"));
     }
     Ok(Model { mesh, materials })
 }
 
-/// Moves texture coordinates to where the base colour's transform puts them.
+/// MikkTSpace's tangents for meshes that have texture coordinates and no tangents.
+pub fn make_tangents(meshes: &mut [Mesh]) {
+    for m in meshes.iter_mut().filter(|m| m.tangents.is_empty() && !m.uvs.is_empty()) {
+        m.make_tangents();
+    }
+}
+
+/// Moves texture coordinates to where the transform of the material's first texture puts them.
 fn place_textures(loaded: &mut Loaded) {
     let plain = |r: &TextureRef| r.offset == [0.0; 2] && r.scale == [1.0; 2] && r.rotation == 0.0;
     let transform = |m: u32| {
-        let r = loaded.materials.get(m as usize)?.base_color_texture?;
+        let m = loaded.materials.get(m as usize)?;
+        let r = m.base_color_texture.or(m.normal_texture).or(m.metallic_roughness_texture)?;
         (!plain(&r)).then_some(r)
     };
     for mesh in &mut loaded.meshes {

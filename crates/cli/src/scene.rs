@@ -5,12 +5,12 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
-use crate::model::complete;
+use crate::model::{complete, make_tangents};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
-use steradian_render::{SceneFile, Settings};
+use steradian_render::{Maps, SceneFile, Settings};
 use steradian_scene::Mesh;
 
 /// Loads the scene file `path` and all that it refers to.
@@ -82,6 +82,9 @@ fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, context: &mut Conte
         MeshSource::File(name) => below(folder, name).and_then(|p| inputs::mesh_file(&p, context)),
     };
     let mut mesh = located(file, &m.source, loaded)?;
+    if file.materials[m.material].normal.is_some() {
+        make_tangents(std::slice::from_mut(&mut mesh));
+    }
     if let Some(direction) = m.brushing {
         mesh.brush(direction);
     }
@@ -109,7 +112,25 @@ fn look(
         let loaded = below(folder, &t.value).and_then(|p| inputs::texture(&p, context));
         located(file, t, loaded)
     });
-    Ok(Wanted { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()? })
+    let image = |name: &At<String>, make: &dyn Fn(&Path, &mut Context) -> Result<Maps, Failure>, context: &mut Context| {
+        let loaded = below(folder, &name.value).and_then(|p| make(&p, context));
+        located(file, name, loaded)
+    };
+    let mut maps = Maps { filtering: file.output.normal_filtering, ..Maps::default() };
+    if let Some(name) = &m.normal {
+        let scale = m.normal_scale;
+        maps.normal = image(name, &|p, c| inputs::normal_map(p, scale, c), context)?.normal;
+    }
+    if let Some(name) = &m.roughness {
+        maps.alpha2 = image(name, &|p, c| inputs::roughness_map(p, c), context)?.alpha2;
+    }
+    Ok(Wanted {
+        brdf: m.brdf.clone(),
+        method,
+        params: m.params.clone(),
+        texture: texture.transpose()?,
+        maps,
+    })
 }
 
 fn lights(

@@ -9,10 +9,10 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_reference::{Judge, Lookup};
-use steradian_render::{BakeShader, DirectShader, JudgeShader, Shader, Surface, Texture};
+use steradian_render::{BakeShader, DirectShader, JudgeShader, Maps, Shader, Surface, Texture};
 use steradian_scene::Camera;
 use steradian_techniques::direct::{Direct, split};
-use steradian_techniques::{Material, View};
+use steradian_techniques::{Material, Varies, View};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
 pub const PICTURE_TOLERANCE: f64 = 2e-3;
@@ -28,6 +28,8 @@ pub struct Look {
     pub params: ParamValues,
     /// Multiplies the net reflectance.
     pub texture: Option<Arc<Texture>>,
+    /// Normals and roughness that vary.
+    pub maps: Maps,
 }
 
 /// A look that is ready to shade.
@@ -41,6 +43,8 @@ pub struct Baked {
     /// The technique's bake; `None` for the reference.
     #[cfg(feature = "gpu")]
     pub bake: Option<Arc<BakeShader>>,
+    /// What of the surface's maps it shades with.
+    pub varies: Varies,
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(feature = "gpu")]
     pub direct: (SharedBrdf, Direct),
@@ -73,12 +77,12 @@ pub fn bake(
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
     let mut direct = Direct::default();
-    let (shader, judge, bake, certificate, bytes): (Arc<dyn Shader>, _, _, _, _) = match look.method {
+    let (shader, judge, bake, certificate, bytes, varies): (Arc<dyn Shader>, _, _, _, _, _) = match look.method {
         Method::Reference => {
             let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
             let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
             let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
-            (shader.clone(), Some(shader), None, None, 0)
+            (shader.clone(), Some(shader), None, None, 0, Varies::NONE)
         }
         Method::Technique(t) => {
             let task = context.task.clone().with_tolerance(tolerance);
@@ -86,9 +90,9 @@ pub fn bake(
             direct = lit;
             let mut bake = t.bake(&baked, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
             bake.frame(&view(camera));
-            let (certificate, bytes) = (bake.certificate().clone(), bake.bytes());
+            let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
             let bake = Arc::new(BakeShader(bake));
-            (bake.clone(), None, Some(bake), Some(certificate), bytes)
+            (bake.clone(), None, Some(bake), Some(certificate), bytes, varies)
         }
     };
     let shader = match &bake {
@@ -97,13 +101,14 @@ pub fn bake(
         }
         _ => shader,
     };
-    let surface = Surface { shader, base_colour: look.texture.clone() };
+    let surface = Surface { shader, base_colour: look.texture.clone(), maps: look.maps.clone() };
     Ok(Baked {
         surface,
         certificate,
         judge,
         #[cfg(feature = "gpu")]
         bake,
+        varies,
         #[cfg(feature = "gpu")]
         direct: (look.brdf.clone(), direct),
         bytes,

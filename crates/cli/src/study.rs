@@ -13,7 +13,7 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors, flip_displays};
-use steradian_render::{Backdrop, Background, Cell, Develop, Display, Film, Settings, Stage, ToneMapper};
+use steradian_render::{Backdrop, Background, Cell, Develop, Display, Film, Maps, Settings, Stage, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// One light, one material, one mesh.
@@ -47,7 +47,13 @@ pub struct Subject {
 impl Subject {
     fn of(case: &Case) -> Self {
         let look =
-            Wanted { brdf: case.brdf.clone(), method: None, params: ParamValues::default(), texture: None };
+            Wanted {
+                brdf: case.brdf.clone(),
+                method: None,
+                params: ParamValues::default(),
+                texture: None,
+                maps: Maps::default(),
+            };
         Self {
             mesh: case.mesh.clone(),
             camera: case.camera,
@@ -188,7 +194,7 @@ fn bake(case: &Subject, method: Method, plan: &Plan, context: &Context) -> Resul
     let mut refused = None;
     for (i, look) in case.looks.iter().enumerate() {
         if let Some(k) = case.looks[..i].iter().position(|l| l.brdf.spec() == look.brdf.spec()) {
-            out.push(looks::shared(&out[k], look.texture.clone()));
+            out.push(looks::shared(&out[k], look.texture.clone(), look.maps.clone()));
             continue;
         }
         out.push(match one(look, method) {

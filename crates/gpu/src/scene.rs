@@ -8,11 +8,15 @@ use steradian_techniques::GpuRoom;
 /// Triangles ready for upload.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Triangles {
-    /// Three vec4 a vertex: position and u, normal and v, tangent and 0. Normals and tangents that are 0 are
-    /// made by the shader.
+    /// Three vec4 a vertex: position and u, normal and v, tangent and the sign of the bitangent. Normals and
+    /// tangents that are 0 are made by the shader.
     pub vertices: Vec<[f32; 12]>,
+    /// Linear RGB of every vertex, which multiplies the radiance; empty where there is none.
+    pub colors: Vec<[f32; 3]>,
     /// Three vertices a triangle, counter-clockwise seen from outside.
     pub indices: Vec<[u32; 3]>,
+    /// A vertex's site, for rooms with data per site: its number in the mesh.
+    pub sites: Vec<u32>,
 }
 
 impl Triangles {
@@ -26,6 +30,8 @@ impl Triangles {
                 if place[v] == u32::MAX {
                     place[v] = out.vertices.len() as u32;
                     out.vertices.push(vertex(mesh, v));
+                    out.colors.extend(mesh.colors.get(v).map(|c| c.to_array()));
+                    out.sites.push(v as u32);
                 }
                 place[v]
             }));
@@ -46,7 +52,7 @@ fn vertex(mesh: &Mesh, v: usize) -> [f32; 12] {
     let n = mesh.normals.get(v).copied().unwrap_or_default();
     let t = mesh.tangents.get(v).copied().unwrap_or_default();
     let uv = mesh.uvs.get(v).copied().unwrap_or_default();
-    [p.x, p.y, p.z, uv.x, n.x, n.y, n.z, uv.y, t.x, t.y, t.z, 0.0]
+    [p.x, p.y, p.z, uv.x, n.x, n.y, n.z, uv.y, t.x, t.y, t.z, t.w]
 }
 
 /// One level of a picture: linear RGB, rows from the top.
@@ -60,11 +66,57 @@ pub struct Level {
     pub texels: Vec<[f32; 3]>,
 }
 
+/// What lies beyond the unit square of texture coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Copies.
+    #[default]
+    Repeat,
+    /// Copies, mirrored in turn.
+    Mirror,
+    /// The border texels.
+    Clamp,
+}
+
 /// A texture: levels from the finest, each side half of the one before (rounded down, at least 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// The levels; at least one.
     pub levels: Vec<Level>,
+    /// What lies beyond the unit square in u and v.
+    pub wrap: [Wrap; 2],
+}
+
+/// How the normals under a sample are taken into account.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NormalFiltering {
+    /// Their mean alone.
+    None,
+    /// They widen the lobe.
+    Isotropic,
+    /// Lookups along several of them.
+    #[default]
+    Covariance,
+}
+
+/// A tangent-space normal map whose levels hold the moments of the normals under each texel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormalMap {
+    /// Mean of the unit normals.
+    pub mean: Texture,
+    /// Covariance of their x and y: xx, xy, yy.
+    pub spread: Texture,
+}
+
+/// What varies over a surface beside its base colour.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Maps {
+    /// Normals.
+    pub normal: Option<NormalMap>,
+    /// alpha² in red, in place of the material's.
+    pub alpha2: Option<Texture>,
+    /// How normals are filtered.
+    pub filtering: NormalFiltering,
 }
 
 /// A mesh, how it reflects and where it stands.
@@ -72,12 +124,22 @@ pub struct Texture {
 pub struct Object {
     /// The geometry.
     pub triangles: Arc<Triangles>,
-    /// How it reflects.
+    /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
+    /// ([`steradian_techniques::AnyBake::gpu_varied`]): of another, normals alone vary.
     pub room: GpuRoom,
     /// Multiplies the radiance.
     pub base_colour: Option<Texture>,
+    /// Normals and roughness that vary over the surface.
+    pub maps: Maps,
     /// Object → world.
     pub transform: Affine3A,
+}
+
+impl Object {
+    /// Is it shaded by the variant of shaders that reads maps and vertex colours?
+    pub(crate) fn is_mapped(&self) -> bool {
+        self.maps.normal.is_some() || self.maps.alpha2.is_some() || !self.triangles.colors.is_empty()
+    }
 }
 
 /// A distant disk of constant radiance.

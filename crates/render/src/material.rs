@@ -3,7 +3,8 @@
 //! Files describe a diffuse part, a specular part and textures of each; one BRDF with one texture is what the
 //! techniques take. What is assumed and what is left out is said in words, never silently.
 
-use crate::Texture;
+use crate::maps::{self, Maps, NormalFiltering};
+use crate::{NormalMap, Texture};
 use std::sync::Arc;
 use steradian_brdf::{SharedBrdf, SpecError, parse};
 use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
@@ -20,23 +21,34 @@ pub struct FileMaterial {
     pub left_out: Vec<&'static str>,
     /// Multiplies the net reflectance; `None` where the file's is white.
     pub base_colour: Option<Arc<Texture>>,
+    /// Normals.
+    pub normal: Option<Arc<NormalMap>>,
+    /// alpha² of metals whose roughness varies.
+    pub alpha2: Option<Arc<Texture>>,
 }
 
 /// Smallest alpha of metals: files say 0 for a polish that no light is sharp enough for.
-const MIN_ALPHA: f64 = 0.02;
+pub const MIN_ALPHA: f32 = 0.02;
 
 impl FileMaterial {
     /// Reads a material's textures. Metals (mean metalness above ½) become `ggx` of the mean alpha whose f0 is the
     /// base colour, everything else `lambert` whose albedo is the base colour.
     pub fn read(m: &MaterialData, textures: &[TextureSource], limits: &Limits) -> Result<Self, FormatError> {
-        let (metallic, alpha) = metallic_and_alpha(m, textures, limits)?;
+        let roughness = image(m.metallic_roughness_texture.as_ref(), textures, true, limits)?;
+        let (metallic, alpha) = metallic_and_alpha(m, roughness.as_ref());
         let metal = metallic > 0.5;
+        let elsewhere = |r: &Option<TextureRef>| {
+            let first = m.base_color_texture.or(m.normal_texture).or(m.metallic_roughness_texture);
+            let place = |r: TextureRef| (r.offset, r.rotation, r.scale);
+            r.is_some_and(|r| first.is_some_and(|f| place(f) != place(r)))
+        };
         let spec = if metal { format!("ggx:alpha={alpha:.3}") } else { "lambert".into() };
         let mixed = m.metallic_roughness_texture.is_some();
         let left_out = [
-            (metal && mixed, "what is not metal, and the variation of roughness"),
+            (metal && mixed && metallic < 0.95, "what is not metal"),
             (!metal && (metallic > 0.05 || mixed || m.phong.is_some_and(|p| p.0 != [0.0; 3])), "highlights"),
-            (m.normal_texture.is_some(), "the normal map"),
+            (elsewhere(&m.normal_texture), "the placement of its normal map"),
+            (metal && elsewhere(&m.metallic_roughness_texture), "the placement of its roughness map"),
             (m.occlusion_texture.is_some(), "occlusion"),
             (m.emissive != [0.0; 3], "emission"),
             (m.base_color[3] < 1.0 || m.alpha_cutoff.is_some(), "transparency"),
@@ -46,7 +58,18 @@ impl FileMaterial {
             spec,
             left_out: left_out.into_iter().filter(|l| l.0).map(|l| l.1).collect(),
             base_colour: base_colour(m, textures, limits)?.map(Arc::new),
+            normal: normal(m, textures, limits)?.map(Arc::new),
+            alpha2: roughness.filter(|_| metal).and_then(|r| alpha2(m, &r)).map(Arc::new),
         })
+    }
+
+    /// The maps, those of roughness only where `roughness` (another reflectance has its own).
+    pub fn maps(&self, roughness: bool) -> Maps {
+        Maps {
+            normal: self.normal.clone(),
+            alpha2: self.alpha2.clone().filter(|_| roughness),
+            filtering: NormalFiltering::default(),
+        }
     }
 
     /// The reflectance that [`FileMaterial::spec`] says.
@@ -57,11 +80,17 @@ impl FileMaterial {
     /// What was assumed, in one line.
     pub fn assumed(&self) -> String {
         let times = if self.base_colour.is_some() { " times its base colour" } else { "" };
+        let with = match (self.normal.is_some(), self.alpha2.is_some()) {
+            (true, true) => ", with its normal and roughness maps",
+            (true, false) => ", with its normal map",
+            (false, true) => ", with its roughness map",
+            (false, false) => "",
+        };
         let without = match self.left_out.as_slice() {
             [] => String::new(),
             some => format!(", without {}", some.join(", ")),
         };
-        format!("material '{}' taken as {}{times}{without}", self.name, self.spec)
+        format!("material '{}' taken as {}{times}{with}{without}", self.name, self.spec)
     }
 }
 
@@ -77,14 +106,9 @@ fn image(
 }
 
 /// Mean metalness, and mean alpha = perceptual roughness²; glTF 2.0, 3.9.2: factor times blue, factor times green.
-fn metallic_and_alpha(
-    m: &MaterialData,
-    textures: &[TextureSource],
-    limits: &Limits,
-) -> Result<(f64, f64), FormatError> {
-    let raster = image(m.metallic_roughness_texture.as_ref(), textures, true, limits)?;
+fn metallic_and_alpha(m: &MaterialData, raster: Option<&Raster>) -> (f64, f64) {
     let mean = |name: &str, f: &dyn Fn(f64) -> f64| -> f64 {
-        let plane = raster.as_ref().and_then(|r| r.channel(name).or_else(|| r.channel("Y")));
+        let plane = raster.and_then(|r| r.channel(name).or_else(|| r.channel("Y")));
         match plane {
             Some(p) if !p.is_empty() => p.iter().map(|v| f(f64::from(*v))).sum::<f64>() / p.len() as f64,
             _ => f(1.0),
@@ -92,7 +116,31 @@ fn metallic_and_alpha(
     };
     let metallic = mean("B", &|b| b * f64::from(m.metallic));
     let alpha = mean("G", &|g| (g * f64::from(m.perceptual_roughness)).powi(2));
-    Ok((metallic.clamp(0.0, 1.0), alpha.clamp(MIN_ALPHA, 1.0)))
+    (metallic.clamp(0.0, 1.0), alpha.clamp(f64::from(MIN_ALPHA), 1.0))
+}
+
+/// The map of alpha² where roughness varies.
+fn alpha2(m: &MaterialData, raster: &Raster) -> Option<Texture> {
+    let plane = raster.channel("G").or_else(|| raster.channel("Y"))?;
+    if plane.iter().all(|v| v == &plane[0]) {
+        return None;
+    }
+    let texture = maps::alpha2(raster.width, raster.height, plane, m.perceptual_roughness, MIN_ALPHA)?;
+    let wrap = m.metallic_roughness_texture.as_ref()?.wrap;
+    Some(texture.with_wrap(wrap))
+}
+
+/// The normal map.
+fn normal(
+    m: &MaterialData,
+    textures: &[TextureSource],
+    limits: &Limits,
+) -> Result<Option<NormalMap>, FormatError> {
+    let Some(r) = &m.normal_texture else { return Ok(None) };
+    let Some(raster) = image(Some(r), textures, true, limits)? else { return Ok(None) };
+    let (width, height) = (raster.width, raster.height);
+    let map = raster.into_rgb().and_then(|p| NormalMap::new(width, height, &p, m.normal_scale));
+    Ok(map.map(|t| t.with_wrap(r.wrap)))
 }
 
 /// Factor times texture, linear; `None` where that is white everywhere.

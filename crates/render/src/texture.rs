@@ -45,6 +45,16 @@ impl Texture {
         self
     }
 
+    /// The texture whose texels are `f` of the texels of this one and of `other` at the same places; both have
+    /// one size.
+    pub fn zip(&self, other: &Self, f: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Self {
+        let level = |(a, b): (&Level, &Level)| Level {
+            texels: a.texels.iter().zip(&b.texels).map(|(a, b)| f(*a, *b)).collect(),
+            ..*a
+        };
+        Self { levels: self.levels.iter().zip(&other.levels).map(level).collect(), wrap: self.wrap }
+    }
+
     /// What lies beyond the unit square in u and v.
     pub fn wrap(&self) -> [Wrap; 2] {
         self.wrap

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Background, Row, Settings, Sheet, ToneMapper};
+use steradian_render::{Background, Maps, Row, Settings, Sheet, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// Options of `steradian compare`.
@@ -132,18 +132,20 @@ fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
     let camera = framing(o, &mesh)?;
     let bvh = Bvh::build(&mesh);
     let mesh = Arc::new((mesh, bvh));
-    let look = |brdf, texture| Wanted { brdf, method: None, params: ParamValues::default(), texture };
+    let look = |brdf, texture, maps| {
+        Wanted { brdf, method: None, params: ParamValues::default(), texture, maps }
+    };
     let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
-        let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone())));
+        let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));
         looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
     } else {
         for spec in given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]) {
             let brdf = inputs::brdf(spec, context)?;
             let mut all: Vec<_> =
-                materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone())).collect();
+                materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
             if all.is_empty() {
-                all.push(look(brdf, None));
+                all.push(look(brdf, None, Maps::default()));
             }
             looks.push((short(spec), all));
         }

@@ -17,7 +17,7 @@ use steradian_formats::WriteOptions;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::tone::auto_exposure;
-use steradian_render::{Backdrop, Background, Develop, Film, Settings, Stage, ToneMapper};
+use steradian_render::{Backdrop, Background, Develop, Film, Maps, NormalFiltering, Settings, Stage, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// Options of `steradian render`.
@@ -53,6 +53,19 @@ pub struct Options {
     /// Image that multiplies the net reflectance, in place of the file's base colours
     #[arg(long, visible_alias = "base-color", value_name = "FILE")]
     base_color_texture: Option<PathBuf>,
+    /// Tangent-space normal map, green up (as in glTF), in place of the file's
+    #[arg(long, value_name = "FILE")]
+    normal_map: Option<PathBuf>,
+    /// Factor of the bumps of --normal-map [default: 1]
+    #[arg(long, value_name = "S", value_parser = inputs::finite, allow_negative_numbers = true, requires = "normal_map")]
+    normal_scale: Option<f64>,
+    /// Image of perceptual roughness (its green channel), in place of the reflectance's
+    #[arg(long, value_name = "FILE")]
+    roughness_map: Option<PathBuf>,
+    /// How the normals under a pixel are filtered: covariance (along their spread), isotropic (rounder highlights, less
+    /// work) or none (highlights of distant bumps alias) [default: covariance]
+    #[arg(long, value_name = "HOW", value_parser = normal_filtering)]
+    normal_filtering: Option<NormalFiltering>,
     /// Leave out the materials of the mesh file
     #[arg(long)]
     plain: bool,
@@ -107,6 +120,12 @@ pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
     let names = ToneMapper::ALL.map(ToneMapper::name);
     ToneMapper::from_name(text)
         .ok_or_else(|| steradian_render::scenefile::unknown("tone mapper", text, &names))
+}
+
+fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
+    let names = NormalFiltering::ALL.map(|a| a.0);
+    NormalFiltering::from_name(text)
+        .ok_or_else(|| steradian_render::scenefile::unknown("way", text, &names))
 }
 
 fn background(text: &str) -> Result<SceneBackground, String> {
@@ -188,6 +207,9 @@ fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     }
     o.beside.join(&mut plan.lights, &o.adjust, context)?;
     plan.tolerance = o.tolerance;
+    if let Some(filtering) = o.normal_filtering {
+        plan.looks.iter_mut().for_each(|l| l.maps.filtering = filtering);
+    }
     camera(o, &mut plan)?;
     Ok(plan)
 }
@@ -201,8 +223,10 @@ pub struct SceneOverrides {
 
 impl SceneOverrides {
     fn of(o: &Options) -> Result<Self, Failure> {
-        if o.brdf.is_some() || o.base_color_texture.is_some() || o.plain || !o.params.is_empty() {
-            let why = "--brdf, --base-color-texture, --plain and --param belong to a mesh; a scene file has materials";
+        let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
+        if o.brdf.is_some() || maps || o.plain || !o.params.is_empty() {
+            let why = "--brdf, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong to a \
+                       mesh; a scene file has materials";
             return Err(Failure::usage(why));
         }
         let method = o.technique.as_deref().map(Method::find).transpose()?;
@@ -223,6 +247,10 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         let why = format!("{}: has no texture coordinates for --base-color-texture", o.input);
         return Err(Failure::usage(why));
     }
+    let given_maps = maps(o, &model.mesh, context)?;
+    if given_maps.normal.is_some() {
+        model::make_tangents(std::slice::from_mut(&mut model.mesh));
+    }
     if o.plain {
         model.materials.clear();
         model.mesh.materials.clear();
@@ -232,21 +260,29 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         None if o.beside.is_some() => Lights::default(),
         None => inputs::light(inputs::DEFAULT_SKY, &o.adjust, context)?,
     };
-    let wanted = |brdf, texture| Wanted { brdf, method, params: inputs::parameters(&o.params), texture };
+    let wanted = |brdf, texture, file: Maps| {
+        let maps = Maps {
+            normal: given_maps.normal.clone().or(file.normal),
+            alpha2: given_maps.alpha2.clone().or(file.alpha2),
+            ..file
+        };
+        Wanted { brdf, method, params: inputs::parameters(&o.params), texture, maps }
+    };
     let mut looks = Vec::new();
     for m in &model.materials {
         let brdf = match &given {
             Some(brdf) => brdf.clone(),
             None => m.brdf()?,
         };
-        looks.push(wanted(brdf, texture.clone().or_else(|| m.base_colour.clone())));
+        let base_colour = texture.clone().or_else(|| m.base_colour.clone());
+        looks.push(wanted(brdf, base_colour, m.maps(given.is_none())));
     }
     if looks.is_empty() {
         let brdf = match given.clone() {
             Some(brdf) => brdf,
             None => inputs::brdf(if texture.is_some() { "lambert" } else { "lambert:albedo=0.6" }, context)?,
         };
-        looks.push(wanted(brdf, texture.clone()));
+        looks.push(wanted(brdf, texture.clone(), Maps::default()));
     }
     say_materials(o, &model, given.is_some(), texture.is_some(), context);
     Ok(Plan {
@@ -260,6 +296,24 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         background: SceneBackground::Environment(0.0),
         tolerance: None,
     })
+}
+
+/// The maps of the command line.
+fn maps(o: &Options, mesh: &Mesh, context: &mut Context) -> Result<Maps, Failure> {
+    let mut out = Maps::default();
+    for (name, option) in [(&o.normal_map, "--normal-map"), (&o.roughness_map, "--roughness-map")] {
+        if name.is_some() && mesh.uvs.is_empty() {
+            let why = format!("{}: has no texture coordinates for {option}", o.input);
+            return Err(Failure::usage(why));
+        }
+    }
+    if let Some(path) = &o.normal_map {
+        out.normal = inputs::normal_map(path, o.normal_scale.unwrap_or(1.0) as f32, context)?.normal;
+    }
+    if let Some(path) = &o.roughness_map {
+        out.alpha2 = inputs::roughness_map(path, context)?.alpha2;
+    }
+    Ok(out)
 }
 
 /// Says what of the file's materials is used; of many, the first ones.

@@ -8,7 +8,10 @@ use glam::{Affine3A, Mat3};
 use std::sync::Arc;
 use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError, Renderer};
-use steradian_render::{Background, Film, Settings, Stage, Texture};
+use steradian_formats::mesh::Wrap;
+use steradian_render::{
+    Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture,
+};
 use steradian_sphere::SphereImage;
 
 /// An open GPU.
@@ -98,13 +101,17 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
     let last = baked.len().saturating_sub(1);
     let object = |(k, b): (usize, &&Baked)| {
         let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
-        let room = b.bake.as_ref()?.0.gpu();
+        let bake = &b.bake.as_ref()?.0;
+        let maps = &b.surface.maps;
+        let varied = if maps.is_empty() { None } else { bake.gpu_varied() };
+        let room = varied.unwrap_or_else(|| bake.gpu());
         let base_colour = b.surface.base_colour.as_deref().map(texture);
         let triangles = Arc::new(triangles);
         (!triangles.indices.is_empty()).then_some(Object {
             triangles,
             room,
             base_colour,
+            maps: mapped(maps),
             transform: Affine3A::IDENTITY,
         })
     };
@@ -116,13 +123,33 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
     }
 }
 
+/// The maps of a surface as plain data.
+fn mapped(m: &Maps) -> scene::Maps {
+    let normal =
+        |n: &NormalMap| scene::NormalMap { mean: texture(n.mean()), spread: texture(n.spread()) };
+    scene::Maps {
+        normal: m.normal.as_deref().map(normal),
+        alpha2: m.alpha2.as_deref().map(texture),
+        filtering: match m.filtering {
+            NormalFiltering::None => scene::NormalFiltering::None,
+            NormalFiltering::Isotropic => scene::NormalFiltering::Isotropic,
+            NormalFiltering::Covariance => scene::NormalFiltering::Covariance,
+        },
+    }
+}
+
 fn texture(t: &Texture) -> scene::Texture {
     let level = |(width, height, texels): (usize, usize, &[[f32; 3]])| Level {
         width,
         height,
         texels: texels.to_vec(),
     };
-    scene::Texture { levels: t.levels().map(level).collect() }
+    let wrap = t.wrap().map(|w| match w {
+        Wrap::Repeat => scene::Wrap::Repeat,
+        Wrap::Mirror => scene::Wrap::Mirror,
+        Wrap::Clamp => scene::Wrap::Clamp,
+    });
+    scene::Texture { levels: t.levels().map(level).collect(), wrap }
 }
 
 fn backdrop(background: &Background) -> scene::Backdrop {

@@ -1,7 +1,7 @@
 //! An object on the device.
 
 use crate::layout::{self, Slot, bytes, filled};
-use crate::scene::{Level, Object, Texture};
+use crate::scene::{Level, Object, Texture, Wrap};
 use crate::{Gpu, GpuError, RoomData};
 use glam::{Affine3A, Mat3A};
 use steradian_techniques::GpuRoom;
@@ -9,8 +9,32 @@ use steradian_techniques::GpuRoom;
 /// Stages that read an object and its room.
 pub const STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
 
-/// Group 1: uniforms, vertices, indices, base colour.
-pub const SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Texture];
+/// Group 1: uniforms, vertices, indices, base colour, vertex colours, mean normals, their covariance, alpha².
+pub const SLOTS: [Slot; 8] = [
+    Slot::Uniform,
+    Slot::Read,
+    Slot::Read,
+    Slot::Texture,
+    Slot::Read,
+    Slot::Texture,
+    Slot::Texture,
+    Slot::Texture,
+];
+
+const PLAIN: &str = include_str!("../shaders/plain.wgsl");
+const MAPS: &str = include_str!("../shaders/maps.wgsl");
+
+/// What the shaders of an object with `room` start with: the room's library and how a point is shaded with it, by
+/// maps where it is `mapped`.
+pub fn library(room: &GpuRoom, mapped: bool) -> String {
+    let library = steradian_techniques::gpu::library(room);
+    match (room.varies(), mapped) {
+        (true, _) => library + MAPS,
+        // `struct Lobe`, which a room that varies has of its own.
+        (false, true) => library + steradian_techniques::shared::lobe::WGSL + MAPS,
+        (false, false) => library + PLAIN,
+    }
+}
 
 /// An object on the device.
 pub struct Placed {
@@ -23,7 +47,8 @@ pub struct Placed {
     /// Three per triangle.
     pub vertices: u32,
     uniforms: wgpu::Buffer,
-    counts: [u32; 3],
+    counts: [u32; 7],
+    mapped: bool,
 }
 
 impl Placed {
@@ -37,8 +62,8 @@ impl Placed {
         check(gpu, object)?;
         let room = RoomData::upload(gpu, &object.room, STAGES)?;
         let triangles = object.triangles.indices.len() as u32;
-        let levels = object.base_colour.as_ref().map_or(0, |t| t.levels.len() as u32);
-        let counts = [first, triangles, levels];
+        let counts = counts(object, first);
+        let mapped = object.is_mapped();
         gpu.scoped("object", || {
             let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
             let uniforms = filled(gpu, "object", uniform, &uniform_bytes(&object.transform, counts));
@@ -48,10 +73,18 @@ impl Placed {
                 wgpu::BufferUsages::STORAGE,
                 &bytes(object.triangles.vertices.as_flattened()),
             );
+            let t = &object.triangles;
             let indices: Vec<u8> =
-                object.triangles.indices.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect();
+                t.indices.as_flattened().iter().chain(&t.sites).flat_map(|i| i.to_le_bytes()).collect();
             let indices = filled(gpu, "indices", wgpu::BufferUsages::STORAGE, &indices);
-            let texture = upload(gpu, object.base_colour.as_ref());
+            let maps = &object.maps;
+            let normal = maps.normal.as_ref();
+            let textures =
+                [object.base_colour.as_ref(), normal.map(|n| &n.mean), normal.map(|n| &n.spread), maps.alpha2.as_ref()];
+            let [texture, mean, spread, alpha2] = textures.map(|t| upload(gpu, t));
+            let colors = object.triangles.colors.as_flattened();
+            let colors = if colors.is_empty() { &[1.0; 3] } else { colors };
+            let colors = filled(gpu, "vertex colours", wgpu::BufferUsages::STORAGE, &bytes(colors));
             let group = layout::group(
                 gpu,
                 layout,
@@ -60,10 +93,14 @@ impl Placed {
                     vertices.as_entire_binding(),
                     indices.as_entire_binding(),
                     wgpu::BindingResource::TextureView(&texture),
+                    colors.as_entire_binding(),
+                    wgpu::BindingResource::TextureView(&mean),
+                    wgpu::BindingResource::TextureView(&spread),
+                    wgpu::BindingResource::TextureView(&alpha2),
                 ],
             );
-            let library = steradian_techniques::gpu::library(&object.room);
-            Self { room, library, group, vertices: 3 * triangles, uniforms, counts }
+            let library = library(&object.room, mapped);
+            Self { room, library, group, vertices: 3 * triangles, uniforms, counts, mapped }
         })
     }
 
@@ -72,18 +109,34 @@ impl Placed {
         gpu.queue.write_buffer(&self.uniforms, 0, &uniform_bytes(transform, self.counts));
     }
 
-    /// Replaces the room's data; `true` where its text changed too, so that pipelines must be made anew.
-    pub fn set_room(&mut self, gpu: &Gpu, room: &GpuRoom) -> Result<bool, GpuError> {
-        self.room = RoomData::upload(gpu, room, STAGES)?;
-        let library = steradian_techniques::gpu::library(room);
+    /// Replaces the data of the room `old`; `true` where its text changed too, so that pipelines must be made anew.
+    pub fn set_room(&mut self, gpu: &Gpu, old: &GpuRoom, room: &GpuRoom) -> Result<bool, GpuError> {
+        self.room = self.room.replaced(gpu, old, room, STAGES)?;
+        let library = library(room, self.mapped);
         let changed = library != self.library;
         self.library = library;
         Ok(changed)
     }
 }
 
+/// The numbers of `struct GpuObject`: first id, triangles, levels of the base colour; levels of the normal map and of
+/// the roughness map, wraps (four bits a texture: base colour, normals, roughness), filtering and 4 with vertex colours.
+fn counts(object: &Object, first: u32) -> [u32; 7] {
+    let levels = |t: Option<&Texture>| t.map_or(0, |t| t.levels.len() as u32);
+    let maps = &object.maps;
+    let mean = maps.normal.as_ref().map(|n| &n.mean);
+    let textures = [object.base_colour.as_ref(), mean, maps.alpha2.as_ref()];
+    let wraps = (0..).zip(textures).map(|(k, t)| {
+        let [u, v] = t.map_or([Wrap::Repeat; 2], |t| t.wrap).map(|w| w as u32);
+        (u | v << 2) << (4 * k)
+    });
+    let filtering = maps.filtering as u32 + if object.triangles.colors.is_empty() { 0 } else { 4 };
+    let triangles = object.triangles.indices.len() as u32;
+    [first, triangles, levels(textures[0]), levels(mean), levels(textures[2]), wraps.sum(), filtering]
+}
+
 /// `struct GpuObject`.
-fn uniform_bytes(transform: &Affine3A, counts: [u32; 3]) -> Vec<u8> {
+fn uniform_bytes(transform: &Affine3A, counts: [u32; 7]) -> Vec<u8> {
     let m = transform.matrix3;
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     let normals =
@@ -93,7 +146,9 @@ fn uniform_bytes(transform: &Affine3A, counts: [u32; 3]) -> Vec<u8> {
         floats.extend([c.x, c.y, c.z, 0.0]);
     }
     let mut out = bytes(&floats);
-    out.extend(counts.into_iter().chain([u32::from(sign < 0.0)]).flat_map(u32::to_le_bytes));
+    let [a, b, c, maps @ ..] = counts;
+    let words = [a, b, c, u32::from(sign < 0.0)].into_iter().chain(maps);
+    out.extend(words.flat_map(u32::to_le_bytes));
     out
 }
 
@@ -104,10 +159,26 @@ fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
     if triangles == 0 || object.triangles.indices.as_flattened().iter().any(|i| *i as usize >= vertices) {
         return Err(GpuError::Scene("an object has no triangles, or one without its vertices".into()));
     }
-    if 48 * vertices as u64 > most || 12 * triangles as u64 > most {
+    let sites = object.triangles.sites.len();
+    if object.room.sited() && sites != vertices {
+        return Err(GpuError::Scene(format!("{} needs a site for every vertex", object.room.slug)));
+    }
+    if 48 * vertices as u64 > most || (12 * triangles + 4 * sites) as u64 > most {
         return Err(GpuError::Memory(format!("a mesh of {triangles} triangles")));
     }
-    let Some(texture) = &object.base_colour else { return Ok(()) };
+    let colors = object.triangles.colors.len();
+    if colors != 0 && colors != vertices {
+        return Err(GpuError::Scene(format!("a mesh of {vertices} vertices has {colors} vertex colours")));
+    }
+    let maps = &object.maps;
+    let normal = maps.normal.iter().flat_map(|n| [&n.mean, &n.spread]);
+    if maps.normal.as_ref().is_some_and(|n| n.mean.levels.len() != n.spread.levels.len()) {
+        return Err(GpuError::Scene("a normal map's means and covariances differ in size".into()));
+    }
+    object.base_colour.iter().chain(normal).chain(&maps.alpha2).try_for_each(|t| check_texture(gpu, t))
+}
+
+fn check_texture(gpu: &Gpu, texture: &Texture) -> Result<(), GpuError> {
     let whole = |l: &Level| l.width > 0 && l.height > 0 && l.texels.len() == l.width * l.height;
     let halves = texture
         .levels
@@ -117,7 +188,7 @@ fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
         return Err(GpuError::Scene("a texture's levels do not halve".into()));
     }
     let side = texture.levels[0].width.max(texture.levels[0].height);
-    if side > limits.max_texture_dimension_2d as usize {
+    if side > gpu.device.limits().max_texture_dimension_2d as usize {
         return Err(GpuError::Memory(format!("a texture with {side} texels a side")));
     }
     Ok(())

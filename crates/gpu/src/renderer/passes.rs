@@ -19,6 +19,10 @@ const BACKDROP: &str = include_str!("../shaders/backdrop.wgsl");
 const BACKDROP_RASTER: &str = include_str!("../shaders/backdrop_raster.wgsl");
 const BACKDROP_COMPUTE: &str = include_str!("../shaders/backdrop_compute.wgsl");
 
+/// Shading of a room that reads sites.
+const SHADE_SITE: &str = "shade_site(look.n, look.t, wo, s.p, Site(vec3<u32>(gpu_site(s.corners.x), \
+                          gpu_site(s.corners.y), gpu_site(s.corners.z)), s.weights, s.uv))";
+
 /// The raster path's module for a room's library.
 pub fn raster_source(library: &str, settings: &Settings) -> String {
     let (place, share) = match settings.rate {
@@ -26,12 +30,38 @@ pub fn raster_source(library: &str, settings: &Settings) -> String {
         Rate::Sample => ("sample", "= false"),
     };
     let raster = RASTER.replace("PLACE", place).replace("= SHARE", share);
-    [library, CAMERA, GEOMETRY, SURFACE, &raster].concat()
+    [library, CAMERA, GEOMETRY, &surface(library), &lines(&raster, library)].concat()
 }
 
 /// The compute path's module for a room's library.
 pub fn compute_source(library: &str, format: wgpu::TextureFormat) -> String {
-    [library, CAMERA, GEOMETRY, SURFACE, &compute_io(format), COMPUTE_OBJECT].concat()
+    [library, CAMERA, GEOMETRY, &surface(library), &compute_io(format), &lines(COMPUTE_OBJECT, library)].concat()
+}
+
+/// `text` without the lines that are marked as belonging to sites or maps where the room or the object has none.
+fn lines(text: &str, library: &str) -> String {
+    let mapped = library.contains("const GPU_MAPPED: bool = true;");
+    let kept = |l: &&str| {
+        (sited(library) || !l.ends_with("// sites")) && (mapped || !l.ends_with("// maps"))
+    };
+    text.lines().filter(kept).flat_map(|l| [l, "\n"]).collect()
+}
+
+/// Does the room read data per site?
+fn sited(library: &str) -> bool {
+    library.contains("fn shade_site(")
+}
+
+/// From surface to radiance, by the room's own function.
+fn surface(library: &str) -> String {
+    let call = if sited(library) {
+        SHADE_SITE
+    } else if library.contains("fn shade_lobe(") {
+        "shade_lobe(look.n, look.t, wo, s.p, look.lobe)"
+    } else {
+        "shade(look.n, look.t, wo, s.p)"
+    };
+    SURFACE.replace("= SHADE;", &format!("= {call};"))
 }
 
 /// The visibility pass.

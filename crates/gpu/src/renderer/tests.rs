@@ -28,8 +28,11 @@ fn rooms() -> Vec<GpuRoom> {
         .filter_map(|t| {
             let material = Material::new(steradian_brdf::parse(t.card().specimens.first()?).ok()?);
             let task = Task::quiet();
-            Some(t.bake(&lights, &material, None, &ParamValues::default(), &task).ok()?.gpu())
+            let bake = t.bake(&lights, &material, None, &ParamValues::default(), &task).ok()?;
+            Some([Some(bake.gpu()), bake.gpu_varied()])
         })
+        .flatten()
+        .flatten()
         .collect()
 }
 
@@ -52,13 +55,15 @@ fn shaders_validate_without_an_adapter() {
     let rooms = rooms();
     assert!(!rooms.is_empty());
     for room in rooms {
-        let library = steradian_techniques::gpu::library(&room);
-        for rate in [Rate::Pixel, Rate::Sample] {
-            let settings = Settings { rate, ..settings };
-            valid(room.slug, &passes::raster_source(&library, &settings));
-        }
-        for format in formats {
-            valid(room.slug, &passes::compute_source(&library, format));
+        for mapped in [false, true] {
+            let library = super::object::library(&room, mapped);
+            for rate in [Rate::Pixel, Rate::Sample] {
+                let settings = Settings { rate, ..settings };
+                valid(room.slug, &passes::raster_source(&library, &settings));
+            }
+            for format in formats {
+                valid(room.slug, &passes::compute_source(&library, format));
+            }
         }
     }
 }

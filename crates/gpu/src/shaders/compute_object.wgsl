@@ -18,11 +18,15 @@ fn gpu_at(triangle: u32, ray: GpuRay) -> GpuPoint {
     let w = vec3<f32>(1.0 - h.x - h.y, h);
     let p = mat3x3<f32>(gpu_position(c.x), gpu_position(c.y), gpu_position(c.z)) * w;
     let n = mat3x3<f32>(gpu_vertices[3u * c.x + 1u].xyz, gpu_vertices[3u * c.y + 1u].xyz, gpu_vertices[3u * c.z + 1u].xyz) * w;
-    let t = mat3x3<f32>(gpu_vertices[3u * c.x + 2u].xyz, gpu_vertices[3u * c.y + 2u].xyz, gpu_vertices[3u * c.z + 2u].xyz) * w;
+    let t = mat3x4<f32>(gpu_vertices[3u * c.x + 2u], gpu_vertices[3u * c.y + 2u], gpu_vertices[3u * c.z + 2u]) * w;
     let uv = mat3x2<f32>(gpu_uv(c.x), gpu_uv(c.y), gpu_uv(c.z)) * w;
     let plane = gpu_plane(c);
     let side = select(1.0, -1.0, dot(plane.xyz, ray.direction) > 0.0);
-    return GpuPoint(p, gpu_object.normals * n, (gpu_object.model * vec4<f32>(t, 0.0)).xyz, uv, plane, side);
+    let along = vec4<f32>((gpu_object.model * vec4<f32>(t.xyz, 0.0)).xyz, t.w);
+    var extra = vec4<f32>(1.0, 1.0, 1.0, 0.0);
+    let colours = mat3x3<f32>(gpu_vertex_colour(c.x), gpu_vertex_colour(c.y), gpu_vertex_colour(c.z)); // maps
+    extra = vec4<f32>(colours * w, gpu_bend(c)); // maps
+    return GpuPoint(p, gpu_object.normals * n, along, uv, plane, side, c, w, extra);
 }
 
 @compute @workgroup_size(64)

@@ -1,15 +1,23 @@
-// An object's triangles, pulled by vertex index: three vec4 a vertex hold p u, n v, t 0.
+// An object's triangles, pulled by vertex index: three vec4 a vertex hold p u, n v, t and the
+// sign of the bitangent.
 struct GpuObject {
     model: mat4x4<f32>,
     // Cofactors of the model's linear part, times the sign of its determinant.
     normals: mat3x3<f32>,
     // First id of its triangles, their number, levels of its texture (0: none), 1 where the model mirrors.
     counts: vec4<u32>,
+    // Levels of the normal map and of the roughness map (0: none), wraps (four bits a texture: base colour, normals,
+    // roughness), filtering of normals (0 none, 1 isotropic, 2 covariance) and 4 with vertex colours.
+    maps: vec4<u32>,
 }
 @group(1) @binding(0) var<uniform> gpu_object: GpuObject;
 @group(1) @binding(1) var<storage, read> gpu_vertices: array<vec4<f32>>;
 @group(1) @binding(2) var<storage, read> gpu_indices: array<u32>;
 @group(1) @binding(3) var gpu_base_colour: texture_2d<f32>;
+@group(1) @binding(4) var<storage, read> gpu_colours: array<f32>;
+@group(1) @binding(5) var gpu_mean_normals: texture_2d<f32>;
+@group(1) @binding(6) var gpu_normal_spread: texture_2d<f32>;
+@group(1) @binding(7) var gpu_alpha2: texture_2d<f32>;
 
 fn gpu_position(v: u32) -> vec3<f32> {
     return (gpu_object.model * vec4<f32>(gpu_vertices[3u * v].xyz, 1.0)).xyz;
@@ -21,6 +29,11 @@ fn gpu_uv(v: u32) -> vec2<f32> {
 
 fn gpu_corners(triangle: u32) -> vec3<u32> {
     return vec3<u32>(gpu_indices[3u * triangle], gpu_indices[3u * triangle + 1u], gpu_indices[3u * triangle + 2u]);
+}
+
+// The site of a vertex: sites follow the indices.
+fn gpu_site(v: u32) -> u32 {
+    return gpu_indices[3u * gpu_object.counts.y + v];
 }
 
 // A triangle's outward normal (unit), and its texture coordinates per metre.

@@ -2,13 +2,19 @@
 struct GpuPoint {
     p: vec3<f32>,
     n: vec3<f32>,
-    t: vec3<f32>,
+    // Tangent, and the sign of the bitangent.
+    t: vec4<f32>,
     uv: vec2<f32>,
     // Geometric normal; w: texture coordinates per metre. The raster path leaves it 0 where nothing
     // needs it.
     plane: vec4<f32>,
     // 1 where the viewer sees the outside, else -1.
     side: f32,
+    // Corners of the triangle and their weights, for rooms that read sites.
+    corners: vec3<u32>,
+    weights: vec3<f32>,
+    // Vertex colour; w: change of the normal per metre. Read by shaders with maps.
+    extra: vec4<f32>,
 }
 
 // Smallest n.wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
@@ -36,31 +42,48 @@ fn gpu_tangent(n: vec3<f32>, tangent: vec3<f32>) -> vec3<f32> {
     return normalize(cross(select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(n.y) < 0.99), n));
 }
 
-// `at` is at most one texel beyond the borders, where the texture repeats.
-fn gpu_texel(at: vec2<i32>, size: vec2<i32>, level: i32) -> vec3<f32> {
-    let below = select(at, at + size, at < vec2<i32>(0));
-    return textureLoad(gpu_base_colour, select(below, below - size, below >= size), level).rgb;
+struct GpuColumns {
+    first: i32,
+    second: i32,
+    weight: f32,
 }
 
-fn gpu_bilinear(uv: vec2<f32>, level: i32) -> vec3<f32> {
-    let size = vec2<i32>(textureDimensions(gpu_base_colour, level));
-    let x = fract(uv) * vec2<f32>(size) - 0.5;
-    let i = floor(x);
-    let w = x - i;
-    let k = vec2<i32>(i);
-    let top = mix(gpu_texel(k, size, level), gpu_texel(k + vec2<i32>(1, 0), size, level), w.x);
-    let bottom = mix(gpu_texel(k + vec2<i32>(0, 1), size, level), gpu_texel(k + vec2<i32>(1, 1), size, level), w.x);
-    return mix(top, bottom, w.y);
+// The two texels of n about coordinate u; `wrap` is 0 to repeat, 1 to mirror, 2 to clamp.
+fn gpu_columns(u: f32, n: i32, wrap: u32) -> GpuColumns {
+    if wrap == 1u {
+        let x = (u - 2.0 * floor(0.5 * u)) * f32(n) - 0.5;
+        let i = i32(floor(x));
+        let a = select(select(i, i - 2 * n, i >= 2 * n), i + 2 * n, i < 0);
+        let b = select(i + 1, i + 1 - 2 * n, i + 1 >= 2 * n);
+        return GpuColumns(min(a, 2 * n - 1 - a), min(b, 2 * n - 1 - b), x - floor(x));
+    }
+    let x = select(fract(u), clamp(u, 0.0, 1.0), wrap == 2u) * f32(n) - 0.5;
+    let i = i32(floor(x));
+    if wrap == 2u {
+        return GpuColumns(clamp(i, 0, n - 1), clamp(i + 1, 0, n - 1), x - floor(x));
+    }
+    return GpuColumns(select(i, i + n, i < 0), select(i + 1, i + 1 - n, i + 1 >= n), x - floor(x));
 }
 
-// The base colour averaged over a square of side `footprint` in texture coordinates.
-fn gpu_tint(uv: vec2<f32>, footprint: f32) -> vec3<f32> {
-    let size = textureDimensions(gpu_base_colour, 0);
-    let last = f32(gpu_object.counts.z - 1u);
+fn gpu_bilinear(image: texture_2d<f32>, uv: vec2<f32>, level: i32, wrap: u32) -> vec3<f32> {
+    let size = vec2<i32>(textureDimensions(image, level));
+    let x = gpu_columns(uv.x, size.x, wrap & 3u);
+    let y = gpu_columns(uv.y, size.y, (wrap >> 2u) & 3u);
+    let a = textureLoad(image, vec2<i32>(x.first, y.first), level).rgb;
+    let b = textureLoad(image, vec2<i32>(x.second, y.first), level).rgb;
+    let c = textureLoad(image, vec2<i32>(x.first, y.second), level).rgb;
+    let d = textureLoad(image, vec2<i32>(x.second, y.second), level).rgb;
+    return mix(mix(a, b, x.weight), mix(c, d, x.weight), y.weight);
+}
+
+// An image averaged over a square of side `footprint` in texture coordinates.
+fn gpu_sample(image: texture_2d<f32>, uv: vec2<f32>, footprint: f32, levels: u32, wrap: u32) -> vec3<f32> {
+    let size = textureDimensions(image, 0);
+    let last = f32(levels - 1u);
     let lod = clamp(log2(max(footprint * f32(max(size.x, size.y)), 1.0)), 0.0, last);
     let low = floor(lod);
-    let a = gpu_bilinear(uv, i32(low));
-    let b = gpu_bilinear(uv, i32(min(low + 1.0, last)));
+    let a = gpu_bilinear(image, uv, i32(low), wrap);
+    let b = gpu_bilinear(image, uv, i32(min(low + 1.0, last)), wrap);
     return mix(a, b, lod - low);
 }
 
@@ -69,16 +92,18 @@ fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     let away = gpu_camera.origin.xyz - s.p;
     let wo = select(normalize(away), -gpu_camera.forward.xyz, gpu_camera.origin.w > 0.0);
     let length_n = length(s.n);
-    var n = s.plane.xyz;
+    var outward = s.plane.xyz;
     if length_n > 0.0 {
-        n = s.n / length_n;
+        outward = s.n / length_n;
     }
-    n = gpu_facing(s.side * n, wo);
-    var l = shade(n, gpu_tangent(n, s.t), wo, s.p);
+    // Side of the square on the surface that this point stands for, in metres.
+    let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
+    let footprint = spacing / sqrt(max(abs(dot(s.plane.xyz, wo)), 0.05));
+    let look = gpu_look(s, outward, wo, footprint);
+    var l = SHADE;
     if gpu_object.counts.z > 0u {
-        let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
-        let slope = sqrt(max(abs(dot(s.plane.xyz, wo)), 0.05));
-        l *= gpu_tint(s.uv, spacing * s.plane.w / slope);
+        let side = footprint * s.plane.w;
+        l *= gpu_sample(gpu_base_colour, s.uv, side, gpu_object.counts.z, gpu_object.maps.z);
     }
-    return l;
+    return l * s.extra.rgb;
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use steradian_base::Task;
 use steradian_brdf::SharedBrdf;
-use steradian_gpu::scene::{Backdrop, Disk, Level, Object, Scene, Texture, Triangles};
+use steradian_gpu::scene::{Backdrop, Disk, Level, Maps, Object, Scene, Texture, Triangles};
 use steradian_gpu::{Gpu, GpuError};
 use steradian_light::{Environment, Lights};
 use steradian_render::{BakeShader, Display, Film, Settings, Stage, Surface};
@@ -92,7 +92,13 @@ pub fn view(case: &Case) -> View {
 pub fn scene(case: &Case, room: GpuRoom) -> Scene {
     let triangles = Arc::new(Triangles::of(&case.mesh.0, |_| true));
     Scene {
-        objects: vec![Object { triangles, room, base_colour: None, transform: Affine3A::IDENTITY }],
+        objects: vec![Object {
+            triangles,
+            room,
+            base_colour: None,
+            maps: Maps::default(),
+            transform: Affine3A::IDENTITY,
+        }],
         backdrop: backdrop(&case.backdrop),
         camera: case.camera,
         light_rotation: Mat3::IDENTITY,
@@ -119,7 +125,12 @@ pub fn texture(t: &steradian_render::Texture) -> Texture {
         height,
         texels: texels.to_vec(),
     };
-    Texture { levels: t.levels().map(level).collect() }
+    let wrap = t.wrap().map(|w| match w {
+        steradian_formats::mesh::Wrap::Repeat => steradian_gpu::scene::Wrap::Repeat,
+        steradian_formats::mesh::Wrap::Mirror => steradian_gpu::scene::Wrap::Mirror,
+        steradian_formats::mesh::Wrap::Clamp => steradian_gpu::scene::Wrap::Clamp,
+    });
+    Texture { levels: t.levels().map(level).collect(), wrap }
 }
 
 /// The CPU's picture of one room.
@@ -132,7 +143,11 @@ pub type Look = (Box<dyn AnyBake>, Option<Arc<steradian_render::Texture>>);
 
 /// The CPU's picture of a mesh of several material slots.
 pub fn cpu_of(case: &Case, rooms: Vec<Look>, settings: &Settings) -> Film {
-    let surface = |(bake, base_colour)| Surface { shader: Arc::new(BakeShader(bake)), base_colour };
+    let surface = |(bake, base_colour)| Surface {
+        shader: Arc::new(BakeShader(bake)),
+        base_colour,
+        maps: steradian_render::Maps::default(),
+    };
     let surfaces: Vec<_> = rooms.into_iter().map(surface).collect();
     let background = steradian_render::Background::Sky(case.backdrop.clone());
     let stage = Stage {

@@ -1,7 +1,7 @@
 //! What a ray finds, ready for shading.
 
 use super::Stage;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use steradian_scene::{Hit, Ray};
 use steradian_sphere::Frame;
 
@@ -18,6 +18,16 @@ pub struct Found {
     pub ng: Vec3,
     /// Unit tangent.
     pub tangent: Vec3,
+    /// Unit outward normal as interpolated.
+    pub outward: Vec3,
+    /// Interpolated tangent and the sign of the bitangent; 0 without tangents.
+    pub along: Vec4,
+    /// 1 where the viewer sees the outside, else −1.
+    pub side: f32,
+    /// Change of the normal per metre over this triangle, root mean square over directions.
+    pub bend: f32,
+    /// Vertex colours; 1 where there are none.
+    pub colour: Vec3,
     /// Unit direction to the viewer.
     pub wo: Vec3,
     /// Position.
@@ -41,19 +51,23 @@ pub fn find(stage: &Stage<'_>, ray: &Ray) -> Option<Found> {
     let ng = (b - a).cross(c - a).normalize_or(wo);
     let side = if ng.dot(wo) < 0.0 { -1.0 } else { 1.0 };
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-    let n = if mesh.normals.len() == mesh.positions.len() {
-        side * mix(corners.map(|i| mesh.normals[i]), weights).normalize_or(ng)
-    } else {
-        side * ng
-    };
-    let n = facing(n, wo);
+    let smooth = mesh.normals.len() == mesh.positions.len();
+    let outward = if smooth { mix(corners.map(|i| mesh.normals[i]), weights).normalize_or(ng) } else { ng };
+    let n = facing(side * outward, wo);
+    let bend = if smooth { bend([b - a, c - a], corners.map(|i| mesh.normals[i])) } else { 0.0 };
+    let along = along(stage, corners, weights);
     let (uv, uv_density) = texture_coordinates(stage, corners, &hit, (b - a).cross(c - a).length());
     Some(Found {
         surface: slot(stage, hit.triangle),
         t: hit.t,
         n,
         ng: side * ng,
-        tangent: tangent(stage, corners, weights, n),
+        tangent: tangent(along, n),
+        outward,
+        along,
+        side,
+        bend,
+        colour: colour(stage, corners, weights),
         wo,
         p: ray.origin + ray.direction * hit.t,
         uv,
@@ -71,7 +85,7 @@ fn mix(v: [Vec3; 3], w: [f32; 3]) -> Vec3 {
 }
 
 /// The normal bent towards the viewer so far that n·wo is not below [`GRAZING`].
-fn facing(n: Vec3, wo: Vec3) -> Vec3 {
+pub fn facing(n: Vec3, wo: Vec3) -> Vec3 {
     let c = n.dot(wo);
     if c >= GRAZING {
         return n;
@@ -84,14 +98,33 @@ fn facing(n: Vec3, wo: Vec3) -> Vec3 {
     wo * GRAZING + across * (1.0 - GRAZING * GRAZING).sqrt()
 }
 
-fn tangent(stage: &Stage<'_>, corners: [usize; 3], w: [f32; 3], n: Vec3) -> Vec3 {
+fn along(stage: &Stage<'_>, corners: [usize; 3], w: [f32; 3]) -> Vec4 {
     let tangents = &stage.mesh.tangents;
-    let n = n.as_dvec3();
-    if tangents.len() == stage.mesh.positions.len() {
-        let t = mix(corners.map(|i| tangents[i].truncate()), w);
-        return Frame::from_normal_tangent(n, t.as_dvec3()).t.as_vec3();
+    if tangents.len() != stage.mesh.positions.len() {
+        return Vec4::W;
     }
-    Frame::from_normal(n).t.as_vec3()
+    corners.map(|i| tangents[i]).iter().zip(w).map(|(t, w)| *t * w).sum()
+}
+
+/// `along` projected to the plane of n; where there is none, the tangent of a surface without tangents.
+pub fn tangent(along: Vec4, n: Vec3) -> Vec3 {
+    Frame::from_normal_tangent(n.as_dvec3(), along.truncate().as_dvec3()).t.as_vec3()
+}
+
+/// Frobenius norm of the normal's gradient over √2: with the Gram matrices G of the edges and H of the normals'
+/// differences along them, ‖∇n‖² = tr(G⁻¹H).
+fn bend(edges: [Vec3; 2], n: [Vec3; 3]) -> f32 {
+    let d = [n[1] - n[0], n[2] - n[0]];
+    let gram = |v: [Vec3; 2]| [v[0].dot(v[0]), v[0].dot(v[1]), v[1].dot(v[1])];
+    let (g, h) = (gram(edges), gram(d));
+    let det = g[0] * g[2] - g[1] * g[1];
+    let trace = h[0] * g[2] - 2.0 * h[1] * g[1] + h[2] * g[0];
+    if det > 0.0 { (0.5 * trace.max(0.0) / det).sqrt() } else { 0.0 }
+}
+
+fn colour(stage: &Stage<'_>, corners: [usize; 3], w: [f32; 3]) -> Vec3 {
+    let colors = &stage.mesh.colors;
+    if colors.len() == stage.mesh.positions.len() { mix(corners.map(|i| colors[i]), w) } else { Vec3::ONE }
 }
 
 fn texture_coordinates(stage: &Stage<'_>, corners: [usize; 3], hit: &Hit, area: f32) -> (Vec2, f32) {

@@ -7,6 +7,7 @@
 
 mod filter;
 mod hits;
+mod look;
 mod shader;
 mod tile;
 
@@ -15,7 +16,7 @@ pub use shader::{BakeShader, DirectShader, JudgeShader, Shader};
 #[cfg(test)]
 mod tests;
 
-use crate::{Background, Film, Texture};
+use crate::{Background, Film, Maps, Texture};
 use rayon::prelude::*;
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
@@ -29,6 +30,8 @@ pub struct Surface {
     pub shader: Arc<dyn Shader>,
     /// Multiplies the radiance.
     pub base_colour: Option<Arc<Texture>>,
+    /// Normals and roughness that vary over the surface.
+    pub maps: Maps,
 }
 
 /// What a picture shows.

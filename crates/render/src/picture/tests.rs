@@ -22,7 +22,8 @@ impl Shader for Normals {
 fn picture(width: usize, height: usize, settings: impl Fn(&mut Settings), texture: Option<Texture>) -> Film {
     let mesh = shapes::sphere(256);
     let bvh = Bvh::build(&mesh);
-    let surfaces = [Surface { shader: Arc::new(Normals), base_colour: texture.map(Arc::new) }];
+    let surfaces =
+        [Surface { shader: Arc::new(Normals), base_colour: texture.map(Arc::new), maps: Maps::default() }];
     let camera =
         Camera::Orthographic { from: Vec3::new(0.0, 0.0, 5.0), at: Vec3::ZERO, up: Vec3::Y, height: 4.0 };
     let background = Background::Colour([0.25; 3]);
@@ -84,7 +85,7 @@ fn a_cancelled_picture_ends() {
     let flag = Arc::new(std::sync::atomic::AtomicBool::new(true));
     let mesh = shapes::sphere(16);
     let bvh = Bvh::build(&mesh);
-    let surfaces = [Surface { shader: Arc::new(Normals), base_colour: None }];
+    let surfaces = [Surface { shader: Arc::new(Normals), base_colour: None, maps: Maps::default() }];
     let background = Background::Colour([0.0; 3]);
     let camera = Camera::Orthographic { from: Vec3::Z * 3.0, at: Vec3::ZERO, up: Vec3::Y, height: 3.0 };
     let stage = Stage { mesh: &mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };

@@ -2,6 +2,7 @@
 
 use super::filter::{position, weights};
 use super::hits::{Found, find};
+use super::look::look;
 use super::{Settings, Stage};
 use crate::Film;
 use glam::Vec3;
@@ -191,21 +192,30 @@ impl Job<'_> {
 
     fn gather(&mut self, f: Found, sample: u32, area: f32) {
         let point = match self.shared.iter().find(|s| s.surface == f.surface && !creased(s.n, f.n)) {
-            Some(s) if self.settings.share => s.point,
+            Some(s) if self.settings.share && self.stage.surfaces[f.surface].maps.is_empty() => s.point,
             _ => self.new_point(&f, area),
         };
         self.groups[f.surface].pairs.push((sample, point));
     }
 
     fn new_point(&mut self, f: &Found, area: f32) -> u32 {
-        let spacing = self.spacing(f.t) * area.sqrt();
+        let root = area.sqrt();
+        // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
+        let length = self.spacing(f.t) * root / f.ng.dot(f.wo).max(0.05).sqrt();
+        let side = length * f.uv_density;
+        let angle = self.footprint() * root;
+        let surface = &self.stage.surfaces[f.surface];
         let group = &mut self.groups[f.surface];
         let point = group.points.len() as u32;
-        group.points.push(f.n, f.tangent, f.wo, f.p);
-        if let Some(texture) = &self.stage.surfaces[f.surface].base_colour {
-            // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
-            let side = spacing * f.uv_density / f.ng.dot(f.wo).max(0.05).sqrt();
-            group.tint.push(texture.sample(f.uv.x, f.uv.y, side));
+        if surface.maps.is_empty() {
+            group.points.push(f.n, f.tangent, f.wo, f.p);
+        } else {
+            let l = look(f, &surface.maps, side, length, angle);
+            group.points.push_lobe([l.n, l.t, f.wo, f.p], l.lobe);
+        }
+        let texture = surface.base_colour.as_ref().map(|t| Vec3::from(t.sample(f.uv.x, f.uv.y, side)));
+        if texture.is_some() || !self.stage.mesh.colors.is_empty() {
+            group.tint.push((texture.unwrap_or(Vec3::ONE) * f.colour).to_array());
         }
         self.shared.push(Shared { surface: f.surface, point, n: f.n });
         point

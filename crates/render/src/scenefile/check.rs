@@ -5,7 +5,7 @@ use super::schema::{
     BackgroundText, CameraText, LightText, MaterialText, MeshText, OutputText, ScaleText, SceneText,
 };
 use super::{At, MeshSource, SceneBackground, SceneFile, SceneLight, SceneMaterial, SceneMesh, SceneOutput};
-use crate::ToneMapper;
+use crate::{NormalFiltering, ToneMapper};
 use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Component, Path};
@@ -142,15 +142,21 @@ fn materials(
 fn material(source: &Source<'_>, name: &str, m: &MaterialText) -> Result<SceneMaterial, SceneError> {
     let brdf = steradian_brdf::parse(m.brdf.get_ref())
         .map_err(|e| source.error(start(&m.brdf), format!("material '{name}', key 'brdf': {e}")))?;
-    let base_colour = m
-        .base_color_texture
-        .as_ref()
-        .map(|t| Ok(At { value: below(source, t, "base_color_texture")?, at: start(t) }))
-        .transpose()?;
+    let image = |t: &Option<Spanned<String>>, key: &str| {
+        t.as_ref().map(|t| Ok(At { value: below(source, t, key)?, at: start(t) })).transpose()
+    };
+    let base_colour = image(&m.base_color_texture, "base_color_texture")?;
+    let normal_scale = m.normal_scale.as_ref().map_or(1.0, |s| *s.get_ref());
+    if let Some(s) = &m.normal_scale {
+        finite(source, start(s), "normal_scale", &[normal_scale])?;
+    }
     Ok(SceneMaterial {
         name: name.into(),
         brdf,
         base_colour,
+        normal: image(&m.normal_texture, "normal_texture")?,
+        normal_scale,
+        roughness: image(&m.roughness_texture, "roughness_texture")?,
         technique: m.technique.as_ref().map(at),
         params: ParamValues(m.params.clone()),
     })
@@ -264,6 +270,13 @@ fn output(source: &Source<'_>, o: OutputText) -> Result<SceneOutput, SceneError>
             source.error(start(name), unknown("tone_mapper", name.get_ref(), &known))
         })?,
     };
+    let normal_filtering = match &o.normal_filtering {
+        None => NormalFiltering::default(),
+        Some(name) => NormalFiltering::from_name(name.get_ref()).ok_or_else(|| {
+            let known = NormalFiltering::ALL.map(|a| a.0);
+            source.error(start(name), unknown("normal_filtering", name.get_ref(), &known))
+        })?,
+    };
     let blur = number(source, &o.blur, "blur", |v| (0.0..=90.0).contains(&v), "0 … 90 degrees")?.to_radians();
     let background = match &o.background {
         None => SceneBackground::Environment(blur),
@@ -282,6 +295,7 @@ fn output(source: &Source<'_>, o: OutputText) -> Result<SceneOutput, SceneError>
         exposure: o.exposure,
         tone_mapper,
         technique: o.technique.as_ref().map(at),
+        normal_filtering,
         background,
         samples: within(source, &o.samples, "samples", MAX_SAMPLES, 4)?,
     })

@@ -15,7 +15,7 @@
 //! rotate = [0, 30, 0]       # degrees about x, then y, then z
 //!
 //! [material.clay]
-//! brdf = "lambert:albedo=0.6/0.5/0.4"
+//! brdf = "lambert:albedo=0.6/0.5/0.4" # also base_color_texture, normal_texture, normal_scale, roughness_texture
 //!
 //! [light]
 //! environment = "sky:elevation=35" # or a file
@@ -38,7 +38,7 @@ mod schema;
 
 pub use error::{SceneError, unknown};
 
-use crate::ToneMapper;
+use crate::{NormalFiltering, ToneMapper};
 use glam::{Mat4, Vec3};
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
@@ -85,6 +85,12 @@ pub struct SceneMaterial {
     pub brdf: SharedBrdf,
     /// File of a texture that multiplies the net reflectance, relative to the scene file's folder.
     pub base_colour: Option<At<String>>,
+    /// File of a tangent-space normal map, relative to the scene file's folder.
+    pub normal: Option<At<String>>,
+    /// Factor of the normal map's x and y.
+    pub normal_scale: f32,
+    /// File of a map of perceptual roughness, relative to the scene file's folder.
+    pub roughness: Option<At<String>>,
     /// Slug of its technique; `None` takes the picture's.
     pub technique: Option<At<String>>,
     /// Parameters of the technique.
@@ -132,6 +138,8 @@ pub struct SceneOutput {
     pub tone_mapper: ToneMapper,
     /// Slug of the technique of materials that name none.
     pub technique: Option<At<String>>,
+    /// How normal maps are filtered.
+    pub normal_filtering: NormalFiltering,
     /// Background.
     pub background: SceneBackground,
     /// Samples per pixel and axis on edges.

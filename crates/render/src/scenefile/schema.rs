@@ -86,6 +86,12 @@ pub struct MaterialText {
     pub brdf: Spanned<String>,
     /// An image below the scene file's folder; it multiplies the net reflectance.
     pub base_color_texture: Option<Spanned<String>>,
+    /// A tangent-space normal map below the scene file's folder, green up (as in glTF).
+    pub normal_texture: Option<Spanned<String>>,
+    /// Scales the normal map's x and y; 1.
+    pub normal_scale: Option<Spanned<f32>>,
+    /// An image of perceptual roughness (green channel) below the scene file's folder, in place of the brdf's.
+    pub roughness_texture: Option<Spanned<String>>,
     /// A technique's slug, or `reference`; that of `[output]` where absent.
     pub technique: Option<Spanned<String>>,
     /// Parameters of the technique.
@@ -164,6 +170,8 @@ pub struct OutputText {
     pub tone_mapper: Option<Spanned<String>>,
     /// A technique's slug, or `reference`.
     pub technique: Option<Spanned<String>>,
+    /// How normal maps are filtered: `covariance`, `isotropic` or `none`.
+    pub normal_filtering: Option<Spanned<String>>,
     /// `environment`, `none` or a colour.
     pub background: Option<Spanned<BackgroundText>>,
     /// Blur of the background, degrees.

@@ -86,7 +86,11 @@ fn values_are_checked_where_they_stand() {
         ("direction = [0, 2, 0]", "direction = [0, 0, 0]", "key 'direction'"),
         ("radiance = [1, 1, 1]", "radiance = [1, -1, 1]", "key 'radiance': must be finite and not negative"),
         ("radiance = [1, 1, 1]", "irradiance = [1, 1, 1]\nradiance = [1, 1, 1]", "give either 'radiance' or"),
-        ("rotation = 90", "sun_lights = \"../suns.json\"", "key 'sun_lights': '../suns.json' must be a file below"),
+        (
+            "rotation = 90",
+            "sun_lights = \"../suns.json\"",
+            "key 'sun_lights': '../suns.json' must be a file below",
+        ),
         ("\"aces\"", "\"acse\"", "s.toml:26:15: unknown tone_mapper 'acse' (did you mean 'aces'?)"),
         ("width = 64", "width = 0", "s.toml:25:9: key 'width': must be 1"),
         ("from = [0.0, 1.0, 3.0]", "from = [0.0, 0.0, 0.0]", "same point"),

@@ -59,6 +59,7 @@ impl Mesh {
             normals: part.normals.iter().map(|n| Vec3::from(*n)).collect(),
             tangents: part.tangents.iter().map(|t| Vec4::from(*t)).collect(),
             uvs: part.uvs.iter().map(|t| Vec2::from(*t)).collect(),
+            colors: part.colors.iter().map(|c| Vec3::from(*c)).collect(),
             triangles: part.triangles.clone(),
             materials: part.materials.clone(),
         };
@@ -123,7 +124,7 @@ impl Mesh {
         map
     }
 
-    /// Makes one vertex of those that agree bit for bit in position, normal, tangent and texture coordinates;
+    /// Makes one vertex of those that agree bit for bit in position, normal, tangent, texture coordinates and colour;
     /// returns the new index of each.
     pub fn weld(&mut self) -> Vec<u32> {
         let mut first = std::collections::HashMap::with_capacity(self.positions.len());
@@ -134,6 +135,7 @@ impl Mesh {
             key.extend(self.normals.get(i).map(|n| bits(&n.to_array())).unwrap_or_default());
             key.extend(self.tangents.get(i).map(|t| bits(&t.to_array())).unwrap_or_default());
             key.extend(self.uvs.get(i).map(|t| bits(&t.to_array())).unwrap_or_default());
+            key.extend(self.colors.get(i).map(|c| bits(&c.to_array())).unwrap_or_default());
             let next = first.len() as u32;
             map.push(*first.entry(key).or_insert(next));
         }
@@ -159,6 +161,7 @@ impl Mesh {
         moved(&mut self.normals, map, count);
         moved(&mut self.tangents, map, count);
         moved(&mut self.uvs, map, count);
+        moved(&mut self.colors, map, count);
         self.triangles.iter_mut().for_each(|t| *t = t.map(|v| map[v as usize]));
     }
 

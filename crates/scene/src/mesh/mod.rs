@@ -21,6 +21,8 @@ pub struct Mesh {
     pub tangents: Vec<Vec4>,
     /// Texture coordinates, v downwards (glTF). Empty where the mesh has none.
     pub uvs: Vec<Vec2>,
+    /// Linear RGB at every vertex, which multiplies the base colour. Empty where the mesh has none.
+    pub colors: Vec<Vec3>,
     /// Three vertex indices a triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Material slot of each triangle; empty where there is one material.
@@ -78,12 +80,13 @@ impl Mesh {
         self
     }
 
-    /// The meshes as one. Texture coordinates and tangents survive where every mesh has them, material slots
-    /// where any has.
+    /// The meshes as one. Texture coordinates and tangents survive where every mesh has them, colours and
+    /// material slots where any has.
     pub fn merged(meshes: &[Self]) -> Self {
         let with = |f: fn(&Self) -> bool| !meshes.is_empty() && meshes.iter().all(f);
         let (uvs, tangents) = (with(|m| !m.uvs.is_empty()), with(|m| !m.tangents.is_empty()));
         let materials = meshes.iter().any(|m| !m.materials.is_empty());
+        let colors = meshes.iter().any(|m| !m.colors.is_empty());
         let mut out = Self::default();
         for m in meshes {
             let first = out.positions.len() as u32;
@@ -95,6 +98,10 @@ impl Mesh {
             }
             if tangents {
                 out.tangents.extend_from_slice(&m.tangents);
+            }
+            if colors {
+                out.colors.extend_from_slice(&m.colors);
+                out.colors.resize(out.positions.len(), Vec3::ONE);
             }
             if materials {
                 out.materials.extend_from_slice(&m.materials);

@@ -54,6 +54,9 @@ pub fn split_flat(mesh: &mut Mesh) {
     if !mesh.uvs.is_empty() {
         mesh.uvs = corners.iter().map(|&i| mesh.uvs[i]).collect();
     }
+    if !mesh.colors.is_empty() {
+        mesh.colors = corners.iter().map(|&i| mesh.colors[i]).collect();
+    }
     if !mesh.tangents.is_empty() {
         mesh.tangents = corners.iter().map(|&i| mesh.tangents[i]).collect();
     }

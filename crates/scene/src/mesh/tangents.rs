@@ -72,6 +72,9 @@ impl Mesh {
         self.positions.push(self.positions[at]);
         self.normals.push(self.normals[at]);
         self.uvs.push(self.uvs[at]);
+        if let Some(c) = self.colors.get(at) {
+            self.colors.push(*c);
+        }
         self.tangents.push(tangent);
         new
     }
