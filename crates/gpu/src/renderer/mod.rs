@@ -6,7 +6,7 @@
 
 mod backdrop;
 mod camera;
-mod clock;
+pub(crate) mod clock;
 mod jobs;
 mod object;
 mod passes;
@@ -18,7 +18,7 @@ mod tests;
 
 use crate::layout::{self, filled};
 use crate::scene::{Backdrop, Picture, Scene, Settings, Timings};
-use crate::{Gpu, GpuError};
+use crate::{Gpu, GpuError, RoomData};
 use backdrop::Behind;
 use clock::Clock;
 use glam::{Affine3A, Mat3};
@@ -28,6 +28,7 @@ use passes::{Passes, Pipeline};
 use resolve::Resolve;
 use steradian_scene::Camera;
 use steradian_techniques::GpuRoom;
+use steradian_techniques::gpu::Uniform;
 use target::Target;
 
 /// A scene on the device, ready for one frame after another.
@@ -91,6 +92,21 @@ impl Renderer {
         })
     }
 
+    /// The data of an object's room on the device.
+    pub fn room(&self, object: usize) -> Result<&RoomData, GpuError> {
+        self.objects.get(object).map(|(placed, ..)| &placed.room).ok_or_else(|| no_object(object))
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> Camera {
+        self.scene.camera
+    }
+
+    /// The picture on the device, four f32 a pixel, and its width and height.
+    pub(crate) fn film(&self) -> (&wgpu::Buffer, [usize; 2]) {
+        (&self.target.film, [self.target.settings.width, self.target.settings.height])
+    }
+
     /// Moves the camera.
     pub fn set_camera(&mut self, gpu: &Gpu, camera: Camera) {
         self.scene.camera = camera;
@@ -124,17 +140,25 @@ impl Renderer {
     }
 
     /// Writes the uniforms of `room` (turned light, moved view); its tables stay.
-    pub fn update_room(&self, gpu: &Gpu, object: usize, room: &GpuRoom) -> Result<(), GpuError> {
+    pub fn update_room(&mut self, gpu: &Gpu, object: usize, room: &GpuRoom) -> Result<(), GpuError> {
+        self.update_uniforms(gpu, object, &room.uniforms)
+    }
+
+    /// Writes uniforms of a room in place of those of the same names: what
+    /// [`steradian_techniques::AnyBake::gpu_frame`] gives for a turned light or a moved view.
+    pub fn update_uniforms(&mut self, gpu: &Gpu, object: usize, new: &[Uniform]) -> Result<(), GpuError> {
         let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
+        let room = &mut self.scene.objects[object].room;
+        room.set_uniforms(new);
         placed.room.update_uniforms(gpu, room);
-        Ok(())
+        gpu.settled()
     }
 
     /// Replaces an object's room, after its light, its material or its technique has changed. Pipelines stay
     /// where the room's text does.
     pub fn set_room(&mut self, gpu: &Gpu, object: usize, room: GpuRoom) -> Result<(), GpuError> {
         let (placed, pipeline) = self.objects.get_mut(object).ok_or_else(|| no_object(object))?;
-        if placed.set_room(gpu, &room)? {
+        if placed.set_room(gpu, &self.scene.objects[object].room, &room)? {
             *pipeline = self.passes.shading(gpu, &placed.library, &placed.room.layout, &self.target)?;
         }
         self.scene.objects[object].room = room;
