@@ -1,15 +1,15 @@
 //! Times of the transform on one thread, in a form that `peers.py` reads.
 //! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular] [image] band…`
 //!
-//! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole, as other libraries
-//! have it. Prints grid, band, and
+//! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
+//! by m, as other libraries have them. Prints grid, band, and
 //! milliseconds of synthesis and analysis (each the least of several), and of planning.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
 use std::hint::black_box;
 use std::time::Instant;
-use steradian_sphere::sh::{Grid, Precision, Sample, ShRgb, ShTransform, count};
+use steradian_sphere::sh::{ColumnsRgb, Grid, Precision, Sample, ShRgb, ShTransform, count};
 
 /// Time on the processor so far in ns, where the system tells; it lags by up to a few milliseconds.
 fn on_cpu() -> Option<f64> {
@@ -45,13 +45,14 @@ fn time<S: Sample>(name: &str, band: usize, precision: Precision) {
     };
     let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
     let sh = ShRgb { order: band, c };
+    let columns = ColumnsRgb::from_sh(&sh);
     let start = Instant::now();
     let plan = ShTransform::with_precision(band, width, height, grid, precision);
     let planning = start.elapsed().as_secs_f64() * 1e3;
     let mut planes: [Vec<S>; 3] = std::array::from_fn(|_| vec![S::from_f64(0.0); width * height]);
-    let synthesis = best(|| plan.synthesize_polar(&sh, planes.each_mut().map(Vec::as_mut_slice)));
-    let mut back = ShRgb::zero(band);
-    let analysis = best(|| plan.analyze_polar_into(planes.each_ref().map(Vec::as_slice), &mut back));
+    let synthesis = best(|| plan.synthesize_columns(&columns, &[], planes.each_mut().map(Vec::as_mut_slice)));
+    let mut back = ColumnsRgb::zero(band);
+    let analysis = best(|| plan.analyze_columns(planes.each_ref().map(Vec::as_slice), &mut back));
     println!("{name} {band} {synthesis:.5} {analysis:.5} {planning:.5}");
 }
 

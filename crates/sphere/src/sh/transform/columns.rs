@@ -2,6 +2,7 @@
 
 use super::kernel::Row;
 use crate::sh::{ShRgb, index};
+use std::mem::take;
 use std::ops::Range;
 
 /// Orders m, or bands l, that are copied together, so that memory is met in whole cache lines.
@@ -12,19 +13,63 @@ fn start(order: usize, m: usize) -> usize {
     m * (order + 1) - m * m.saturating_sub(1) / 2
 }
 
-/// One column per m of rows for l = m…order, one after the other.
-#[derive(Default)]
-pub(super) struct Columns {
+/// Coefficients of Y(x, z, y), whose pole is the image's, in the order in which [`super::ShTransform`] makes and
+/// takes them: by m, then by l, cosine and sine terms of the three channels together. Convolution needs no other
+/// order; [`ColumnsRgb::to_sh`] and [`ColumnsRgb::from_sh`] exchange it for that of [`ShRgb`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ColumnsRgb {
     order: usize,
     rows: Vec<Row>,
 }
 
-impl Columns {
-    /// Columns up to `order` that may hold anything, in the memory of earlier ones.
-    pub(super) fn renewed(mut self, order: usize) -> Self {
+impl ColumnsRgb {
+    /// Zero up to band `order`.
+    pub fn zero(order: usize) -> Self {
+        let mut columns = Self::default();
+        columns.renew(order);
+        columns
+    }
+
+    /// Highest band.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Energy of each band and channel, Σ_m c².
+    pub fn band_energies(&self) -> Vec<[f64; 3]> {
+        let mut energies = vec![[0.0; 3]; self.order + 1];
+        for m in 0..=self.order {
+            for (energy, row) in energies[m..].iter_mut().zip(self.of(m)) {
+                for k in 0..3 {
+                    energy[k] += row[2 * k] * row[2 * k] + row[2 * k + 1] * row[2 * k + 1];
+                }
+            }
+        }
+        energies
+    }
+
+    /// The same function in the order l² + l + m; the basis stays Y(x, z, y).
+    pub fn to_sh(&self) -> ShRgb {
+        let mut sh = ShRgb::zero(self.order);
+        for (bands, planes) in bands(&mut sh) {
+            self.gather(bands, planes);
+        }
+        sh
+    }
+
+    /// From coefficients of Y(x, z, y) in the order l² + l + m.
+    pub fn from_sh(sh: &ShRgb) -> Self {
+        let mut columns = Self::zero(sh.order);
+        for (tile, rows) in columns.tiles().into_iter().enumerate() {
+            scatter(sh, sh.order, tile, rows);
+        }
+        columns
+    }
+
+    /// Columns up to `order` that may hold anything, in the memory that there is.
+    pub(super) fn renew(&mut self, order: usize) {
         self.order = order;
         self.rows.resize((order + 1) * (order + 2) / 2, [0.0; 6]);
-        self
     }
 
     pub(super) fn of(&self, m: usize) -> &[Row] {
@@ -42,7 +87,7 @@ impl Columns {
             .step_by(n)
             .map(|m| {
                 let length = start(order, (m + n).min(order + 1)) - start(order, m);
-                let (columns, after) = std::mem::take(&mut rest).split_at_mut(length);
+                let (columns, after) = take(&mut rest).split_at_mut(length);
                 rest = after;
                 columns
             })
@@ -70,6 +115,25 @@ impl Columns {
             }
         }
     }
+}
+
+/// A few bands of coefficients at a time.
+pub(super) fn bands(sh: &mut ShRgb) -> Vec<(Range<usize>, [&mut [f64]; 3])> {
+    let last = sh.order + 1;
+    let mut rest = sh.c.each_mut().map(Vec::as_mut_slice);
+    (0..last)
+        .step_by(TILE)
+        .map(|first| {
+            let bands = first..last.min(first + TILE);
+            let n = bands.end * bands.end - first * first;
+            let planes = rest.each_mut().map(|r| {
+                let (plane, after) = take(r).split_at_mut(n);
+                *r = after;
+                plane
+            });
+            (bands, planes)
+        })
+        .collect()
 }
 
 /// Writes the `tile`-th tile of columns up to `order` from coefficients; bands that `sh` has not are 0.

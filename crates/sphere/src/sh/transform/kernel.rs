@@ -272,8 +272,7 @@ impl<T: Real> Analysis<'_, T> {
         let width = 12 * T::Vector::<A>::LANES;
         let values = aligned(values, 12 * (all - start));
         gather::<T::Vector<A>>(self.cells, self.stride, start..all, values);
-        state.clear();
-        state.resize(2 * (all - start), 0.0);
+        let state = zeros::<A>(state, 2 * (all - start));
         rows.resize(steps, [0.0; 16]);
         let table = aligned(table, STEPS * RINGS);
         let sums = aligned(sums, STEPS * width);
@@ -309,6 +308,18 @@ impl<T: Real> Analysis<'_, T> {
         }
         finish(&part, rows, self.column);
     }
+}
+
+/// The first `n` numbers of a buffer, whole registers, made 0.
+#[inline(always)]
+fn zeros<A: Arch>(buffer: &mut Vec<f64>, n: usize) -> &mut [f64] {
+    let zeros = aligned(buffer, n);
+    let mut at = 0;
+    while at < n {
+        A::F64::splat(0.0).store(&mut zeros[at..]);
+        at += A::F64::LANES;
+    }
+    zeros
 }
 
 /// The cells of `rings`, a register's twelve rows together.
@@ -403,6 +414,8 @@ fn turn([cos, sin]: [f64; 2], row: &[f64], from: usize) -> Row {
 pub(super) struct Synthesis<'a, T: Real> {
     pub(super) part: Part<'a>,
     pub(super) column: &'a [Row],
+    /// Of the column's bands, 0 beyond the last; `None`: all are 1.
+    pub(super) factors: Option<&'a [f64]>,
     /// Cells of blocks, `stride` apart, from the one of this m.
     pub(super) cells: &'a mut [T],
     pub(super) stride: usize,
@@ -424,7 +437,7 @@ impl<T: Real> Synthesis<'_, T> {
         let (part, all, steps) = (self.part, self.part.x2.len(), self.part.steps.len());
         let Scratch { units, state, table, sums, terms, .. } = self.scratch;
         part.units(units);
-        prepare(&part, self.column, terms);
+        prepare(&part, self.column, self.factors, terms);
         let (lanes, width) = (T::Vector::<A>::LANES, 12 * T::Vector::<A>::LANES);
         let table = aligned(table, STEPS * RINGS);
         let sums = aligned(sums, 12 * RINGS);
@@ -434,8 +447,7 @@ impl<T: Real> Synthesis<'_, T> {
             for at in 0..12 * (end - ring) / lanes {
                 T::Vector::<A>::splat(T::default()).store(&mut sums[at * lanes..]);
             }
-            state.clear();
-            state.resize(2 * (end - ring), 0.0);
+            let state = zeros::<A>(state, 2 * (end - ring));
             let mut from = steps;
             for unit in &units[ring / BLOCK..end / BLOCK] {
                 from = from.min(unit.begin / STEPS * STEPS);
@@ -510,24 +522,34 @@ fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 12]], s
     }
 }
 
-/// The six even and six odd terms of every step.
+/// The six even and six odd terms of every step. Bands that the column has not are 0.
 #[inline(always)]
-fn prepare<T: Real>(part: &Part<'_>, column: &[Row], terms: &mut Vec<[T; 12]>) {
+fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, terms: &mut Vec<[T; 12]>) {
     let back = [part.phase[0], -part.phase[1]];
     terms.resize(part.steps.len(), [T::default(); 12]);
-    let mut even = turn(back, &column[0], 0);
+    let bands = column.len().min(factors.map_or(usize::MAX, <[f64]>::len));
+    let mut even = band(back, column, factors, bands, 0);
     for k in 0..part.steps.len() {
-        let (step, mut odd, mut next) = (&part.steps[k], [0.0; 6], [0.0; 6]);
-        if 2 * k + 1 < column.len() {
-            odd = turn(back, &column[2 * k + 1], 0);
-        }
-        if 2 * k + 2 < column.len() {
-            next = turn(back, &column[2 * k + 2], 0);
-        }
+        let step = &part.steps[k];
+        let odd = band(back, column, factors, bands, 2 * k + 1);
+        let next = band(back, column, factors, bands, 2 * k + 2);
         for c in 0..6 {
             terms[k][c] = T::of(step.even[0] * even[c] + step.even[1] * next[c]);
             terms[k][6 + c] = T::of(step.odd * odd[c]);
         }
         even = next;
     }
+}
+
+/// One of the first `bands` of a column, turned and multiplied; 0 beyond.
+#[inline(always)]
+fn band(back: [f64; 2], column: &[Row], factors: Option<&[f64]>, bands: usize, k: usize) -> Row {
+    if k >= bands {
+        return [0.0; 6];
+    }
+    let factor = match factors {
+        Some(factors) => factors[k],
+        None => 1.0,
+    };
+    turn([factor * back[0], factor * back[1]], &column[k], 0)
 }

@@ -14,7 +14,8 @@ mod rings;
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
-use columns::{Columns, TILE, scatter};
+pub use columns::ColumnsRgb;
+use columns::{bands, scatter};
 use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
 use kernel::{Analysis, CELL, Part, Real, Scratch, Synthesis, aligned};
 use rayon::prelude::*;
@@ -75,7 +76,11 @@ pub struct ShTransform {
     rings: Rings,
     /// Per m, unless that takes too much memory.
     kept: Vec<(Vec<Step>, Starts)>,
+    /// Of each m: [`analysis_phase`], [`synthesis_phase`].
+    phases: Vec<[[f64; 2]; 2]>,
     work: AnyWork,
+    /// The last coefficients that were put in order.
+    columns: Mutex<ColumnsRgb>,
 }
 
 /// How sums are kept; Legendre functions are computed in f64 either way.
@@ -96,24 +101,21 @@ enum AnyWork {
 /// What depends on the precision.
 struct Work<T: Real> {
     fourier: Fourier<T>,
-    /// The last transform's memory: fresh memory costs more than a pass over it.
-    memory: Mutex<Memory<T>>,
+    /// The last transform's cells: fresh memory costs more than a pass over it.
+    cells: Mutex<Vec<T>>,
 }
-
-/// Cells and columns.
-type Memory<T> = (Vec<T>, Columns);
 
 impl<T: Real> Work<T> {
     fn new(order: usize, width: usize) -> Self {
-        Self { fourier: Fourier::new(order, width), memory: Mutex::default() }
+        Self { fourier: Fourier::new(order, width), cells: Mutex::default() }
     }
 
-    fn take(&self) -> Memory<T> {
-        take(&mut *self.memory.lock().unwrap_or_else(PoisonError::into_inner))
+    fn take(&self) -> Vec<T> {
+        take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    fn put_back(&self, memory: Memory<T>) {
-        *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = memory;
+    fn put_back(&self, cells: Vec<T>) {
+        *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = cells;
     }
 }
 
@@ -138,6 +140,10 @@ impl ShTransform {
             grid,
             rings: Rings::new(grid, height, order),
             kept: Vec::new(),
+            phases: (0..=order)
+                .map(|m| [analysis_phase(m, width, grid.sinc()), synthesis_phase(m, width)])
+                .collect(),
+            columns: Mutex::default(),
             work: match precision {
                 Precision::Double => AnyWork::Double(Work::new(order, width)),
                 Precision::Image => AnyWork::Image(Work::new(order, width)),
@@ -203,20 +209,32 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long.
     pub fn analyze_polar_into<S: Sample>(&self, planes: [&[S]; 3], sh: &mut ShRgb) {
-        let area = self.width * self.height;
-        assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
         sh.order = self.order;
         sh.c.iter_mut().for_each(|c| c.resize(super::count(self.order), 0.0));
+        let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
+        self.analyze_columns(planes, &mut columns);
+        self.each(bands(sh), |(), _, (bands, planes)| columns.gather(bands, planes));
+        *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
+    }
+
+    /// [`ShTransform::analyze_polar`] in the transform's own order of coefficients, which saves an exchange;
+    /// into the memory of `columns`, whatever they are.
+    ///
+    /// # Panics
+    /// If a plane is not `width·height` long.
+    pub fn analyze_columns<S: Sample>(&self, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
+        let area = self.width * self.height;
+        assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
+        columns.renew(self.order);
         match &self.work {
-            _ if area == 0 => sh.c.iter_mut().for_each(|c| c.fill(0.0)),
-            AnyWork::Double(work) => self.analyze_with(work, planes, sh),
-            AnyWork::Image(work) => self.analyze_with(work, planes, sh),
+            _ if area == 0 => *columns = ColumnsRgb::zero(self.order),
+            AnyWork::Double(work) => self.analyze_with(work, planes, columns),
+            AnyWork::Image(work) => self.analyze_with(work, planes, columns),
         }
     }
 
-    fn analyze_with<T: Real, S: Sample>(&self, work: &Work<T>, planes: [&[S]; 3], sh: &mut ShRgb) {
-        let (mut buffer, columns) = work.take();
-        let mut columns = columns.renewed(self.order);
+    fn analyze_with<T: Real, S: Sample>(&self, work: &Work<T>, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
+        let mut buffer = work.take();
         for pairs in self.chunks() {
             let cells = self.forward(&work.fourier, planes, pairs.clone(), &mut buffer);
             self.each(columns.split(), |scratch: &mut Scratch<T>, m, column| {
@@ -224,15 +242,13 @@ impl ShTransform {
                     column.fill([0.0; 6]);
                 }
                 let stride = (self.order + 1) * CELL;
-                let phase = analysis_phase(m, self.width, self.grid.sinc());
-                self.with_part(m, pairs.clone(), phase, |part| {
+                self.with_part(m, pairs.clone(), self.phases[m][0], |part| {
                     let cells = &cells[m * CELL..];
                     steradian_simd::run(Analysis { part, cells, stride, column, scratch });
                 });
             });
         }
-        self.each(bands(sh), |(), _, (bands, planes)| columns.gather(bands, planes));
-        work.put_back((buffer, columns));
+        work.put_back(buffer);
     }
 
     /// Synthesis: the function of `sh` (its bands above the plan's order left out) at every sample.
@@ -251,21 +267,44 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
     pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
+        let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
+        columns.renew(self.order);
+        self.each(columns.tiles(), |(), tile, rows| scatter(sh, self.order, tile, rows));
+        self.synthesize_columns(&columns, &[], planes);
+        *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
+    }
+
+    /// Synthesis from coefficients in the transform's own order (bands above the plan's left out), each band
+    /// multiplied with its factor: a convolution by a zonal kernel. Without factors they are all 1; bands beyond
+    /// the last factor are left out.
+    ///
+    /// # Panics
+    /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
+    pub fn synthesize_columns<S: Sample>(
+        &self,
+        columns: &ColumnsRgb,
+        factors: &[f64],
+        planes: [&mut [S]; 3],
+    ) {
         let area = self.width * self.height;
         assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
         assert!(self.rings.per_row == 1, "exact cells are integrals, not samples");
         if area > 0 {
             match &self.work {
-                AnyWork::Double(work) => self.synthesize_with(work, sh, planes),
-                AnyWork::Image(work) => self.synthesize_with(work, sh, planes),
+                AnyWork::Double(work) => self.synthesize_with(work, columns, factors, planes),
+                AnyWork::Image(work) => self.synthesize_with(work, columns, factors, planes),
             }
         }
     }
 
-    fn synthesize_with<T: Real, S: Sample>(&self, work: &Work<T>, sh: &ShRgb, mut planes: [&mut [S]; 3]) {
-        let (mut buffer, columns) = work.take();
-        let mut columns = columns.renewed(self.order);
-        self.each(columns.tiles(), |(), tile, rows| scatter(sh, self.order, tile, rows));
+    fn synthesize_with<T: Real, S: Sample>(
+        &self,
+        work: &Work<T>,
+        columns: &ColumnsRgb,
+        factors: &[f64],
+        mut planes: [&mut [S]; 3],
+    ) {
+        let mut buffer = work.take();
         for pairs in self.chunks() {
             let blocks = pairs.len().div_ceil(BLOCK);
             let side = blocks * SIDE * CELL;
@@ -274,9 +313,11 @@ impl ShTransform {
             self.each(parts, |scratch: &mut Scratch<T>, group, cells: &mut [T]| {
                 for m in (group * SIDE..=self.order).take(SIDE) {
                     let (cells, stride) = (&mut cells[m % SIDE * CELL..], SIDE * CELL);
-                    self.with_part(m, pairs.clone(), synthesis_phase(m, self.width), |part| {
-                        let column = columns.of(m);
-                        steradian_simd::run(Synthesis { part, column, cells, stride, scratch });
+                    let column = columns.of(m);
+                    let factors =
+                        if factors.is_empty() { None } else { Some(factors.get(m..).unwrap_or(&[])) };
+                    self.with_part(m, pairs.clone(), self.phases[m][1], |part| {
+                        steradian_simd::run(Synthesis { part, column, factors, cells, stride, scratch });
                     });
                 }
             });
@@ -289,7 +330,7 @@ impl ShTransform {
                 work.fourier.backward(cell, &mut rows, buffers);
             });
         }
-        work.put_back((buffer, columns));
+        work.put_back(buffer);
     }
 
     /// Ranges of row pairs.
@@ -356,25 +397,6 @@ impl ShTransform {
             items.for_each_init(B::default, |buffers, (i, item)| f(buffers, i, item));
         }
     }
-}
-
-/// A few bands of coefficients at a time.
-fn bands(sh: &mut ShRgb) -> Vec<(Range<usize>, [&mut [f64]; 3])> {
-    let last = sh.order + 1;
-    let mut rest = sh.c.each_mut().map(Vec::as_mut_slice);
-    (0..last)
-        .step_by(TILE)
-        .map(|first| {
-            let bands = first..last.min(first + TILE);
-            let n = bands.end * bands.end - first * first;
-            let planes = rest.each_mut().map(|r| {
-                let (plane, after) = take(r).split_at_mut(n);
-                *r = after;
-                plane
-            });
-            (bands, planes)
-        })
-        .collect()
 }
 
 /// The rows of a range of pairs, by blocks.
