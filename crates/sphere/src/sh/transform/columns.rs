@@ -14,7 +14,7 @@ fn start(order: usize, m: usize) -> usize {
 }
 
 /// Coefficients of Y(x, z, y), whose pole is the image's, in the order in which [`super::ShTransform`] makes and
-/// takes them: by m, then by l, cosine and sine terms of the three channels together. Convolution needs no other
+/// takes them: by m, then by l, cosine terms of the three channels, then sine terms. Convolution needs no other
 /// order; [`ColumnsRgb::to_sh`] and [`ColumnsRgb::from_sh`] exchange it for that of [`ShRgb`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ColumnsRgb {
@@ -41,7 +41,7 @@ impl ColumnsRgb {
         for m in 0..=self.order {
             for (energy, row) in energies[m..].iter_mut().zip(self.of(m)) {
                 for k in 0..3 {
-                    energy[k] += row[2 * k] * row[2 * k] + row[2 * k + 1] * row[2 * k + 1];
+                    energy[k] += row[k] * row[k] + row[3 + k] * row[3 + k];
                 }
             }
         }
@@ -109,8 +109,8 @@ impl ColumnsRgb {
                     let row = self.rows[start(self.order, m) + l - m];
                     let (p, n) = (index(l, m as isize) - first, index(l, -(m as isize)) - first);
                     // For m = 0 the cosine's is written last.
-                    (r[n], g[n], b[n]) = (row[1], row[3], row[5]);
-                    (r[p], g[p], b[p]) = (row[0], row[2], row[4]);
+                    (r[n], g[n], b[n]) = (row[3], row[4], row[5]);
+                    (r[p], g[p], b[p]) = (row[0], row[1], row[2]);
                 }
             }
         }
@@ -146,7 +146,7 @@ pub(super) fn scatter(sh: &ShRgb, order: usize, tile: usize, rows: &mut [Row]) {
             let (p, n) = (index(l, m as isize), index(l, -(m as isize)));
             let sine = if m > 0 { 1.0 } else { 0.0 };
             rows[start(order, m) + l - m - from] = if l <= sh.order {
-                [r[p], sine * r[n], g[p], sine * g[n], b[p], sine * b[n]]
+                [r[p], g[p], b[p], sine * r[n], sine * g[n], sine * b[n]]
             } else {
                 [0.0; 6]
             };

@@ -116,10 +116,10 @@ impl<T: Real> Fourier<T> {
                 let even = 0.5 * rings.weight[at + lane];
                 let (even, odd) = (T::of(even), T::of(even * rings.cos[at + lane]));
                 let put = |cell: &mut [T], p: Complex<T>, q: Complex<T>| {
-                    cell[2 * k * BLOCK + lane] = even * (p.re + q.re);
-                    cell[(2 * k + 1) * BLOCK + lane] = even * (q.im - p.im);
-                    cell[(6 + 2 * k) * BLOCK + lane] = odd * (p.im + q.im);
-                    cell[(7 + 2 * k) * BLOCK + lane] = odd * (p.re - q.re);
+                    cell[k * BLOCK + lane] = even * (p.re + q.re);
+                    cell[(3 + k) * BLOCK + lane] = even * (q.im - p.im);
+                    cell[(6 + k) * BLOCK + lane] = odd * (p.im + q.im);
+                    cell[(9 + k) * BLOCK + lane] = odd * (p.re - q.re);
                 };
                 let cells = &mut cells[first * CELL..orders.end * CELL];
                 match mirrored(self.width, &orders) {
@@ -182,15 +182,15 @@ impl<T: Real> Fourier<T> {
             let orders = first..(first + TILE).min(self.order + 1);
             let mut cells: [&[T]; TILE] = [&[]; TILE];
             for (c, m) in cells.iter_mut().zip(orders.clone()) {
-                *c = &cell(m)[2 * k * BLOCK..][..8 * BLOCK];
+                *c = &cell(m)[k * BLOCK..][..10 * BLOCK];
             }
             let cells = &cells[..orders.len()];
             for lane in 0..BLOCK {
                 let spectrum = &mut rings[lane * stride..][..width];
                 // Halves c − is of the north and, times i, of the south.
                 let halves = |cell: &[T]| {
-                    let (ec, es) = (cell[lane], cell[BLOCK + lane]);
-                    let (oc, os) = (cell[6 * BLOCK + lane], cell[7 * BLOCK + lane]);
+                    let (ec, es) = (cell[lane], cell[3 * BLOCK + lane]);
+                    let (oc, os) = (cell[6 * BLOCK + lane], cell[9 * BLOCK + lane]);
                     let ((nc, ns), (sc, ss)) = ((ec + oc, es + os), (ec - oc, es - os));
                     (Complex::new(nc + ss, sc - ns), Complex::new(nc - ss, sc + ns))
                 };

@@ -4,14 +4,17 @@
 //! computed, in f64, into a small table; then the table is multiplied with the six even and six odd terms, in
 //! the precision of the transform, with the sums in registers.
 
-use super::recursion::{Starts, Step};
+use super::recursion::{Starts, Step, Unit};
 use super::rings::BLOCK;
 use rustfft::FftNum;
 use std::ops::Range;
 use steradian_simd::{Arch, Double, Kernel, Single, Vector};
 
-/// Cosine and sine terms of red, green and blue.
+/// Cosine terms of red, green and blue, then their sine terms.
 pub(super) type Row = [f64; 6];
+
+/// A row's cosine and sine terms, each a register wide: what the last lanes hold does not matter.
+type Terms = [[f64; 4]; 2];
 
 /// Numbers that a block of rings holds for one m: even parts of the six terms, then odd ones, ring by ring.
 pub(super) const CELL: usize = 12 * BLOCK;
@@ -96,39 +99,15 @@ pub(super) fn aligned<T: Real>(buffer: &mut Vec<T>, n: usize) -> &mut [T] {
 /// One worker's buffers.
 #[derive(Default)]
 pub(super) struct Scratch<T> {
-    units: Vec<Unit>,
     state: Vec<f64>,
     table: Vec<T>,
     values: Vec<T>,
     sums: Vec<T>,
-    terms: Vec<[T; 12]>,
+    terms: Vec<[T; 16]>,
     rows: Vec<[f64; 16]>,
 }
 
-/// When a block of rings takes part in the sums: from step `begin`; all its rings from step `all`.
-#[derive(Clone, Copy)]
-struct Unit {
-    begin: usize,
-    all: usize,
-}
-
 impl Part<'_> {
-    #[inline(always)]
-    fn units(&self, units: &mut Vec<Unit>) {
-        units.clear();
-        let mut at = self.ring;
-        while at < self.ring + self.x2.len() {
-            let (mut begin, mut all) = (f64::INFINITY, -1.0);
-            for &f in &self.starts.first[at..at + BLOCK] {
-                begin = f.min(begin);
-                all = if f < f64::INFINITY && f > all { f } else { all };
-            }
-            // Infinity becomes the largest number.
-            units.push(Unit { begin: begin as usize, all: (all + 1.0) as usize });
-            at += BLOCK;
-        }
-    }
-
     /// Sets lanes that start at step k.
     #[inline(always)]
     fn inject<V: Double, const N: usize>(
@@ -260,8 +239,8 @@ impl<T: Real> Analysis<'_, T> {
     #[inline(always)]
     fn with<A: Arch, const K: usize>(self) {
         let (part, all, steps) = (self.part, self.part.x2.len(), self.part.steps.len());
-        let Scratch { units, state, table, values, sums, rows, .. } = self.scratch;
-        part.units(units);
+        let Scratch { state, table, values, sums, rows, .. } = self.scratch;
+        let units = &part.starts.units[part.ring / BLOCK..];
         let mut start = 0;
         while start < all && units[start / BLOCK].begin >= steps {
             start += BLOCK;
@@ -378,8 +357,8 @@ fn over_rings<V: Vector<T: Real>, const K: usize>(
 fn finish(part: &Part<'_>, rows: &[[f64; 16]], column: &mut [Row]) {
     for k in 0..rows.len() {
         let step = &part.steps[k];
-        let even = turn(part.phase, &rows[k], 0);
-        let odd = turn(part.phase, &rows[k], 6);
+        let even = turn(part.phase, four(&rows[k], 0), four(&rows[k], 3));
+        let odd = turn(part.phase, four(&rows[k], 6), four(&rows[k], 9));
         let after = &mut column[2 * k..];
         add(&mut after[0], step.even[0], &even);
         if after.len() > 1 {
@@ -392,20 +371,25 @@ fn finish(part: &Part<'_>, rows: &[[f64; 16]], column: &mut [Row]) {
 }
 
 #[inline(always)]
-fn add(row: &mut Row, factor: f64, x: &Row) {
-    for c in 0..6 {
-        row[c] += factor * x[c];
+fn four(row: &[f64; 16], at: usize) -> [f64; 4] {
+    [row[at], row[at + 1], row[at + 2], row[at + 3]]
+}
+
+#[inline(always)]
+fn add(row: &mut Row, factor: f64, x: &Terms) {
+    for c in 0..3 {
+        row[c] += factor * x[0][c];
+        row[3 + c] += factor * x[1][c];
     }
 }
 
-/// (cosine, sine) terms from the given one on, turned by an angle.
+/// Cosine and sine terms, turned by an angle.
 #[inline(always)]
-fn turn([cos, sin]: [f64; 2], row: &[f64], from: usize) -> Row {
-    let x = &row[from..from + 6];
-    let mut out = [0.0; 6];
-    for k in 0..3 {
-        out[2 * k] = cos * x[2 * k] - sin * x[2 * k + 1];
-        out[2 * k + 1] = sin * x[2 * k] + cos * x[2 * k + 1];
+fn turn([cos, sin]: [f64; 2], c: [f64; 4], s: [f64; 4]) -> Terms {
+    let mut out = [[0.0; 4]; 2];
+    for k in 0..4 {
+        out[0][k] = cos * c[k] - sin * s[k];
+        out[1][k] = sin * c[k] + cos * s[k];
     }
     out
 }
@@ -435,8 +419,8 @@ impl<T: Real> Synthesis<'_, T> {
     #[inline(always)]
     fn with<A: Arch, const N: usize>(self) {
         let (part, all, steps) = (self.part, self.part.x2.len(), self.part.steps.len());
-        let Scratch { units, state, table, sums, terms, .. } = self.scratch;
-        part.units(units);
+        let Scratch { state, table, sums, terms, .. } = self.scratch;
+        let units = &part.starts.units[part.ring / BLOCK..];
         prepare(&part, self.column, self.factors, terms);
         let (lanes, width) = (T::Vector::<A>::LANES, 12 * T::Vector::<A>::LANES);
         let table = aligned(table, STEPS * RINGS);
@@ -493,7 +477,7 @@ fn register<A: Arch, T: Real>(x: &[f64]) -> T::Vector<A> {
 
 /// sums at N registers of rings += Σ over steps of r_k · terms.
 #[inline(always)]
-fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 12]], sums: &mut [V::T]) {
+fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 16]], sums: &mut [V::T]) {
     let width = 12 * V::LANES;
     let mut acc = [[V::load(sums); 12]; N];
     for v in 0..N {
@@ -508,7 +492,7 @@ fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 12]], s
             rs[v] = r;
         }
         for c in 0..12 {
-            let term = V::splat(terms[k][c]);
+            let term = V::splat(terms[k][c + c / 3]);
             for v in 0..N {
                 acc[v][c] = rs[v].fma(term, acc[v][c]);
             }
@@ -522,20 +506,25 @@ fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 12]], s
     }
 }
 
-/// The six even and six odd terms of every step. Bands that the column has not are 0.
+/// The six even and six odd terms of every step, each three followed by nothing in particular. Bands that the
+/// column has not are 0.
 #[inline(always)]
-fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, terms: &mut Vec<[T; 12]>) {
+fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, terms: &mut Vec<[T; 16]>) {
     let back = [part.phase[0], -part.phase[1]];
-    terms.resize(part.steps.len(), [T::default(); 12]);
+    terms.resize(part.steps.len(), [T::default(); 16]);
     let bands = column.len().min(factors.map_or(usize::MAX, <[f64]>::len));
     let mut even = band(back, column, factors, bands, 0);
     for k in 0..part.steps.len() {
         let step = &part.steps[k];
         let odd = band(back, column, factors, bands, 2 * k + 1);
         let next = band(back, column, factors, bands, 2 * k + 2);
-        for c in 0..6 {
-            terms[k][c] = T::of(step.even[0] * even[c] + step.even[1] * next[c]);
-            terms[k][6 + c] = T::of(step.odd * odd[c]);
+        let terms = &mut terms[k];
+        for half in 0..2 {
+            for c in 0..4 {
+                let even = step.even[0] * even[half][c] + step.even[1] * next[half][c];
+                terms[4 * half + c] = T::of(even);
+                terms[8 + 4 * half + c] = T::of(step.odd * odd[half][c]);
+            }
         }
         even = next;
     }
@@ -543,13 +532,14 @@ fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, te
 
 /// One of the first `bands` of a column, turned and multiplied; 0 beyond.
 #[inline(always)]
-fn band(back: [f64; 2], column: &[Row], factors: Option<&[f64]>, bands: usize, k: usize) -> Row {
+fn band(back: [f64; 2], column: &[Row], factors: Option<&[f64]>, bands: usize, k: usize) -> Terms {
     if k >= bands {
-        return [0.0; 6];
+        return [[0.0; 4]; 2];
     }
     let factor = match factors {
         Some(factors) => factors[k],
         None => 1.0,
     };
-    turn([factor * back[0], factor * back[1]], &column[k], 0)
+    let r = &column[k];
+    turn([factor * back[0], factor * back[1]], [r[0], r[1], r[2], 0.0], [r[3], r[4], r[5], 0.0])
 }
