@@ -6,18 +6,21 @@
 //! P̄_lm(−x) = (−1)^{l+m} P̄_lm(x); the three channels share the Legendre recursion; sums are f64 in a fixed
 //! order whatever the number of threads.
 
+mod analysis;
 mod columns;
 mod fourier;
 mod kernel;
 mod recursion;
 mod rings;
+mod synthesis;
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
+use analysis::Analysis;
 pub use columns::ColumnsRgb;
 use columns::{bands, scatter};
 use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
-use kernel::{Analysis, CELL, Part, Real, Scratch, Synthesis, aligned};
+use kernel::{CELL, Part, Real, Scratch, aligned};
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
@@ -25,6 +28,7 @@ use rings::{BLOCK, Rings};
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use synthesis::Synthesis;
 
 /// Orders m whose cells of a block lie side by side, so that a block's spectra are met in long runs.
 const SIDE: usize = 8;
@@ -351,7 +355,7 @@ impl ShTransform {
     ) -> &'a [T] {
         let (width, height) = (self.width, self.height);
         let block = self.rings.per_row * (self.order + 1) * CELL;
-        let cells = aligned(buffer, pairs.len().next_multiple_of(BLOCK) / BLOCK * block);
+        let cells = aligned(buffer, pairs.len().div_ceil(BLOCK) * block);
         let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
         self.each(blocks, |buffers: &mut Buffers<T>, _, (first, cells)| {
             let last = pairs.end.min(first + BLOCK);
