@@ -1,4 +1,4 @@
-//! Times of the transform on one thread, in a form that `peers.py` reads.
+//! Times of the transform, in a form that `peers.py` reads; RAYON_NUM_THREADS says on how many threads.
 //! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular] [image] band…`
 //!
 //! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
@@ -11,8 +11,12 @@ use std::hint::black_box;
 use std::time::Instant;
 use steradian_sphere::sh::{ColumnsRgb, Grid, Precision, Sample, ShRgb, ShTransform, count};
 
-/// Time on the processor so far in ns, where the system tells; it lags by up to a few milliseconds.
+/// Time on the processor so far in ns of the only thread, where the system tells; it lags by up to a few
+/// milliseconds.
 fn on_cpu() -> Option<f64> {
+    if rayon::current_num_threads() > 1 {
+        return None;
+    }
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse().ok()
 }
