@@ -9,10 +9,10 @@ mod vector;
 
 pub use lanes::Lanes;
 use std::sync::OnceLock;
-use vector::Pair;
-pub use vector::Vector;
+use vector::Plain;
 #[cfg(target_arch = "x86_64")]
-use vector::x86::{Eight, Four};
+use vector::x86::{EightSingle, Sixteen};
+pub use vector::{Double, Single, Vector};
 
 /// An instruction set that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -101,19 +101,22 @@ pub trait Arch: Copy {
     /// Eight f32.
     type F32x8: Lanes;
     /// The widest register of f64.
-    type F64: Vector;
+    type F64: Double;
+    /// The widest register of f32.
+    type F32: Single<Double = Self::F64>;
 
     /// `a·b + c`: fused where the instruction set has it, two roundings elsewhere (a call to the fused
     /// routine of the C library would be slower by an order of magnitude).
     fn fma(a: f64, b: f64, c: f64) -> f64;
 }
 
-/// Fused multiply-add in hardware, with registers V.
+/// Fused multiply-add in hardware, with registers V of f32.
 #[derive(Clone, Copy)]
 struct Fused<V>(std::marker::PhantomData<V>);
 
-impl<V: Vector> Arch for Fused<V> {
-    type F64 = V;
+impl<V: Single> Arch for Fused<V> {
+    type F64 = V::Double;
+    type F32 = V;
     #[cfg(target_arch = "x86_64")]
     type F32x8 = lanes::Avx;
     #[cfg(not(target_arch = "x86_64"))]
@@ -130,7 +133,8 @@ struct Separate;
 
 impl Arch for Separate {
     type F32x8 = lanes::Plain;
-    type F64 = Pair<false>;
+    type F64 = Plain<f64, 2, false>;
+    type F32 = Plain<f32, 4, false>;
 
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
@@ -160,11 +164,11 @@ pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
     {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn avx2<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run::<Fused<Four>>()
+            kernel.run::<Fused<EightSingle>>()
         }
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
         fn avx512<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run::<Fused<Eight>>()
+            kernel.run::<Fused<Sixteen>>()
         }
         match wanted.min(detect()) {
             // SAFETY: the features were detected.
@@ -175,7 +179,11 @@ pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
         }
     }
     let _ = wanted;
-    if cfg!(target_arch = "aarch64") { kernel.run::<Fused<Pair<true>>>() } else { kernel.run::<Separate>() }
+    if cfg!(target_arch = "aarch64") {
+        kernel.run::<Fused<Plain<f32, 4, true>>>()
+    } else {
+        kernel.run::<Separate>()
+    }
 }
 
 #[cfg(test)]
@@ -236,13 +244,14 @@ mod tests {
         assert_eq!(Dot(&x, &x).run::<Separate>(), 328_350.0);
     }
 
-    struct Sums<'a>(&'a [f64]);
+    /// Twelve vectors from 192 numbers, summed over their lanes; at last the number of lanes.
+    struct Sums<'a, T>(&'a [T]);
 
-    impl Kernel for Sums<'_> {
+    impl Kernel for Sums<'_, f64> {
         type Output = [f64; 16];
         #[inline(always)]
         fn run<A: Arch>(self) -> [f64; 16] {
-            let v: [A::F64; 12] = std::array::from_fn(|k| A::F64::load(&self.0[8 * k..]));
+            let v: [A::F64; 12] = std::array::from_fn(|k| A::F64::load(&self.0[16 * k..]));
             let three = A::F64::splat(3.0);
             let v = v.map(|v| v.fma(three, v).replace_if_equal(v, three, three));
             let mut sums = [0.5; 16];
@@ -252,18 +261,55 @@ mod tests {
         }
     }
 
+    impl Kernel for Sums<'_, f32> {
+        type Output = [f64; 16];
+        #[inline(always)]
+        fn run<A: Arch>(self) -> [f64; 16] {
+            let v: [A::F32; 12] = std::array::from_fn(|k| A::F32::load(&self.0[16 * k..]));
+            let two = A::F32::splat(2.0);
+            let v = v.map(|v| v.fma(two, v).add(v.mul(A::F32::splat(1.0))));
+            let mut sums = [0.5; 16];
+            A::F32::add_sums(&v, &mut sums);
+            sums[15] = A::F32::LANES as f64;
+            sums
+        }
+    }
+
     #[test]
     fn vectors_sum_their_lanes() {
-        let x: Vec<f64> = (0..96).map(f64::from).collect();
+        let x: Vec<f64> = (0..192).map(f64::from).collect();
+        let y: Vec<f32> = x.iter().map(|x| *x as f32).collect();
         for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
-            let s = run_on(isa, Sums(&x));
-            let lanes = s[15] as usize;
-            for k in 0..12 {
-                let f = |v: f64| if v == 3.0 { 3.0 } else { 4.0 * v };
-                let direct: f64 = x[8 * k..8 * k + lanes].iter().map(|v| f(*v)).sum();
-                assert_eq!(s[k], direct + 0.5, "{isa:?} {k}");
+            for (s, special) in [(run_on(isa, Sums(&x[..])), true), (run_on(isa, Sums(&y[..])), false)] {
+                let lanes = s[15] as usize;
+                for k in 0..12 {
+                    let f = |v: f64| if special && v == 3.0 { 3.0 } else { 4.0 * v };
+                    let direct: f64 = x[16 * k..16 * k + lanes].iter().map(|v| f(*v)).sum();
+                    assert_eq!(s[k], direct + 0.5, "{isa:?} {k}");
+                }
+                assert_eq!(s[14], 0.5);
             }
-            assert_eq!(s[14], 0.5);
+        }
+    }
+
+    struct Narrow<'a>(&'a [f64]);
+
+    impl Kernel for Narrow<'_> {
+        type Output = Vec<f32>;
+        #[inline(always)]
+        fn run<A: Arch>(self) -> Vec<f32> {
+            let (n, mut out) = (A::F64::LANES, vec![0.0; A::F32::LANES]);
+            A::F32::narrow(A::F64::load(self.0), A::F64::load(&self.0[n..])).store(&mut out);
+            out
+        }
+    }
+
+    #[test]
+    fn two_registers_of_f64_make_one_of_f32() {
+        let x: Vec<f64> = (0..16).map(|k| 1.0 / f64::from(k + 1)).collect();
+        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+            let y = run_on(isa, Narrow(&x));
+            assert!(y.iter().zip(&x).all(|(y, x)| *y == *x as f32), "{isa:?}");
         }
     }
 }

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Times this crate's transform beside SHTns and ducc0, on one thread, three channels of f64, in one run.
+"""Times this crate's transform beside SHTns and ducc0, on one thread, three channels, in one run: in f64, and
+in image precision (f32 sums) against the same f64 times of the peers.
 
     python3 crates/sphere/benches/peers.py [gl|equirectangular] [band ...]
 
@@ -106,25 +107,26 @@ def main():
     install()
     ours = binary()
     environment = dict(os.environ, RAYON_NUM_THREADS="1", OMP_NUM_THREADS="1")
-    print(f"{grid}, 3 channels, f64, 1 thread, least of {ROUNDS} rounds, ms (ratio: ours / theirs)")
-    print(f"{'band':>5} {'':10} {'ours':>10} {'SHTns':>10} {'ratio':>6} {'ducc0':>10} {'ratio':>6}")
+    print(f"{grid}, 3 channels, 1 thread, least of {ROUNDS} rounds, ms (f64, image: our time / theirs)")
+    peers = " ".join(f"{name:>10} {'f64':>6} {'image':>6}" for name in ["SHTns", "ducc0"])
+    print(f"{'band':>5} {'':10} {'f64':>10} {'image':>10} {peers}")
     for band in bands:
-        times = {name: [1e9, 1e9] for name in ["ours", "shtns", "ducc0"]}
+        times = {name: [1e9, 1e9] for name in ["ours", "image", "shtns", "ducc0"]}
         for _ in range(ROUNDS):
             for name, row in times.items():
-                command = [ours, grid, band] if name == "ours" else [
-                    VENV / "bin/python", __file__, "--time", name, grid, band]
+                command = {"ours": [ours, grid, band], "image": [ours, grid, "image", band]}.get(
+                    name, [VENV / "bin/python", __file__, "--time", name, grid, band])
                 run = subprocess.run(list(map(str, command)), env=environment, capture_output=True, text=True)
                 words = run.stdout.split()
-                words = words[2:4] if name == "ours" else words[words.index("ms:") + 1:] if "ms:" in words else []
+                words = words[2:4] if command[0] == ours else words[words.index("ms:") + 1:] if "ms:" in words else []
                 if run.returncode == 0 and len(words) == 2:
                     times[name] = [min(a, float(b)) for a, b in zip(row, words)]
         for i, what in enumerate(["synthesis", "analysis"]):
-            cells = [f"{times['ours'][i]:>10.4g}"]
+            ours_ms, image_ms = times["ours"][i], times["image"][i]
+            cells = [f"{ours_ms:>10.4g} {image_ms:>10.4g}"]
             for name in ["shtns", "ducc0"]:
                 t = times[name][i]
-                known = t < 1e9
-                cells.append(f"{t:>10.4g} {times['ours'][i] / t:>6.2f}" if known else f"{'–':>10} {'':>6}")
+                cells.append(f"{t:>10.4g} {ours_ms / t:>6.2f} {image_ms / t:>6.2f}" if t < 1e9 else f"{'–':>10} {'':>13}")
             print(f"{band:>5} {what:10}", *cells, flush=True)
 
 

@@ -1,17 +1,22 @@
-//! Times of the transform on one thread, in a form that `peers.py` reads.
-//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular] band…`
+//! Times of the transform, in a form that `peers.py` reads; RAYON_NUM_THREADS says on how many threads.
+//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular] [image] band…`
 //!
-//! Three channels of f64, basis about the image's pole, as other libraries have it. Prints grid, band, and
+//! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
+//! by m, as other libraries have them. Prints grid, band, and
 //! milliseconds of synthesis and analysis (each the least of several), and of planning.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
 use std::hint::black_box;
 use std::time::Instant;
-use steradian_sphere::sh::{Grid, ShRgb, ShTransform, count};
+use steradian_sphere::sh::{ColumnsRgb, Grid, Precision, Sample, ShRgb, ShTransform, count};
 
-/// Time on the processor so far in ns, where the system tells; it lags by up to a few milliseconds.
+/// Time on the processor so far in ns of the only thread, where the system tells; it lags by up to a few
+/// milliseconds.
 fn on_cpu() -> Option<f64> {
+    if rayon::current_num_threads() > 1 {
+        return None;
+    }
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse().ok()
 }
@@ -37,19 +42,21 @@ fn best<R>(mut f: impl FnMut() -> R) -> f64 {
     best
 }
 
-fn time(name: &str, band: usize) {
+fn time<S: Sample>(name: &str, band: usize, precision: Precision) {
     let (grid, width, height) = match name {
         "gl" => (Grid::GaussLegendre, 2 * band + 2, band + 1),
         _ => (Grid::Equirectangular, 4 * band + 4, 2 * band + 2),
     };
     let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
     let sh = ShRgb { order: band, c };
+    let columns = ColumnsRgb::from_sh(&sh);
     let start = Instant::now();
-    let plan = ShTransform::new(band, width, height, grid);
+    let plan = ShTransform::with_precision(band, width, height, grid, precision);
     let planning = start.elapsed().as_secs_f64() * 1e3;
-    let mut planes: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; width * height]);
-    let synthesis = best(|| plan.synthesize_polar(&sh, planes.each_mut().map(Vec::as_mut_slice)));
-    let analysis = best(|| plan.analyze_polar(planes.each_ref().map(Vec::as_slice)));
+    let mut planes: [Vec<S>; 3] = std::array::from_fn(|_| vec![S::from_f64(0.0); width * height]);
+    let synthesis = best(|| plan.synthesize_columns(&columns, &[], planes.each_mut().map(Vec::as_mut_slice)));
+    let mut back = ColumnsRgb::zero(band);
+    let analysis = best(|| plan.analyze_columns(planes.each_ref().map(Vec::as_slice), &mut back));
     println!("{name} {band} {synthesis:.5} {analysis:.5} {planning:.5}");
 }
 
@@ -60,5 +67,11 @@ fn main() {
     if bands.is_empty() {
         bands = vec![15, 63, 127, 255, 511, 1023];
     }
-    bands.iter().for_each(|band| time(grid, *band));
+    for band in bands {
+        if words.iter().any(|w| w == "image") {
+            time::<f32>(grid, band, Precision::Image);
+        } else {
+            time::<f64>(grid, band, Precision::Double);
+        }
+    }
 }

@@ -17,7 +17,7 @@ pub use basis::{Basis, eval, legendre};
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
-pub use transform::{Grid, Sample, ShTransform};
+pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
 pub use wigner::wigner_d;
 pub use window::Window;
 

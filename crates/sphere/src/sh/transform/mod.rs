@@ -6,17 +6,21 @@
 //! P̄_lm(−x) = (−1)^{l+m} P̄_lm(x); the three channels share the Legendre recursion; sums are f64 in a fixed
 //! order whatever the number of threads.
 
+mod analysis;
 mod columns;
 mod fourier;
 mod kernel;
 mod recursion;
 mod rings;
+mod synthesis;
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
-use columns::Columns;
-use fourier::{Buffers, Fourier, RowBlock};
-use kernel::{Analysis, CELL, Part, Scratch, Synthesis, aligned};
+use analysis::Analysis;
+pub use columns::ColumnsRgb;
+use columns::{bands, scatter};
+use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
+use kernel::{CELL, Part, Real, Scratch, aligned};
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
@@ -24,6 +28,7 @@ use rings::{BLOCK, Rings};
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use synthesis::Synthesis;
 
 /// Orders m whose cells of a block lie side by side, so that a block's spectra are met in long runs.
 const SIDE: usize = 8;
@@ -69,25 +74,84 @@ impl Sample for f64 {
 /// cos θ = y, as in lat-long images. Any order fits any grid: what the samples cannot tell apart is aliased.
 pub struct ShTransform {
     order: usize,
+    width: usize,
+    height: usize,
     grid: Grid,
     rings: Rings,
-    fourier: Fourier,
     /// Per m, unless that takes too much memory.
     kept: Vec<(Vec<Step>, Starts)>,
+    /// Of each m: [`analysis_phase`], [`synthesis_phase`].
+    phases: Vec<[[f64; 2]; 2]>,
+    work: AnyWork,
+    /// The last coefficients that were put in order.
+    columns: Mutex<ColumnsRgb>,
+}
+
+/// How sums are kept; Legendre functions are computed in f64 either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Precision {
+    /// f64: a round trip changes coefficients by about 1e-13 of their size.
+    #[default]
+    Double,
+    /// f32 sums and FFTs, for images: about 1e-6, in roughly two thirds of the time.
+    Image,
+}
+
+enum AnyWork {
+    Double(Work<f64>),
+    Image(Work<f32>),
+}
+
+/// What depends on the precision.
+struct Work<T: Real> {
+    fourier: Fourier<T>,
     /// The last transform's cells: fresh memory costs more than a pass over it.
-    cells: Mutex<Vec<f64>>,
+    cells: Mutex<Vec<T>>,
+}
+
+impl<T: Real> Work<T> {
+    fn new(order: usize, width: usize) -> Self {
+        Self { fourier: Fourier::new(order, width), cells: Mutex::default() }
+    }
+
+    fn take(&self) -> Vec<T> {
+        take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn put_back(&self, cells: Vec<T>) {
+        *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = cells;
+    }
 }
 
 impl ShTransform {
-    /// Plans a transform.
+    /// Plans a transform in [`Precision::Double`].
     pub fn new(order: usize, width: usize, height: usize, grid: Grid) -> Self {
+        Self::with_precision(order, width, height, grid, Precision::Double)
+    }
+
+    /// Plans a transform.
+    pub fn with_precision(
+        order: usize,
+        width: usize,
+        height: usize,
+        grid: Grid,
+        precision: Precision,
+    ) -> Self {
         let mut plan = Self {
             order,
+            width,
+            height,
             grid,
             rings: Rings::new(grid, height, order),
-            fourier: Fourier::new(order, width, height),
             kept: Vec::new(),
-            cells: Mutex::default(),
+            phases: (0..=order)
+                .map(|m| [analysis_phase(m, width, grid.sinc()), synthesis_phase(m, width)])
+                .collect(),
+            columns: Mutex::default(),
+            work: match precision {
+                Precision::Double => AnyWork::Double(Work::new(order, width)),
+                Precision::Image => AnyWork::Image(Work::new(order, width)),
+            },
         };
         let bytes = (order + 1) * (24 * plan.rings.cos.len() + 10 * order);
         if bytes <= KEPT {
@@ -114,7 +178,7 @@ impl ShTransform {
 
     /// Is [`ShTransform::analyze`] exact for every function of band `order`?
     pub fn is_exact(&self) -> bool {
-        let (width, height) = (self.fourier.width, self.fourier.height);
+        let (width, height) = (self.width, self.height);
         let rows = match self.grid {
             Grid::Equirectangular | Grid::ClenshawCurtis => 2 * self.order + 1,
             Grid::GaussLegendre => self.order + 1,
@@ -139,37 +203,56 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long.
     pub fn analyze_polar<S: Sample>(&self, planes: [&[S]; 3]) -> ShRgb {
-        let area = self.fourier.width * self.fourier.height;
+        let mut sh = ShRgb::zero(self.order);
+        self.analyze_polar_into(planes, &mut sh);
+        sh
+    }
+
+    /// [`ShTransform::analyze_polar`] into the memory of earlier coefficients, whatever they are.
+    ///
+    /// # Panics
+    /// If a plane is not `width·height` long.
+    pub fn analyze_polar_into<S: Sample>(&self, planes: [&[S]; 3], sh: &mut ShRgb) {
+        sh.order = self.order;
+        sh.c.iter_mut().for_each(|c| c.resize(super::count(self.order), 0.0));
+        let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
+        self.analyze_columns(planes, &mut columns);
+        self.each(bands(sh), |(), _, (bands, planes)| columns.gather(bands, planes));
+        *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
+    }
+
+    /// [`ShTransform::analyze_polar`] in the transform's own order of coefficients, which saves an exchange;
+    /// into the memory of `columns`, whatever they are.
+    ///
+    /// # Panics
+    /// If a plane is not `width·height` long.
+    pub fn analyze_columns<S: Sample>(&self, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
+        let area = self.width * self.height;
         assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
-        let mut columns = Columns::zero(self.order);
-        if area > 0 {
-            let mut buffer = self.buffer();
-            for pairs in self.chunks() {
-                let cells = self.forward(planes, pairs.clone(), &mut buffer);
-                self.each(columns.split(), |scratch: &mut Scratch, m, column| {
-                    let stride = (self.order + 1) * CELL;
-                    self.with_part(
-                        m,
-                        pairs.clone(),
-                        self.fourier.analysis_phase(m, self.grid.sinc()),
-                        |part| {
-                            let cells = &cells[m * CELL..];
-                            steradian_simd::run(Analysis { part, cells, stride, column, scratch });
-                        },
-                    );
-                });
-            }
-            self.put_back(buffer);
+        columns.renew(self.order);
+        match &self.work {
+            _ if area == 0 => *columns = ColumnsRgb::zero(self.order),
+            AnyWork::Double(work) => self.analyze_with(work, planes, columns),
+            AnyWork::Image(work) => self.analyze_with(work, planes, columns),
         }
-        columns.gather()
     }
 
-    fn buffer(&self) -> Vec<f64> {
-        take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn put_back(&self, buffer: Vec<f64>) {
-        *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = buffer;
+    fn analyze_with<T: Real, S: Sample>(&self, work: &Work<T>, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
+        let mut buffer = work.take();
+        for pairs in self.chunks() {
+            let cells = self.forward(&work.fourier, planes, pairs.clone(), &mut buffer);
+            self.each(columns.split(), |scratch: &mut Scratch<T>, m, column| {
+                if pairs.start == 0 {
+                    column.fill([0.0; 6]);
+                }
+                let stride = (self.order + 1) * CELL;
+                self.with_part(m, pairs.clone(), self.phases[m][0], |part| {
+                    let cells = &cells[m * CELL..];
+                    steradian_simd::run(Analysis { part, cells, stride, column, scratch });
+                });
+            });
+        }
+        work.put_back(buffer);
     }
 
     /// Synthesis: the function of `sh` (its bands above the plan's order left out) at every sample.
@@ -187,61 +270,94 @@ impl ShTransform {
     ///
     /// # Panics
     /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
-    pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, mut planes: [&mut [S]; 3]) {
-        let (width, height) = (self.fourier.width, self.fourier.height);
-        assert!(planes.iter().all(|p| p.len() == width * height), "planes of width·height samples");
+    pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
+        let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
+        columns.renew(self.order);
+        self.each(columns.tiles(), |(), tile, rows| scatter(sh, self.order, tile, rows));
+        self.synthesize_columns(&columns, &[], planes);
+        *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
+    }
+
+    /// Synthesis from coefficients in the transform's own order (bands above the plan's left out), each band
+    /// multiplied with its factor: a convolution by a zonal kernel. Without factors they are all 1; bands beyond
+    /// the last factor are left out.
+    ///
+    /// # Panics
+    /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
+    pub fn synthesize_columns<S: Sample>(
+        &self,
+        columns: &ColumnsRgb,
+        factors: &[f64],
+        planes: [&mut [S]; 3],
+    ) {
+        let area = self.width * self.height;
+        assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
         assert!(self.rings.per_row == 1, "exact cells are integrals, not samples");
-        if width * height == 0 {
-            return;
+        if area > 0 {
+            match &self.work {
+                AnyWork::Double(work) => self.synthesize_with(work, columns, factors, planes),
+                AnyWork::Image(work) => self.synthesize_with(work, columns, factors, planes),
+            }
         }
-        let columns = Columns::scatter(sh, self.order);
-        let mut buffer = self.buffer();
+    }
+
+    fn synthesize_with<T: Real, S: Sample>(
+        &self,
+        work: &Work<T>,
+        columns: &ColumnsRgb,
+        factors: &[f64],
+        mut planes: [&mut [S]; 3],
+    ) {
+        let mut buffer = work.take();
         for pairs in self.chunks() {
-            let blocks = pairs.len().next_multiple_of(2 * BLOCK) / BLOCK;
+            let blocks = pairs.len().div_ceil(BLOCK);
             let side = blocks * SIDE * CELL;
             let cells = aligned(&mut buffer, side * (self.order / SIDE + 1));
             let parts = cells.chunks_exact_mut(side).collect();
-            self.each(parts, |scratch: &mut Scratch, group, cells: &mut [f64]| {
+            self.each(parts, |scratch: &mut Scratch<T>, group, cells: &mut [T]| {
                 for m in (group * SIDE..=self.order).take(SIDE) {
                     let (cells, stride) = (&mut cells[m % SIDE * CELL..], SIDE * CELL);
-                    self.with_part(m, pairs.clone(), self.fourier.synthesis_phase(m), |part| {
-                        let column = columns.of(m);
-                        steradian_simd::run(Synthesis { part, column, cells, stride, scratch });
+                    let column = columns.of(m);
+                    let factors =
+                        if factors.is_empty() { None } else { Some(factors.get(m..).unwrap_or(&[])) };
+                    self.with_part(m, pairs.clone(), self.phases[m][1], |part| {
+                        steradian_simd::run(Synthesis { part, column, factors, cells, stride, scratch });
                     });
                 }
             });
-            let rows = blocks_mut(&mut planes, width, height, pairs.clone());
-            self.each(rows, |buffers: &mut Buffers, b, mut rows| {
+            let rows = blocks_mut(&mut planes, self.width, self.height, pairs.clone());
+            self.each(rows, |buffers: &mut Buffers<T>, b, mut rows| {
                 let cell = |m: usize| {
                     let at = ((m / SIDE * blocks + b) * SIDE + m % SIDE) * CELL;
                     &cells[at..at + CELL]
                 };
-                self.fourier.backward(cell, &mut rows, buffers);
+                work.fourier.backward(cell, &mut rows, buffers);
             });
         }
-        self.put_back(buffer);
+        work.put_back(buffer);
     }
 
     /// Ranges of row pairs.
     fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
-        let pairs = self.fourier.height.div_ceil(2);
+        let pairs = self.height.div_ceil(2);
         let row = (self.order + 1) * self.rings.per_row * CELL / BLOCK * size_of::<f64>();
-        let step = (CELLS / row).next_multiple_of(2 * BLOCK).max(4 * BLOCK);
+        let step = (CELLS / row).next_multiple_of(BLOCK).max(2 * BLOCK);
         (0..pairs).step_by(step).map(move |first| first..pairs.min(first + step))
     }
 
     /// Spectra of the row pairs of a range, as cells [ring block][m].
-    fn forward<'a, S: Sample>(
+    fn forward<'a, T: Real, S: Sample>(
         &self,
+        fourier: &Fourier<T>,
         planes: [&[S]; 3],
         pairs: Range<usize>,
-        buffer: &'a mut Vec<f64>,
-    ) -> &'a [f64] {
-        let (width, height) = (self.fourier.width, self.fourier.height);
+        buffer: &'a mut Vec<T>,
+    ) -> &'a [T] {
+        let (width, height) = (self.width, self.height);
         let block = self.rings.per_row * (self.order + 1) * CELL;
-        let cells = aligned(buffer, pairs.len().next_multiple_of(2 * BLOCK) / BLOCK * block);
+        let cells = aligned(buffer, pairs.len().div_ceil(BLOCK) * block);
         let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
-        self.each(blocks, |buffers: &mut Buffers, _, (first, cells)| {
+        self.each(blocks, |buffers: &mut Buffers<T>, _, (first, cells)| {
             let last = pairs.end.min(first + BLOCK);
             let rows = |r: Range<usize>| planes.map(|p| &p[r.start * width..r.end * width]);
             // The equator of an odd height is in the north only.
@@ -249,7 +365,7 @@ impl ShTransform {
                 north: rows(first..last),
                 south: rows((height - last).max(height.div_ceil(2))..height - first),
             };
-            self.fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
+            fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
         });
         cells
     }
@@ -264,7 +380,7 @@ impl ShTransform {
             }
         };
         let first = pairs.start * self.rings.per_row;
-        let last = first + pairs.len().next_multiple_of(2 * BLOCK) * self.rings.per_row;
+        let last = first + pairs.len().next_multiple_of(BLOCK) * self.rings.per_row;
         f(Part {
             steps,
             starts,

@@ -7,7 +7,7 @@
 //! x² q_k = ε_{j+1}ε_{j+2} q_{k+1} + (ε_{j+1}² + ε_j²) q_k + ε_j ε_{j−1} q_{k−1}, j = m+2k+1, into
 //! r_{k+1} = (A_k x² + B_k) r_k + r_{k−1}, r_0 = P̄_mm, r_{−1} = 0.
 
-use super::rings::Rings;
+use super::rings::{BLOCK, Rings};
 use crate::sh::basis::epsilon;
 use steradian_simd::{Arch, Kernel};
 
@@ -58,6 +58,27 @@ pub(super) struct Starts {
     pub(super) first: Vec<f64>,
     pub(super) now: Vec<f64>,
     pub(super) before: Vec<f64>,
+    /// Of each block of rings.
+    pub(super) units: Vec<Unit>,
+}
+
+/// When a block of rings takes part in the sums: from step `begin`, or never; all its rings from step `all`.
+#[derive(Clone, Copy)]
+pub(super) struct Unit {
+    pub(super) begin: usize,
+    pub(super) all: usize,
+}
+
+impl Unit {
+    fn of(first: &[f64]) -> Self {
+        let (mut begin, mut all) = (f64::INFINITY, 0.0);
+        for &f in first {
+            begin = f.min(begin);
+            all = if f < f64::INFINITY && f >= all { f + 1.0 } else { all };
+        }
+        // Infinity becomes the largest number.
+        Self { begin: begin as usize, all: all as usize }
+    }
 }
 
 /// Starts of all rings for one m.
@@ -74,7 +95,8 @@ impl Kernel for FindStarts<'_> {
     #[inline(always)]
     fn run<A: Arch>(self) -> Starts {
         let n = self.rings.x2.len();
-        let mut starts = Starts { first: vec![f64::INFINITY; n], now: vec![0.0; n], before: vec![0.0; n] };
+        let mut starts =
+            Starts { first: vec![f64::INFINITY; n], now: vec![0.0; n], before: vec![0.0; n], units: vec![] };
         let mut norm = 0.25 / std::f64::consts::PI;
         for k in 1..=self.m {
             norm *= (2 * k + 1) as f64 / (2 * k) as f64;
@@ -82,6 +104,7 @@ impl Kernel for FindStarts<'_> {
         for first in (0..n).step_by(LANES) {
             self.block::<A>(first, norm.sqrt(), &mut starts);
         }
+        starts.units = starts.first.chunks(BLOCK).map(Unit::of).collect();
         starts
     }
 }

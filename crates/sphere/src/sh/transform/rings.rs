@@ -27,10 +27,7 @@ impl Grid {
 }
 
 /// Rows that are transformed together, and rings whose numbers lie side by side.
-pub(super) const BLOCK: usize = 8;
-
-/// Rings that a kernel may take at once.
-const GROUP: usize = 16;
+pub(super) const BLOCK: usize = 16;
 
 /// The northern rings of a grid (equator included), from the pole; the southern mirror them. Padded to whole
 /// groups with rings of no weight.
@@ -76,7 +73,7 @@ impl Rings {
             Grid::ExactCells => rings.fill_cells(step, order),
         }
         rings.count = rings.cos.len();
-        while !rings.cos.len().is_multiple_of(GROUP * rings.per_row) {
+        while !rings.cos.len().is_multiple_of(BLOCK * rings.per_row) {
             rings.push(0.0, 1.0, 0.0);
         }
         rings
