@@ -4,6 +4,7 @@
 //! no Condon–Shortley phase. `order` is the highest band l; `bands = order + 1`.
 
 mod basis;
+mod dering;
 mod exchange;
 mod project;
 mod rotation;
@@ -11,15 +12,18 @@ mod synthesis;
 mod transform;
 mod wigner;
 mod window;
+mod zh3;
 pub mod zonal;
 
 pub use basis::{Basis, eval, legendre};
+pub use dering::Dering;
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
 pub use wigner::wigner_d;
 pub use window::Window;
+pub use zh3::Zh3;
 
 use glam::DVec3;
 
