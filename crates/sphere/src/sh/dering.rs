@@ -25,7 +25,7 @@ const FREE: usize = 32;
 /// What need not be known of a minimum, relative to the mean.
 const UNSURE: f64 = 1e-5;
 /// Work of the last search for a minimum, in terms of sums; the searches between take an eighth.
-const WORK: usize = 50_000_000;
+const WORK: usize = 100_000_000;
 /// How often the point of the minimum joins the program's constraints.
 const ROUNDS: usize = 3;
 
