@@ -251,6 +251,7 @@ fn captures_are_oriented() -> Result<(), Failed> {
     let camera = Camera::Pinhole { from: Vec3::ONE, at: Vec3::ZERO, up: Vec3::Y, fov_y: 0.3 };
     let scene = Scene {
         objects: Vec::new(),
+        direct: Default::default(),
         backdrop: Backdrop { image: Some(backdrop), ..Backdrop::default() },
         camera,
         light_rotation: Mat3::IDENTITY,
@@ -274,8 +275,13 @@ fn captures_are_oriented() -> Result<(), Failed> {
         }
     }
     let settings = Settings { filter: Filter::Mean, ..Settings::new(32, 16) };
-    let scene =
-        Scene { objects: vec![], backdrop: Backdrop::default(), camera, light_rotation: Mat3::IDENTITY };
+    let scene = Scene {
+        objects: vec![],
+        direct: Default::default(),
+        backdrop: Backdrop::default(),
+        camera,
+        light_rotation: Mat3::IDENTITY,
+    };
     let oblong = Surroundings::captured(gpu, &mut Renderer::new(gpu, scene, &settings)?, Vec3::ZERO);
     assert!(oblong.err().is_some_and(|e| e.to_string().contains("square")));
     Ok(())

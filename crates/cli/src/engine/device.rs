@@ -65,6 +65,17 @@ impl Device {
                 "the reference runs on the CPU: choose a technique, or use --backend cpu",
             ));
         }
+        let lit = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
+        if let Some(b) = lit {
+            let spec = b.direct.0.spec();
+            if automatic {
+                context.say(format_args!("rendering on the CPU: {spec} has no GPU text for direct lights"));
+                return Ok(None);
+            }
+            return Err(Failure::usage(format!(
+                "{spec} has no GPU text for disks and points: use --suns fold or --backend cpu"
+            )));
+        }
         match self.draw(stage, baked, settings, context.common.gpu_path) {
             Ok((film, clipped)) => {
                 if clipped > 0 {
@@ -120,12 +131,14 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
         (!triangles.indices.is_empty()).then_some(Object {
             triangles,
             room,
+            brdf: b.direct.0.shader(),
             base_colour,
             maps: mapped(maps),
             transform: Affine3A::IDENTITY,
         })
     };
     Scene {
+        direct: baked.first().map(|b| b.direct.1.clone()).unwrap_or_default(),
         objects: baked.iter().enumerate().filter_map(object).collect(),
         backdrop: backdrop(stage.background),
         camera: stage.camera,
