@@ -2,6 +2,7 @@
 
 mod engines;
 mod files;
+mod method;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
@@ -61,6 +62,10 @@ pub struct Options {
     /// Texels of each level that are compared with the sum over all texels of the light
     #[arg(long, value_name = "N", default_value_t = 24)]
     check: u16,
+    /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
+    /// per-face, box-mip, dual-paraboloid or frequency
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method::choice)]
+    method: method::Choice,
     /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
@@ -128,6 +133,8 @@ struct Level {
     filtered: FilteredImage,
     measured: Option<Deviation>,
     seconds: f64,
+    /// Where a way was asked for by name.
+    by: Option<method::Work>,
 }
 
 /// A kernel of the family `name` at a perceptual roughness.
@@ -241,6 +248,7 @@ fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    o.method.verify(o.check)?;
     let mut plan = plan(&o)?;
     let adjust = Adjust {
         layout: o.layout,
@@ -267,7 +275,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         plan.size = (light.image.width, light.image.height);
     }
     let analysis = start.elapsed().as_secs_f64();
-    let job = Job { light: &light, tolerance, check: o.check.into() };
+    let job = Job { light: &light, tolerance, check: o.check.into(), method: o.method };
     let mut levels = Vec::new();
     for (m, filter) in plan.filters.iter().enumerate() {
         let size = ((plan.size.0 >> m).max(1), (plan.size.1 >> m).max(1));
@@ -307,6 +315,7 @@ struct Job<'a> {
     light: &'a Sampled,
     tolerance: f64,
     check: usize,
+    method: method::Choice,
 }
 
 impl Job<'_> {
@@ -317,15 +326,21 @@ impl Job<'_> {
         context: &Context,
     ) -> Result<Level, Failure> {
         let start = Instant::now();
-        let filtered = match &filter.lobe {
-            Some(lobe) => filter_image(self.light, lobe, shape, self.tolerance, &context.task)?,
-            None => mirror_image(self.light, shape),
+        let mut by = None;
+        let filtered = match (&filter.lobe, self.method.0) {
+            (Some(lobe), Some(way)) => {
+                let (made, work) = method::filter(way, self.light, lobe, shape, self.tolerance, context)?;
+                by = Some(work);
+                made
+            }
+            (Some(lobe), None) => filter_image(self.light, lobe, shape, self.tolerance, &context.task)?,
+            (None, _) => mirror_image(self.light, shape),
         };
         let seconds = start.elapsed().as_secs_f64();
         context.task.check()?;
         let lobe = filter.lobe.as_ref().filter(|_| self.check > 0);
         let measured = lobe.map(|l| deviation(self.light, l, &filtered.image, self.check));
-        Ok(Level { filter, filtered, measured, seconds })
+        Ok(Level { filter, filtered, measured, seconds, by })
     }
 }
 
@@ -395,7 +410,7 @@ fn row(m: usize, l: &Level) -> Value {
     let f = &l.filtered;
     let measured =
         l.measured.map(|d| json!({"rms": d.rms, "bias": d.bias, "worst": d.worst, "texels": d.texels}));
-    json!({
+    let mut row = json!({
         "level": m,
         "width": f.image.width,
         "height": f.image.height,
@@ -409,7 +424,11 @@ fn row(m: usize, l: &Level) -> Value {
         "energy_out": f.energy_out,
         "raised_to_zero": f.clipped,
         "seconds": l.seconds,
-    })
+    });
+    if let Some(work) = &l.by {
+        work.report(&mut row);
+    }
+    row
 }
 
 fn say(levels: &[Level], written: &[files::Written], context: &Context) {
@@ -420,9 +439,10 @@ fn say(levels: &[Level], written: &[files::Written], context: &Context) {
             .measured
             .map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst))
             .unwrap_or_default();
-        let (way, order) = (f.way.name(), f.way.order());
+        let engine = || format!("{} to band {}", f.way.name(), f.way.order());
+        let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
         context.say(format_args!(
-            "level {m}: {} x {}{r}, {way} to band {order}{e}, {:.0} ms",
+            "level {m}: {} x {}{r}, {way}{e}, {:.0} ms",
             f.image.width,
             f.image.height,
             l.seconds * 1e3
