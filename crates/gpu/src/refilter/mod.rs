@@ -80,6 +80,9 @@ pub enum Budget {
     All,
 }
 
+/// A pass, the level that it serves (`None`: all), and milliseconds.
+pub type PassTime = (&'static str, Option<usize>, f64);
+
 /// The light of a chain, with what belongs to it.
 struct Lit {
     light: Surroundings,
@@ -183,7 +186,7 @@ impl Refilter {
 
     /// Makes the chain of the light that waits, pass by pass, waiting for each: name, the level that it serves, and
     /// milliseconds by the device's clock (by the wall's where it has none).
-    pub fn profile(&mut self, gpu: &Gpu) -> Result<Vec<(&'static str, Option<usize>, f64)>, GpuError> {
+    pub fn profile(&mut self, gpu: &Gpu) -> Result<Vec<PassTime>, GpuError> {
         if self.making.is_none()
             && let Some(light) = self.waiting.take()
         {
