@@ -49,7 +49,7 @@ impl DirectLights {
         camera: &wgpu::Buffer,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
-        check(&scene.direct, scene)?;
+        check(&scene.direct)?;
         let contents = contents(&scene.direct, scene.light_rotation);
         gpu.scoped("lights", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
@@ -75,14 +75,11 @@ impl DirectLights {
     }
 }
 
-/// Are the lights few enough, and has every object of `scene` a reflectance for them?
-pub fn check(direct: &Direct, scene: &Scene) -> Result<(), GpuError> {
+/// Are the lights few enough?
+pub fn check(direct: &Direct) -> Result<(), GpuError> {
     let count = direct.disks.len() + direct.directionals.len() + direct.points.len();
     if count > CAPACITY {
         return Err(GpuError::Memory(format!("{count} direct lights; {CAPACITY} at most")));
-    }
-    if count > 0 && scene.objects.iter().any(|o| o.brdf.is_none()) {
-        return Err(GpuError::Scene("direct lights need the reflectance of every object".into()));
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ pub struct Object {
     /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
     /// ([`steradian_techniques::AnyBake::gpu_varied`]): of another, normals alone vary.
     pub room: GpuRoom,
-    /// The reflectance that [`Scene::direct`] is shaded with; `None` only without such lights.
+    /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
     /// Multiplies the radiance.
     pub base_colour: Option<Texture>,

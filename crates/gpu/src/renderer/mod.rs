@@ -117,7 +117,7 @@ impl Renderer {
 
     /// Replaces the lights that are shaded with the exact reflectance.
     pub fn set_direct(&mut self, gpu: &Gpu, direct: Direct) -> Result<(), GpuError> {
-        direct::check(&direct, &self.scene)?;
+        direct::check(&direct)?;
         self.direct.write(gpu, &direct, self.scene.light_rotation);
         self.scene.direct = direct;
         gpu.settled()
