@@ -1,6 +1,6 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
-mod engines;
+pub mod engines;
 mod files;
 mod method;
 
@@ -9,6 +9,7 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
+pub use files::{filament_numbers, irradiance};
 use engines::{Curve, Engine, Files};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

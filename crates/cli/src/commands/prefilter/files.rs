@@ -248,20 +248,21 @@ impl Extra {
 const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
 
 /// Coefficients times A_l: irradiance.
-fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
+pub fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     (0..9).map(|i: usize| std::array::from_fn(|c| sh.c[c][i] * COSINE[i.isqrt()])).collect()
 }
 
-/// Nine lines "r g b": E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
+/// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
 /// s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
-fn filament_sh(sh: &ShRgb) -> String {
+pub fn filament_numbers(sh: &ShRgb) -> Vec<[f64; 3]> {
     const K: [f64; 9] =
         [0.282095, 0.488603, 0.488603, 0.488603, 1.092548, 1.092548, 0.315392, 1.092548, 0.546274];
-    let line = |(e, k): (&[f64; 3], f64)| {
-        let [r, g, b] = e.map(|v| v / PI * k);
-        format!("{r:.9} {g:.9} {b:.9}\n")
-    };
-    irradiance(sh).iter().zip(K).map(line).collect()
+    irradiance(sh).iter().zip(K).map(|(e, k)| e.map(|v| v / PI * k)).collect()
+}
+
+/// The same as text.
+fn filament_sh(sh: &ShRgb) -> String {
+    filament_numbers(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
 }
 
 fn filament(
