@@ -47,7 +47,7 @@ pub struct Placed {
     /// Three per triangle.
     pub vertices: u32,
     uniforms: wgpu::Buffer,
-    counts: [u32; 7],
+    counts: [u32; 11],
     mapped: bool,
 }
 
@@ -79,8 +79,12 @@ impl Placed {
             let indices = filled(gpu, "indices", wgpu::BufferUsages::STORAGE, &indices);
             let maps = &object.maps;
             let normal = maps.normal.as_ref();
-            let textures =
-                [object.base_colour.as_ref(), normal.map(|n| &n.mean), normal.map(|n| &n.spread), maps.alpha2.as_ref()];
+            let textures = [
+                object.base_colour.as_ref(),
+                normal.map(|n| &n.mean),
+                normal.map(|n| &n.spread),
+                maps.alpha2.as_ref(),
+            ];
             let [texture, mean, spread, alpha2] = textures.map(|t| upload(gpu, t));
             let colors = object.triangles.colors.as_flattened();
             let colors = if colors.is_empty() { &[1.0; 3] } else { colors };
@@ -120,8 +124,9 @@ impl Placed {
 }
 
 /// The numbers of `struct GpuObject`: first id, triangles, levels of the base colour; levels of the normal map and of
-/// the roughness map, wraps (four bits a texture: base colour, normals, roughness), filtering and 4 with vertex colours.
-fn counts(object: &Object, first: u32) -> [u32; 7] {
+/// the roughness map, wraps (four bits a texture: base colour, normals, roughness), filtering and 4 with vertex colours;
+/// rows of the finest levels.
+fn counts(object: &Object, first: u32) -> [u32; 11] {
     let levels = |t: Option<&Texture>| t.map_or(0, |t| t.levels.len() as u32);
     let maps = &object.maps;
     let mean = maps.normal.as_ref().map(|n| &n.mean);
@@ -132,11 +137,14 @@ fn counts(object: &Object, first: u32) -> [u32; 7] {
     });
     let filtering = maps.filtering as u32 + if object.triangles.colors.is_empty() { 0 } else { 4 };
     let triangles = object.triangles.indices.len() as u32;
-    [first, triangles, levels(textures[0]), levels(mean), levels(textures[2]), wraps.sum(), filtering]
+    let [colour, normal, alpha2] = textures.map(levels);
+    let rows = textures.map(|t| t.and_then(|t| t.levels.first()).map_or(1, |l| l.height as u32));
+    let [base, normals, widths] = rows;
+    [first, triangles, colour, normal, alpha2, wraps.sum(), filtering, base, normals, widths, 0]
 }
 
 /// `struct GpuObject`.
-fn uniform_bytes(transform: &Affine3A, counts: [u32; 7]) -> Vec<u8> {
+fn uniform_bytes(transform: &Affine3A, counts: [u32; 11]) -> Vec<u8> {
     let m = transform.matrix3;
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     let normals =
@@ -172,7 +180,8 @@ fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
     }
     let maps = &object.maps;
     let normal = maps.normal.iter().flat_map(|n| [&n.mean, &n.spread]);
-    if maps.normal.as_ref().is_some_and(|n| n.mean.levels.len() != n.spread.levels.len()) {
+    let sizes = |t: &Texture| t.levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>();
+    if maps.normal.as_ref().is_some_and(|n| sizes(&n.mean) != sizes(&n.spread)) {
         return Err(GpuError::Scene("a normal map's means and covariances differ in size".into()));
     }
     object.base_colour.iter().chain(normal).chain(&maps.alpha2).try_for_each(|t| check_texture(gpu, t))
@@ -187,18 +196,31 @@ fn check_texture(gpu: &Gpu, texture: &Texture) -> Result<(), GpuError> {
     if texture.levels.is_empty() || !halves || !texture.levels.iter().all(whole) {
         return Err(GpuError::Scene("a texture's levels do not halve".into()));
     }
-    let side = texture.levels[0].width.max(texture.levels[0].height);
+    let rows = texture.levels.iter().map(|l| l.height).sum();
+    let side = texture.levels[0].width.max(rows);
     if side > gpu.device.limits().max_texture_dimension_2d as usize {
-        return Err(GpuError::Memory(format!("a texture with {side} texels a side")));
+        return Err(GpuError::Memory(format!("a texture whose levels need {side} texels a side")));
     }
     Ok(())
 }
 
-/// The texture with its levels; a black texel where there is none.
+/// The texture with its levels one below the other, each from the left: software adapters read one level for all
+/// threads of a group, whatever each asks for. A black texel where there is no texture.
 fn upload(gpu: &Gpu, texture: Option<&Texture>) -> wgpu::TextureView {
-    let none = Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
-    let levels = texture.map_or(std::slice::from_ref(&none), |t| &t.levels);
-    picture(gpu, levels)
+    let none = || Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
+    let stack = texture.map_or_else(none, |t| {
+        let width = t.levels.first().map_or(1, |l| l.width);
+        let mut out = Level { width, height: 0, texels: Vec::new() };
+        for level in &t.levels {
+            for row in level.texels.chunks_exact(level.width) {
+                out.texels.extend_from_slice(row);
+                out.height += 1;
+                out.texels.resize(out.height * width, [0.0; 3]);
+            }
+        }
+        out
+    });
+    picture(gpu, std::slice::from_ref(&stack))
 }
 
 /// Levels as an Rgba32Float texture.

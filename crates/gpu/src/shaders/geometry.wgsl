@@ -9,6 +9,8 @@ struct GpuObject {
     // Levels of the normal map and of the roughness map (0: none), wraps (four bits a texture: base colour, normals,
     // roughness), filtering of normals (0 none, 1 isotropic, 2 covariance) and 4 with vertex colours.
     maps: vec4<u32>,
+    // Rows of the finest levels of the base colour, the normal map and the roughness map.
+    rows: vec4<u32>,
 }
 @group(1) @binding(0) var<uniform> gpu_object: GpuObject;
 @group(1) @binding(1) var<storage, read> gpu_vertices: array<vec4<f32>>;

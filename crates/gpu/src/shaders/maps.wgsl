@@ -30,21 +30,21 @@ fn gpu_look(s: GpuPoint, outward: vec3<f32>, wo: vec3<f32>, footprint: f32) -> G
     var spread = vec3<f32>(0.0);
     let filtering = gpu_object.maps.w & 3u;
     if gpu_object.maps.x > 0u {
-        let wrap = gpu_object.maps.z >> 4u;
-        let m = gpu_sample(gpu_mean_normals, s.uv, side, gpu_object.maps.x, wrap);
+        let image = GpuImage(gpu_object.maps.x, gpu_object.rows.y, gpu_object.maps.z >> 4u);
+        let m = gpu_sample(gpu_mean_normals, s.uv, side, image);
         if dot(m, m) > 0.0 {
             mean = normalize(m);
         }
         if filtering > 0u {
-            spread = gpu_sample(gpu_normal_spread, s.uv, side, gpu_object.maps.x, wrap);
+            spread = gpu_sample(gpu_normal_spread, s.uv, side, image);
         }
     }
     let n = gpu_facing(s.side * normalize(mean.x * t + mean.y * b + mean.z * outward), wo);
     let tangent = gpu_tangent(n, s.t.xyz);
     var lobe = Lobe(-1.0, 0.0, 0.0, vec3<f32>(0.0));
     if gpu_object.maps.y > 0u {
-        let wrap = gpu_object.maps.z >> 8u;
-        lobe.alpha = sqrt(max(gpu_sample(gpu_alpha2, s.uv, side, gpu_object.maps.y, wrap).x, 0.0));
+        let image = GpuImage(gpu_object.maps.y, gpu_object.rows.z, gpu_object.maps.z >> 8u);
+        lobe.alpha = sqrt(max(gpu_sample(gpu_alpha2, s.uv, side, image).x, 0.0));
     }
     // A surface with vertex colours alone is shaded as one without maps.
     if filtering > 0u && gpu_object.maps.x + gpu_object.maps.y > 0u {

@@ -65,25 +65,38 @@ fn gpu_columns(u: f32, n: i32, wrap: u32) -> GpuColumns {
     return GpuColumns(select(i, i + n, i < 0), select(i + 1, i + 1 - n, i + 1 >= n), x - floor(x));
 }
 
-fn gpu_bilinear(image: texture_2d<f32>, uv: vec2<f32>, level: i32, wrap: u32) -> vec3<f32> {
-    let size = vec2<i32>(textureDimensions(image, level));
-    let x = gpu_columns(uv.x, size.x, wrap & 3u);
-    let y = gpu_columns(uv.y, size.y, (wrap >> 2u) & 3u);
-    let a = textureLoad(image, vec2<i32>(x.first, y.first), level).rgb;
-    let b = textureLoad(image, vec2<i32>(x.second, y.first), level).rgb;
-    let c = textureLoad(image, vec2<i32>(x.first, y.second), level).rgb;
-    let d = textureLoad(image, vec2<i32>(x.second, y.second), level).rgb;
+// Levels lie one below the other; `rows` are those of the finest.
+fn gpu_bilinear(image: texture_2d<f32>, uv: vec2<f32>, level: u32, rows: u32, wrap: u32) -> vec3<f32> {
+    var above = 0u;
+    for (var k = 0u; k < level; k++) {
+        above += max(rows >> k, 1u);
+    }
+    let size = max(vec2<u32>(textureDimensions(image).x, rows) >> vec2<u32>(level), vec2<u32>(1u));
+    let x = gpu_columns(uv.x, i32(size.x), wrap & 3u);
+    let y = gpu_columns(uv.y, i32(size.y), (wrap >> 2u) & 3u);
+    let first = y.first + i32(above);
+    let second = y.second + i32(above);
+    let a = textureLoad(image, vec2<i32>(x.first, first), 0).rgb;
+    let b = textureLoad(image, vec2<i32>(x.second, first), 0).rgb;
+    let c = textureLoad(image, vec2<i32>(x.first, second), 0).rgb;
+    let d = textureLoad(image, vec2<i32>(x.second, second), 0).rgb;
     return mix(mix(a, b, x.weight), mix(c, d, x.weight), y.weight);
 }
 
+struct GpuImage {
+    levels: u32,
+    rows: u32,
+    wrap: u32,
+}
+
 // An image averaged over a square of side `footprint` in texture coordinates.
-fn gpu_sample(image: texture_2d<f32>, uv: vec2<f32>, footprint: f32, levels: u32, wrap: u32) -> vec3<f32> {
-    let size = textureDimensions(image, 0);
-    let last = f32(levels - 1u);
-    let lod = clamp(log2(max(footprint * f32(max(size.x, size.y)), 1.0)), 0.0, last);
+fn gpu_sample(image: texture_2d<f32>, uv: vec2<f32>, footprint: f32, part: GpuImage) -> vec3<f32> {
+    let last = f32(part.levels - 1u);
+    let size = max(textureDimensions(image).x, part.rows);
+    let lod = clamp(log2(max(footprint * f32(size), 1.0)), 0.0, last);
     let low = floor(lod);
-    let a = gpu_bilinear(image, uv, i32(low), wrap);
-    let b = gpu_bilinear(image, uv, i32(min(low + 1.0, last)), wrap);
+    let a = gpu_bilinear(image, uv, u32(low), part.rows, part.wrap);
+    let b = gpu_bilinear(image, uv, u32(min(low + 1.0, last)), part.rows, part.wrap);
     return mix(a, b, lod - low);
 }
 
@@ -103,7 +116,8 @@ fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     var l = SHADE;
     if gpu_object.counts.z > 0u {
         let side = footprint * s.plane.w;
-        l *= gpu_sample(gpu_base_colour, s.uv, side, gpu_object.counts.z, gpu_object.maps.z);
+        let image = GpuImage(gpu_object.counts.z, gpu_object.rows.x, gpu_object.maps.z);
+        l *= gpu_sample(gpu_base_colour, s.uv, side, image);
     }
     return l * s.extra.rgb;
 }
