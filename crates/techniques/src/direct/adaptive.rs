@@ -18,7 +18,7 @@ const FACTOR: f64 = 1.5;
 /// Cuts at most, one below the other.
 const DEEPEST: u32 = 40;
 /// Rectangles at most; beyond, no more are cut.
-const MOST: usize = 20_000;
+const MOST: usize = 200_000;
 
 /// θ and φ ranges.
 #[derive(Clone, Copy)]
