@@ -9,6 +9,7 @@ mod project;
 mod rotation;
 mod synthesis;
 mod transform;
+mod turns;
 mod wigner;
 mod window;
 pub mod zonal;
@@ -18,6 +19,7 @@ pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
+pub use turns::{TURNS, TurnedBlock, Turns};
 pub use wigner::wigner_d;
 pub use window::Window;
 
