@@ -35,6 +35,9 @@ pub struct Common {
     /// Where to compute
     #[arg(long, global = true, value_enum, default_value_t = Backend::Auto)]
     pub backend: Backend,
+    /// How a GPU shades pictures
+    #[arg(long, global = true, value_enum, value_name = "PATH", default_value_t = GpuPath::Auto)]
+    pub gpu_path: GpuPath,
 }
 
 /// Finite negative texels.
@@ -57,6 +60,17 @@ pub enum Backend {
     Gpu,
     /// Both, side by side: compare (needs the feature `gpu`)
     Both,
+}
+
+/// How a GPU shades pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum GpuPath {
+    /// What is faster on the adapter: compute on software adapters and data-centre accelerators, else raster
+    Auto,
+    /// In the fragment shader, multisampled
+    Raster,
+    /// In compute shaders, from a visibility buffer
+    Compute,
 }
 
 fn parse_size(text: &str) -> Result<u64, String> {
@@ -109,7 +123,9 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 impl Context {
     /// Sets threads, progress and Ctrl-C up.
     pub fn new(common: Common, arguments: Vec<String>) -> Result<Self, Failure> {
-        if cfg!(not(feature = "gpu")) && matches!(common.backend, Backend::Gpu | Backend::Both) {
+        let gpu_asked =
+            matches!(common.backend, Backend::Gpu | Backend::Both) || common.gpu_path != GpuPath::Auto;
+        if cfg!(not(feature = "gpu")) && gpu_asked {
             let why = "this build has no GPU back end: build with --features gpu, or use --backend cpu";
             return Err(Failure::failed(why));
         }

@@ -110,6 +110,7 @@ fn wrong_usage_is_exit_2() {
 fn the_gpu_back_end_names_its_feature() {
     let d = folder();
     fails(d.path(), 1, "--features gpu", &["irradiance", "furnace", "--backend", "gpu"]);
+    fails(d.path(), 1, "--features gpu", &["irradiance", "furnace", "--gpu-path", "compute"]);
 }
 
 #[cfg(all(feature = "gpu", target_os = "linux"))]

@@ -109,11 +109,20 @@ pub fn compute(
     entry: &str,
     groups: &[Option<&wgpu::BindGroupLayout>],
 ) -> wgpu::ComputePipeline {
-    let layout = pipeline_layout(gpu, groups);
+    compute_of(gpu, &module(gpu, source), entry, &pipeline_layout(gpu, groups))
+}
+
+/// A compute pipeline of the entry point `entry` of a module that several share.
+pub fn compute_of(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    entry: &str,
+    layout: &wgpu::PipelineLayout,
+) -> wgpu::ComputePipeline {
     gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
-        layout: Some(&layout),
-        module: &module(gpu, source),
+        layout: Some(layout),
+        module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
@@ -168,7 +177,8 @@ pub fn raster(
     })
 }
 
-fn pipeline_layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+/// The layout of a pipeline with bind groups of `groups`.
+pub fn pipeline_layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: groups,

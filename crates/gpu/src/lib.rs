@@ -8,6 +8,7 @@ mod compute;
 mod device;
 mod error;
 mod layout;
+pub mod refilter;
 mod renderer;
 mod room;
 pub mod scene;

@@ -252,6 +252,11 @@ impl Settings {
         }
     }
 
+    /// What a window would choose: surfaces shaded once a pixel, 16-bit samples, a pixel their mean.
+    pub fn interactive(width: usize, height: usize, path: Path) -> Self {
+        Self { path, filter: Filter::Mean, depth: Depth::Half, ..Self::new(width, height) }
+    }
+
     /// Texels of the sampled target per pixel and axis.
     pub(crate) fn grid(&self) -> usize {
         match self.path {

@@ -1,5 +1,7 @@
 //! `steradian irradiance`: SH coefficients of radiance and irradiance, or a diffuse map.
 
+mod shape;
+
 use crate::commands::render::{save_display, size, tone_mapper};
 use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
@@ -7,12 +9,13 @@ use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use crate::textures;
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
+use shape::WindowSpec;
 use std::path::{Path, PathBuf};
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_prefilter::{Cosine, Source, Tree, angular};
 use steradian_render::{Develop, Film, ToneMapper};
-use steradian_sphere::sh::ShRgb;
+use steradian_sphere::sh::{Dering, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Options of `steradian irradiance`.
@@ -26,6 +29,15 @@ pub struct Options {
     /// Bands of spherical harmonics; 3 bands are orders 0 to 2, 9 coefficients
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=512))]
     bands: u16,
+    /// Window over the bands: none, hann, lanczos or gauss, as hann:W with a width in bands [default: none]
+    #[arg(long, value_name = "NAME[:W]", value_parser = WindowSpec::parse)]
+    window: Option<WindowSpec>,
+    /// Change the bands as little as possible such that the irradiance is nowhere negative, at any number of bands
+    #[arg(long)]
+    dering: bool,
+    /// Add ZH3 to the JSON document: linear coefficients and one zonal number per channel, stored and hallucinated
+    #[arg(long)]
+    zh3: bool,
     /// Coefficients as .csv, .txt or .json; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻²
     /// (no 1/π), beside the coefficients on standard output [default: coefficients on standard output]
     #[arg(short, long, value_name = "OUT")]
@@ -62,21 +74,69 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(path) = map {
         write_map(&o, path, context)?;
     }
-    let order = usize::from(o.bands) - 1;
-    let radiance = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
-    let mut irradiance = radiance.clone();
-    irradiance.convolve(&inputs::cosine(usize::from(o.bands)));
-    let text = if context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"])) {
-        context.json_text(json!({
-            "bands": o.bands,
-            "order": o.bands - 1,
-            "radiance": rows(&radiance),
-            "irradiance": rows(&irradiance),
-        }))
+    let json = context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"]));
+    if o.zh3 && !json {
+        return Err(Failure::usage("--zh3 belongs to a JSON document: give --json or -o FILE.json"));
+    }
+    let c = coefficients(&o, context)?;
+    let text = if json {
+        context.json_text(c.json(&o))
     } else {
-        table(&radiance, &irradiance)
+        table(&c.radiance, &c.irradiance)
     };
     context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
+}
+
+/// What is written as numbers.
+struct Coefficients {
+    radiance: ShRgb,
+    irradiance: ShRgb,
+    dering: Option<Dering>,
+    zh3: Option<Value>,
+}
+
+fn coefficients(o: &Options, context: &mut Context) -> Result<Coefficients, Failure> {
+    let bands = usize::from(o.bands);
+    let order = if o.zh3 { shape::ZH3_ORDER.max(bands - 1) } else { bands - 1 };
+    let light = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
+    let zh3 = o.zh3.then(|| shape::zh3_json(&light));
+    let mut radiance = shape::truncated(&light, bands - 1);
+    if let Some(w) = o.window {
+        radiance.window(w.window(bands));
+    }
+    let cosine = inputs::cosine(bands);
+    let dering = o.dering.then(|| radiance.dering(&cosine));
+    if let Some(d) = &dering {
+        let change = d.change.iter().fold(0.0, |m: f64, c| m.max(*c));
+        context.say(format_args!("deringed: irradiance changed by {:.2} % (rms)", 100.0 * change));
+        if d.minimum.iter().any(|m| *m < 0.0) {
+            context.warn("the mean of a channel is negative: its irradiance stays so");
+        }
+    }
+    let mut irradiance = radiance.clone();
+    irradiance.convolve(&cosine);
+    Ok(Coefficients { radiance, irradiance, dering, zh3 })
+}
+
+impl Coefficients {
+    fn json(&self, o: &Options) -> Value {
+        let mut document = json!({
+            "bands": o.bands,
+            "order": o.bands - 1,
+            "radiance": rows(&self.radiance),
+            "irradiance": rows(&self.irradiance),
+        });
+        if let Some(w) = o.window {
+            document["window"] = json!(w.window(o.bands.into()).factors(usize::from(o.bands) - 1));
+        }
+        if let Some(d) = &self.dering {
+            document["dering"] = shape::dering_json(d);
+        }
+        if let Some(z) = &self.zh3 {
+            document["zh3"] = z.clone();
+        }
+        document
+    }
 }
 
 fn is(path: &Path, extensions: &[&str]) -> bool {

@@ -6,6 +6,7 @@ mod demo;
 mod eval;
 mod inspect;
 mod irradiance;
+mod lut;
 mod prefilter;
 pub mod render;
 mod sample;
@@ -26,6 +27,9 @@ pub enum Command {
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
     #[command(alias = "sh")]
     Irradiance(irradiance::Options),
+    /// Tables of the split sum's second factor and of sheen, as a texture or as source text (alias: dfg)
+    #[command(alias = "dfg")]
+    Lut(lut::Options),
     /// Environment to filtered map, chain of levels, or an engine's files
     Prefilter(Box<prefilter::Options>),
     /// Compare techniques with the reference: table, contact sheet, report
@@ -48,6 +52,7 @@ impl Command {
             Self::Render(o) => render::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
+            Self::Lut(o) => lut::run(o, context),
             Self::Prefilter(o) => prefilter::run(*o, context),
             Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),

@@ -1,17 +1,15 @@
 //! Pictures on a GPU.
 
 use super::Engine;
-use crate::context::{Backend, Context};
+use crate::context::{Backend, Context, GpuPath};
 use crate::failure::Failure;
 use crate::studio::Baked;
 use glam::{Affine3A, Mat3};
 use std::sync::Arc;
+use steradian_formats::mesh::Wrap;
 use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError, Renderer};
-use steradian_formats::mesh::Wrap;
-use steradian_render::{
-    Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture,
-};
+use steradian_render::{Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture};
 use steradian_sphere::SphereImage;
 
 /// An open GPU.
@@ -67,7 +65,7 @@ impl Device {
                 "the reference runs on the CPU: choose a technique, or use --backend cpu",
             ));
         }
-        match self.draw(stage, baked, settings) {
+        match self.draw(stage, baked, settings, context.common.gpu_path) {
             Ok((film, clipped)) => {
                 if clipped > 0 {
                     context.warn(format_args!(
@@ -84,8 +82,20 @@ impl Device {
         }
     }
 
-    fn draw(&self, stage: &Stage<'_>, baked: &[&Baked], s: &Settings) -> Result<(Film, u32), GpuError> {
+    fn draw(
+        &self,
+        stage: &Stage<'_>,
+        baked: &[&Baked],
+        s: &Settings,
+        path: GpuPath,
+    ) -> Result<(Film, u32), GpuError> {
+        let path = match path {
+            GpuPath::Auto => self.gpu.preferred_path(),
+            GpuPath::Raster => scene::Path::Raster,
+            GpuPath::Compute => scene::Path::Compute,
+        };
         let settings = scene::Settings {
+            path,
             rate: Rate::Sample,
             scale: s.edge.div_ceil(4).clamp(1, 4),
             ..scene::Settings::new(s.width, s.height)
@@ -125,8 +135,7 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
 
 /// The maps of a surface as plain data.
 fn mapped(m: &Maps) -> scene::Maps {
-    let normal =
-        |n: &NormalMap| scene::NormalMap { mean: texture(n.mean()), spread: texture(n.spread()) };
+    let normal = |n: &NormalMap| scene::NormalMap { mean: texture(n.mean()), spread: texture(n.spread()) };
     scene::Maps {
         normal: m.normal.as_deref().map(normal),
         alpha2: m.alpha2.as_deref().map(texture),

@@ -3,6 +3,7 @@
 use super::kernel::{self, Kernel};
 use super::program::{Builder, Job, Pass, Work};
 use crate::GpuError;
+use steradian_prefilter::Zonal;
 use steradian_techniques::GpuRoom;
 use steradian_techniques::gpu::{Shape, Table};
 
@@ -34,27 +35,35 @@ pub struct Level {
 }
 
 /// Levels equally spaced in perceptual roughness from 0 (the light itself) to 1, each half the size of the one
-/// before, at least 16.
+/// before, at least 16, but no smaller than bilinear lookup of a point's reflection needs to err by about a percent.
 pub fn ggx_levels(size: u32, count: usize) -> Vec<Level> {
     let last = count.max(2) - 1;
     let kernel = |k: usize| match k {
         0 => Kernel::Mirror,
         _ => Kernel::Ggx { alpha: (k as f64 / last as f64).powi(2) },
     };
-    let size = |k: usize| (size >> k.min(31)).max(size.min(16));
-    (0..=last).map(|k| Level { size: size(k), kernel: kernel(k), gain: 1.0 }).collect()
+    let level = |k: usize| {
+        let kernel = kernel(k);
+        // Half the spread of the kernel's core (2α) as the mean spacing, √(4π/6)/size.
+        let needed = (1.45 / (0.6 * kernel.width())).clamp(16.0, 2048.0) as u32;
+        let own = (size >> k.min(31)).max(needed.next_power_of_two());
+        Level { size: own.min(size), kernel, gain: 1.0 }
+    };
+    (0..=last).map(level).collect()
 }
 
 /// Samples of the finest Gaussian per standard deviation.
-const FINENESS: f64 = 1.5;
+const FINENESS: f64 = 2.0;
 /// Standard deviations that a Gaussian reaches.
 const REACH: f64 = 3.5;
 /// Intervals of the coarsest Gaussian's cube.
-const COARSEST: u32 = 8;
+const COARSEST: u32 = 16;
 /// Most bands of spherical harmonics (the shader's arrays).
 pub(super) const MOST_BANDS: usize = 16;
-/// Bands that mend the sums of Gaussians.
+/// Bands that mend the sums of Gaussians in cubes larger than [`SMALL`]; in others all do.
 const LOW_BANDS: usize = 10;
+/// Intervals of cubes whose samples are few.
+const SMALL: u32 = 64;
 /// Intervals of the cube that harmonics are projected from.
 const PROJECTED: u32 = 64;
 
@@ -177,9 +186,17 @@ impl Plan {
         self.work.jobs.iter().map(|j| (j.pass.entry(), j.level, j.outputs * j.reads)).collect()
     }
 
+    /// Bands of the spherical harmonics that this way leaves behind.
+    pub fn bands(&self) -> Option<usize> {
+        match self.way {
+            Way::Convolution | Way::Frequency => Some(MOST_BANDS),
+            Way::Box | Way::Paraboloid => None,
+        }
+    }
+
     /// Does this way leave spherical harmonics behind?
     pub fn has_harmonics(&self) -> bool {
-        matches!(self.way, Way::Convolution | Way::Frequency)
+        self.bands().is_some()
     }
 
     fn narrowest(&self) -> f64 {
@@ -219,7 +236,11 @@ impl Plan {
     }
 
     /// Levels by `other`, mirrors by themselves.
-    fn each(&self, b: &mut Builder, mut other: impl FnMut(&mut Builder, usize, &dyn Zonal) -> f64) -> Vec<f64> {
+    fn each(
+        &self,
+        b: &mut Builder,
+        mut other: impl FnMut(&mut Builder, usize, &dyn Zonal) -> f64,
+    ) -> Vec<f64> {
         let level = |k: usize| match self.levels[k].kernel.zonal() {
             None => {
                 self.mirror(b, k);
@@ -246,8 +267,9 @@ impl Plan {
     }
 
     fn convolution(&self, b: &mut Builder) -> Vec<f64> {
-        let wanted = FINENESS * 0.75 * std::f64::consts::PI / self.narrowest();
-        let finest = (wanted.ceil() as u32).next_power_of_two().clamp(4 * COARSEST, 512);
+        // The finest is at most as wide as α: most of GGX is in wider ones.
+        let wanted = FINENESS * std::f64::consts::FRAC_PI_2 / self.narrowest();
+        let finest = (wanted.ceil() as u32).next_power_of_two().clamp(PROJECTED, 512);
         let sigma = |n: u32| FINENESS * std::f64::consts::FRAC_PI_2 / f64::from(n);
         let order = (5.0 / sigma(finest)).ceil() as usize;
         let (mut from, mut transfer) = Self::source(b, finest, order);
@@ -260,24 +282,25 @@ impl Plan {
             let k;
             (from, k) = Self::blur(b, n, stride, from, added, order);
             transfer.iter_mut().zip(&k).for_each(|(t, k)| *t *= k);
-            if n == PROJECTED.min(finest) {
-                Self::project(b, n, from, LOW_BANDS, &transfer);
+            if n == PROJECTED {
+                Self::project(b, n, from, MOST_BANDS, &transfer);
             }
             places.push((from, n));
             basis.push(transfer.clone());
             n /= 2;
         }
         self.each(b, |b, k, zonal| {
-            let m = kernel::fit(&zonal.coefficients(order), &basis, LOW_BANDS);
+            let bands = if self.levels[k].size > SMALL { LOW_BANDS } else { MOST_BANDS };
+            let m = kernel::fit(&zonal.coefficients(order), &basis, bands);
             let row = |(&(at, n), w): (&(u32, u32), &f64)| [at as f32, n as f32, *w as f32, 0.0];
             let gaussians = b.table(places.iter().zip(&m.weights).map(row));
             let rest = b.table(m.rest.iter().map(|r| [*r as f32, 0.0, 0.0, 0.0]));
             let recurrence = b.recurrence();
-            let reads = 16 * places.len() as u64 + (LOW_BANDS * LOW_BANDS) as u64;
+            let reads = 16 * places.len() as u64 + (bands * bands) as u64;
             b.push(Job {
                 reads,
                 at: [0, 0, 1, places.len() as u32],
-                tables: [gaussians, recurrence, rest, LOW_BANDS as u32],
+                tables: [gaussians, recurrence, rest, bands as u32],
                 ..self.onto(k, Pass::Mix)
             });
             m.error
@@ -360,7 +383,7 @@ impl Plan {
             let order = 400.max((8.0 / self.levels[k].kernel.width()) as usize).min(2000);
             let v = kernel::variance(&zonal.coefficients(order));
             // A box has the variance h²/12, bilinear lookup adds h²/6.
-            let own = area(size) / 4.0;
+            let own = cell(size) / 4.0;
             let level = (0.5 * (v / own).log2()).clamp(0.0, f64::from(count - 1));
             b.push(Job {
                 reads: 8,
@@ -403,15 +426,8 @@ impl Plan {
     }
 }
 
-use steradian_prefilter::Zonal;
-
-/// Solid angle of a cell of the equiangular cube, in the mean.
+/// Solid angle of a cell, in the mean: 4π over six faces of n².
 fn cell(n: u32) -> f64 {
-    area(n)
-}
-
-/// 4π over six faces of n² cells.
-fn area(n: u32) -> f64 {
     4.0 * std::f64::consts::PI / (6.0 * f64::from(n).powi(2))
 }
 

@@ -24,7 +24,8 @@ fn gpu_turned(s: vec3<f32>, x: vec3<f32>, y: vec3<f32>, t: vec3<f32>, b: vec3<f3
 fn gpu_look(s: GpuPoint, outward: vec3<f32>, wo: vec3<f32>, footprint: f32) -> GpuLook {
     let side = footprint * s.plane.w;
     let t = gpu_tangent(outward, s.t.xyz);
-    let b = cross(outward, t) * select(1.0, -1.0, s.t.w < 0.0);
+    // A model that mirrors turns the bitangent over.
+    let b = cross(outward, t) * select(1.0, -1.0, (s.t.w < 0.0) != (gpu_object.counts.w > 0u));
     var mean = vec3<f32>(0.0, 0.0, 1.0);
     var spread = vec3<f32>(0.0);
     let filtering = gpu_object.maps.w & 3u;

@@ -28,7 +28,7 @@ fn refilter_gauss(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         for (var j = first.y; j <= last.y; j++) {
             let t = even_weight(u32(j));
-            let from = job.at.y + (face * row + u32(j) * stride) * row;
+            let base = job.at.y + (face * row + u32(j) * stride) * row;
             for (var i = first.x; i <= last.x; i++) {
                 let s = even_weight(u32(i));
                 let inverse = inverseSqrt(1.0 + s.x * s.x + t.x * t.x);
@@ -36,7 +36,7 @@ fn refilter_gauss(@builtin(global_invocation_id) id: vec3<u32>) {
                 let q = 0.5 * dot(e, e);
                 if q <= job.a.y {
                     let w = exp(-job.a.x * q) * s.y * t.y * inverse * inverse * inverse;
-                    sum += w * vec4<f32>(maps[from + u32(i) * stride].xyz, 1.0);
+                    sum += w * vec4<f32>(maps[base + u32(i) * stride].xyz, 1.0);
                 }
             }
         }

@@ -4,6 +4,7 @@
 //! no Condon–Shortley phase. `order` is the highest band l; `bands = order + 1`.
 
 mod basis;
+mod dering;
 mod exchange;
 mod project;
 mod rotation;
@@ -12,9 +13,11 @@ mod transform;
 mod turns;
 mod wigner;
 mod window;
+mod zh3;
 pub mod zonal;
 
 pub use basis::{Basis, eval, legendre};
+pub use dering::Dering;
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
@@ -22,6 +25,7 @@ pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
 pub use turns::{TURNS, TurnedBlock, Turns};
 pub use wigner::wigner_d;
 pub use window::Window;
+pub use zh3::Zh3;
 
 use glam::DVec3;
 

@@ -64,68 +64,11 @@ impl ShRgb {
                 .sum()
         })
     }
-
-    /// Damps bands by 1/(1 + λ l²(l+1)²), the minimiser of ∫(f − f₀)² + λ∫(Δf)² (Sloan 2008, "Stupid
-    /// spherical harmonics tricks"), with the smallest λ whose result is nowhere below −`floor` times its
-    /// mean on 1000 evenly spread directions, channel by channel. Returns the λ used (0 where nothing was
-    /// to do). A function whose mean is not positive stays as it is.
-    pub fn dering(&mut self, floor: f64) -> [f64; 3] {
-        let rule = crate::quadrature::fibonacci(1000.max(8 * super::count(self.order)));
-        let basis = super::Basis::new(self.order);
-        let bands = self.order + 1;
-        // Value of each band at each direction.
-        let mut values = self.c.each_ref().map(|_| Vec::with_capacity(rule.len() * bands));
-        let mut y = vec![0.0; super::count(self.order)];
-        for d in &rule.directions {
-            basis.eval(self.order, *d, &mut y);
-            for (values, c) in values.iter_mut().zip(&self.c) {
-                values.extend((0..bands).map(|l| {
-                    let band = l * l..(l + 1) * (l + 1);
-                    c[band.clone()].iter().zip(&y[band]).map(|(a, b)| a * b).sum::<f64>()
-                }));
-            }
-        }
-        let mut used = [0.0; 3];
-        for ((c, used), values) in self.c.iter_mut().zip(&mut used).zip(&values) {
-            let mean = c[0] / (4.0 * PI).sqrt();
-            let bad = |lambda: f64| lowest(values, bands, lambda) < -floor * mean - 1e-12 * mean.abs();
-            if mean <= 0.0 || !bad(0.0) {
-                continue;
-            }
-            // Bisection over log λ; at λ = 1e6 only the mean is left.
-            let (mut low, mut high) = (1e-12_f64.ln(), 1e6_f64.ln());
-            for _ in 0..30 {
-                let middle = 0.5 * (low + high);
-                if bad(middle.exp()) { low = middle } else { high = middle }
-            }
-            *used = high.exp();
-            for l in 1..=self.order {
-                let k = damping(l, *used);
-                c[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|c| *c *= k);
-            }
-        }
-        used
-    }
-}
-
-/// The smallest Σ_l damping·band over directions; `values` holds `bands` per direction.
-fn lowest(values: &[f64], bands: usize, lambda: f64) -> f64 {
-    let factors: Vec<f64> = (0..bands).map(|l| damping(l, lambda)).collect();
-    let sums = values.chunks_exact(bands).map(|v| v.iter().zip(&factors).map(|(v, k)| v * k).sum::<f64>());
-    sums.fold(f64::INFINITY, f64::min)
-}
-
-/// 1/(1 + λ l²(l+1)²).
-fn damping(l: usize, lambda: f64) -> f64 {
-    let k = (l * (l + 1)) as f64;
-    1.0 / (1.0 + lambda * k * k)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::zonal;
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn windows_start_at_one_and_end_where_they_say() {
@@ -138,20 +81,5 @@ mod tests {
         assert!((Window::Lanczos { width: 4.0 }.factor(2) - 2.0 / PI).abs() < 1e-15);
         assert!((Window::Gauss { width: 2.0 }.factor(2) - (-0.5_f64).exp()).abs() < 1e-15);
         assert_eq!(Window::Box.factor(100), 1.0);
-    }
-
-    #[test]
-    fn dering_makes_a_lone_sun_non_negative() {
-        let mut sh = ShRgb::zero(4);
-        sh.add_lobe(&zonal::disk(4, 0.05), DVec3::new(0.3, 0.8, 0.1).normalize(), [1.0, 2.0, 0.0]);
-        let before = sh.clone();
-        let lambda = sh.dering(0.0);
-        assert!(lambda[0] > 0.0 && (lambda[0] / lambda[1] - 1.0).abs() < 1e-6 && lambda[2] == 0.0);
-        for d in crate::quadrature::fibonacci(500).directions {
-            assert!(sh.value(d)[0] > -1e-4 * before.value(d)[0].abs().max(1e-3));
-        }
-        assert_eq!(sh.c[0][0], before.c[0][0]);
-        assert!(sh.curvature()[0] < before.curvature()[0]);
-        assert_eq!(sh.clone().dering(0.0), [0.0; 3]);
     }
 }

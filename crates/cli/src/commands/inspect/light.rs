@@ -206,6 +206,7 @@ fn describe(
     let dominant = inputs::dominant(&sh);
     let stops = (s.brightest.0 / s.lowest_positive).log2();
     let low_range = facts.iter().any(|(k, v)| *k == "low_range" && *v == json!(true));
+    let suns = suns(image);
     let advice = advice(&s, &bands, disks, low_range);
     let mut json = json!({
         "kind": "environment",
@@ -226,6 +227,7 @@ fn describe(
         "energy_in_brightest": {"0.01%": shares[0], "0.1%": shares[1], "1%": shares[2], "10%": shares[3]},
         "sh_energy": bands.iter().map(|b| if total > 0.0 { b / total } else { 0.0 }).collect::<Vec<_>>(),
         "disks": disks.iter().map(disk_json).collect::<Vec<_>>(),
+        "suns_in_the_image": suns.iter().map(|(d, _)| disk_json(d)).collect::<Vec<_>>(),
         "advice": advice,
     });
     if let Value::Object(map) = &mut json {
@@ -233,7 +235,8 @@ fn describe(
             map.insert(key.into(), value);
         }
     }
-    let lines = lines(&json, image, &s, &bands, mean, up, shares, brightest, dominant, stops);
+    let mut lines = lines(&json, image, &s, &bands, mean, up, shares, brightest, dominant, stops);
+    lines.extend(suns.iter().map(|(d, share)| ("sun in the image", sun_line(d, *share))));
     Report { json, lines: with_disks(lines, disks, &advice) }
 }
 
@@ -323,6 +326,25 @@ fn with_disks(mut lines: Vec<Line>, disks: &[DiskLight], advice: &[String]) -> V
     }
     lines.extend(advice.iter().map(|a| ("advice", a.clone())));
     lines
+}
+
+/// Images of more texels are not searched for suns.
+const MOST_TEXELS: usize = 1 << 25;
+
+/// The suns that `--extract-sun` would take out of the image, and their parts of its flux.
+fn suns(image: &SphereImage) -> Vec<(DiskLight, f64)> {
+    if image.planes[0].len() > MOST_TEXELS {
+        return Vec::new();
+    }
+    let e = steradian_light::suns::extract(image, &steradian_light::suns::SunOptions::default());
+    e.suns.into_iter().zip(e.shares).collect()
+}
+
+fn sun_line(d: &DiskLight, share: f64) -> String {
+    let [x, y, z] = d.direction.to_array();
+    let radius = d.angular_radius.to_degrees();
+    let percent = 100.0 * share;
+    format!("at ({x:.3}, {y:.3}, {z:.3}), radius {radius:.3}°, {percent:.1} % of the flux (convert --extract-sun)")
 }
 
 fn disk_json(d: &DiskLight) -> Value {

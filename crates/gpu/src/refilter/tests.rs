@@ -1,0 +1,65 @@
+//! Shaders validate and plans hold together, without any adapter.
+
+use super::gear::SHADERS;
+use super::program::Pass;
+use super::{Kernel, Level, Plan, Way, ggx_levels};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+#[test]
+fn shaders_validate_without_an_adapter() {
+    let module = match naga::front::wgsl::parse_str(SHADERS) {
+        Ok(m) => m,
+        Err(e) => panic!("{}", e.emit_to_string(SHADERS)),
+    };
+    if let Err(e) = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module) {
+        panic!("{}", e.emit_to_string(SHADERS));
+    }
+    for pass in Pass::ALL {
+        assert!(module.entry_points.iter().any(|e| e.name == pass.entry()), "{pass:?}");
+        assert_eq!(Pass::ALL[pass as usize], pass);
+    }
+}
+
+/// Every output of every job is in exactly one tile, but for the threads that fill a last workgroup.
+#[test]
+fn tiles_cover_their_jobs() {
+    for way in [Way::Box, Way::Convolution, Way::Paraboloid, Way::Frequency] {
+        let plan = Plan::new(way, &ggx_levels(64, 4)).expect("good levels");
+        for (k, job) in plan.work.jobs.iter().enumerate() {
+            let mut next = 0;
+            for tile in plan.work.tiles.iter().filter(|t| t.job == k) {
+                assert_eq!(tile.first, next);
+                next += 64 * u64::from(tile.groups);
+            }
+            assert!((job.outputs..job.outputs + 64).contains(&next), "{job:?}");
+        }
+        let all: u64 = plan.reads().iter().map(|r| r.2).sum();
+        assert_eq!(all, plan.work.tiles.iter().map(|t| t.reads).sum::<u64>());
+    }
+}
+
+#[test]
+fn convolution_predicts_less_than_a_percent() {
+    for count in [6, 10] {
+        let plan = Plan::new(Way::Convolution, &ggx_levels(256, count)).expect("good levels");
+        assert!(plan.predicted().iter().all(|e| *e < 4e-3), "{:?}", plan.predicted());
+    }
+}
+
+#[test]
+fn what_is_no_chain_is_an_error() {
+    let level = |size, kernel| Level { size, kernel, gain: 1.0 };
+    let ggx = |alpha| Kernel::Ggx { alpha };
+    let phong = |n| Kernel::Phong { n };
+    for bad in [
+        vec![],
+        vec![level(0, Kernel::Mirror)],
+        vec![level(4096, Kernel::Lambert)],
+        vec![level(8, ggx(0.0))],
+        vec![level(8, ggx(f64::NAN))],
+        vec![level(8, phong(0.5))],
+        vec![Level { size: 8, kernel: Kernel::Mirror, gain: f32::INFINITY }],
+    ] {
+        assert!(Plan::new(Way::Convolution, &bad).is_err(), "{bad:?}");
+    }
+}
