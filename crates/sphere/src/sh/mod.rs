@@ -6,6 +6,7 @@
 mod basis;
 mod dering;
 mod exchange;
+mod points;
 mod project;
 mod rotation;
 mod synthesis;
@@ -18,9 +19,10 @@ pub mod zonal;
 
 pub use basis::{Basis, eval, legendre};
 pub use dering::Dering;
+pub use points::PointSynthesis;
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
-pub use synthesis::{synthesize, synthesize_direct};
+pub use synthesis::{synthesize, synthesize_direct, synthesize_within};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
 pub use turns::{TURNS, TurnedBlock, Turns};
 pub use wigner::wigner_d;

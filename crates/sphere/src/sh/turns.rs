@@ -211,7 +211,11 @@ mod tests {
             })
             .collect();
         // The angles' poles.
-        rotations.extend([Mat3::IDENTITY, Mat3::from_rotation_z(2.0), Mat3::from_rotation_x(std::f32::consts::PI)]);
+        rotations.extend([
+            Mat3::IDENTITY,
+            Mat3::from_rotation_z(2.0),
+            Mat3::from_rotation_x(std::f32::consts::PI),
+        ]);
         rotations.push(Mat3::from_rotation_y(1e-6) * Mat3::from_rotation_z(-1.0));
         let turns = Turns::new(&rotations);
         assert_eq!((turns.len(), turns.blocks(), turns.is_empty()), (44, 3, false));
