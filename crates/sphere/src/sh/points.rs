@@ -14,7 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use steradian_simd::{Arch, Kernel};
 
 /// Coefficients of the polynomials that a sample's weight is.
@@ -22,6 +22,9 @@ const TERMS: usize = 20;
 
 /// Columns whose meridians are transformed together.
 const SIDE: usize = 16;
+
+/// Rows that they are then written to together.
+const ROWS: usize = 64;
 
 /// A function of the sphere, ready to be read at any points, three channels at a time.
 pub struct PointSynthesis(Any);
@@ -73,7 +76,8 @@ impl PointSynthesis {
         });
     }
 
-    /// Values of `n` points given as (θ, φ), θ from +Y, φ = atan2(z, x), on this thread.
+    /// Values of `n` points given as (θ, φ), 0 ≤ θ ≤ π from +Y and φ = atan2(z, x) within a turn of it, on this
+    /// thread.
     ///
     /// # Panics
     /// If a plane is shorter than `n`.
@@ -153,7 +157,7 @@ struct Fine<T, const W: usize> {
     stride: usize,
     planes: [Vec<T>; 3],
     /// Polynomials in 2t − 1 of the W weights, highest power first.
-    weights: [[T; W]; TERMS],
+    weights: Box<[[T; W]; TERMS]>,
 }
 
 /// Where a point lies: its first sample, and how far it is beyond the middle ones, −1 … 1.
@@ -171,26 +175,30 @@ impl<T: Real, const W: usize> Fine<T, W> {
         let (width, circle) = (smooth(4 * (order + 1)).max(2 * W), 4 * height);
         let precision = if size_of::<T>() == 4 { Precision::Image } else { Precision::Double };
         let mut plan = ShTransform::with_precision(order, width, height, Grid::Equirectangular, precision);
-        plan.scale_orders(|m| window_spectrum::<W>(m as f64 / width as f64).recip());
+        let spectrum = WindowSpectrum::new::<W>();
+        plan.scale_orders(|m| spectrum.at(m as f64 / width as f64).recip());
         let mut samples: [Vec<T>; 3] = std::array::from_fn(|_| vec![T::default(); width * height]);
         plan.synthesize_columns(columns, factors, samples.each_mut().map(Vec::as_mut_slice));
         let stride = width + 2 * W;
-        let meridians = Meridians::<T, W>::new(order, width, height);
+        let meridians = Meridians::<T, W>::new(order, width, height, &spectrum);
         let planes = samples.map(|p| meridians.refine(&p, stride));
-        Self { width, circle, stride, planes, weights: polynomials() }
+        Self { width, circle, stride, planes, weights: Box::new(polynomials()) }
     }
 
     fn place(&self, [theta, phi]: [f64; 2]) -> Place<T> {
         let y = (theta / (2.0 * PI) * self.circle as f64).clamp(0.0, (self.circle / 2) as f64);
         let x = (0.5 + phi / (2.0 * PI)) * self.width as f64 - 0.5;
-        let x = x.rem_euclid(self.width as f64);
-        let (i, j) = (x.floor(), y.floor());
+        let width = self.width as f64;
+        let x = if x < 0.0 { x + width } else { x };
+        let x = if x >= width { x - width } else { x };
+        // A number that is none lands on the first sample.
+        let (i, j) = ((x as usize).min(self.width - 1), y as usize);
         // Borders of W; the first sample is W/2 − 1 before the place.
-        let first = |v: f64| v as usize + W / 2 + 1;
+        let first = W / 2 + 1;
         Place {
-            start: first(j) * self.stride + first(i),
-            x: T::of(2.0 * (x - i) - 1.0),
-            y: T::of(2.0 * (y - j) - 1.0),
+            start: (j + first) * self.stride + i + first,
+            x: T::of(2.0 * (x - i as f64) - 1.0),
+            y: T::of(2.0 * (y - j as f64) - 1.0),
         }
     }
 
@@ -270,15 +278,25 @@ fn window<const W: usize>(u: f64) -> f64 {
     (beta(W) * ((1.0 - z * z).max(0.0).sqrt() - 1.0)).exp()
 }
 
-/// ∫ window(u) cos 2πfu du at f cycles a sample; u = W/2 sin s makes it smooth.
-fn window_spectrum<const W: usize>(f: f64) -> f64 {
-    let (x, w) = gauss_legendre(64);
-    let half = 0.5 * W as f64;
-    let term = |(x, w): (&f64, &f64)| {
-        let (sin, cos) = (FRAC_PI_2 * x).sin_cos();
-        w * FRAC_PI_2 * half * cos * (beta(W) * (cos - 1.0)).exp() * (2.0 * PI * f * half * sin).cos()
-    };
-    x.iter().zip(&w).map(term).sum()
+/// The window's Fourier transform, as a sum over nodes: u, and weights times the window there.
+struct WindowSpectrum(Vec<[f64; 2]>);
+
+impl WindowSpectrum {
+    /// u = W/2 sin s makes the integrand smooth.
+    fn new<const W: usize>() -> Self {
+        let (x, w) = gauss_legendre(32 + 2 * W);
+        let half = 0.5 * W as f64;
+        let node = |(x, w): (&f64, &f64)| {
+            let (sin, cos) = (FRAC_PI_4 * (1.0 + x)).sin_cos();
+            [half * sin, w * FRAC_PI_2 * half * cos * (beta(W) * (cos - 1.0)).exp()]
+        };
+        Self(x.iter().zip(&w).map(node).collect())
+    }
+
+    /// ∫ window(u) cos 2πfu du at f cycles a sample.
+    fn at(&self, f: f64) -> f64 {
+        self.0.iter().map(|[u, w]| w * (2.0 * PI * f * u).cos()).sum()
+    }
 }
 
 /// Polynomials through each sample's weight at the nodes of Chebyshev, highest power first; the leading ones of
@@ -321,11 +339,11 @@ struct Meridians<T: Real, const W: usize> {
 }
 
 impl<T: Real, const W: usize> Meridians<T, W> {
-    fn new(order: usize, width: usize, height: usize) -> Self {
+    fn new(order: usize, width: usize, height: usize, spectrum: &WindowSpectrum) -> Self {
         let mut planner = FftPlanner::new();
         let n = 2 * height;
         let factor = |k: usize| {
-            let size = (n as f64 * window_spectrum::<W>(k as f64 / (2 * n) as f64)).recip();
+            let size = (n as f64 * spectrum.at(k as f64 / (2 * n) as f64)).recip();
             let (sin, cos) = (PI * k as f64 / n as f64).sin_cos();
             Complex::new(T::of(size * cos), T::of(-size * sin))
         };
@@ -346,12 +364,15 @@ impl<T: Real, const W: usize> Meridians<T, W> {
         let columns: Vec<usize> = (0..half).step_by(SIDE).collect();
         let sides: Vec<Vec<Complex<T>>> =
             columns.par_iter().map(|&first| self.side(samples, first, (first + SIDE).min(half))).collect();
-        torus.par_chunks_mut(half).enumerate().for_each(|(j, row)| {
-            for (side, out) in sides.iter().zip(row.chunks_mut(SIDE)) {
-                for (pair, out) in side.chunks_exact(circle).zip(out.chunks_mut(2)) {
-                    out[0] = pair[j].re;
-                    if let Some(second) = out.get_mut(1) {
-                        *second = pair[j].im;
+        torus.par_chunks_mut(ROWS * half).enumerate().for_each(|(block, rows)| {
+            for (side, &first) in sides.iter().zip(&columns) {
+                for (k, pair) in side.chunks_exact(circle).enumerate() {
+                    let column = first + 2 * k;
+                    let pair = &pair[block * ROWS..];
+                    // `half` is even: the pair's second column is there.
+                    for (row, z) in rows.chunks_exact_mut(half).zip(pair) {
+                        row[column] = z.re;
+                        row[column + 1] = z.im;
                     }
                 }
             }
@@ -361,11 +382,11 @@ impl<T: Real, const W: usize> Meridians<T, W> {
         out.par_chunks_mut(stride).enumerate().for_each(|(row, out)| {
             // Beyond half a turn of φ the circle is met on its way back.
             let j = (row + circle - W) % circle;
-            let (there, back) = (&torus[j * half..], &torus[(circle - j) % circle * half..]);
-            for (i, out) in out.iter_mut().enumerate() {
-                let i = (i + self.width - W) % self.width;
-                *out = if i < half { there[i] } else { back[i - half] };
-            }
+            let (there, back) = (&torus[j * half..][..half], &torus[(circle - j) % circle * half..][..half]);
+            out[W..W + half].copy_from_slice(there);
+            out[W + half..W + 2 * half].copy_from_slice(back);
+            out.copy_within(2 * half..2 * half + W, 0);
+            out.copy_within(W..2 * W, W + 2 * half);
         });
         out
     }
@@ -374,16 +395,16 @@ impl<T: Real, const W: usize> Meridians<T, W> {
     fn side(&self, samples: &[T], first: usize, last: usize) -> Vec<Complex<T>> {
         let (n, circle, half) = (2 * self.height, 4 * self.height, self.width / 2);
         let zero = Complex::new(T::default(), T::default());
-        let mut out = vec![zero; (last - first).div_ceil(2) * circle];
+        let mut out = vec![zero; (last - first) / 2 * circle];
         let mut coarse = vec![zero; n];
         let scratch = self.forward.get_inplace_scratch_len().max(self.backward.get_inplace_scratch_len());
         let mut scratch = vec![zero; scratch];
         for (i, fine) in (first..last).step_by(2).zip(out.chunks_exact_mut(circle)) {
-            let second = (i + 1).min(last - 1);
-            for j in 0..self.height {
-                let (row, mirror) = (j * self.width, n - 1 - j);
-                coarse[j] = Complex::new(samples[row + i], samples[row + second]);
-                coarse[mirror] = Complex::new(samples[row + i + half], samples[row + second + half]);
+            let (there, back) = coarse.split_at_mut(self.height);
+            let rows = samples.chunks_exact(self.width);
+            for ((there, back), row) in there.iter_mut().zip(back.iter_mut().rev()).zip(rows) {
+                *there = Complex::new(row[i], row[i + 1]);
+                *back = Complex::new(row[i + half], row[i + half + 1]);
             }
             self.forward.process_with_scratch(&mut coarse, &mut scratch);
             for (k, factor) in self.factors.iter().enumerate() {
