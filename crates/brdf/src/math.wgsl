@@ -22,7 +22,7 @@ fn brdf_scale(wi: vec3<f32>, wo: vec3<f32>, radius: f32) -> f32 {
     }
     if kind == 1.0 {
         let away = max(length(wi - brdf_mirror(wo)) - radius - brdf.peak.z, 0.0);
-        let width = narrow * clamp(0.5 * (max(wi.z, 0.0) + wo.z), 0.02, 1.0);
+        let width = narrow * clamp(min(wo.z, 0.5 * (max(wi.z, 0.0) + wo.z)), 0.02, 1.0);
         return min(max(width, 0.5 * away * narrow / brdf.peak.z), 0.6);
     }
     if kind == 4.0 {

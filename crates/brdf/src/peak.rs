@@ -9,7 +9,7 @@ use glam::DVec3;
 pub enum Peak {
     /// No ridge: f_cos varies with the angles themselves.
     Smooth,
-    /// About the mirror direction of wo; narrower towards grazing angles, as (n·wi + n·wo)/2.
+    /// About the mirror direction of wo; narrower towards grazing angles, as the smaller of n·wo and (n·wi + n·wo)/2.
     Mirror {
         /// Across the narrowest direction.
         narrow: f64,
@@ -43,7 +43,7 @@ impl Peak {
             Self::Smooth => SMOOTH,
             Self::Mirror { narrow, wide } => {
                 let away = ((wi - mirror(wo)).length() - radius - wide).max(0.0);
-                let width = narrow * (0.5 * (wi.z.max(0.0) + wo.z)).clamp(GRAZING, 1.0);
+                let width = narrow * wo.z.min(0.5 * (wi.z.max(0.0) + wo.z)).clamp(GRAZING, 1.0);
                 width.max(0.5 * away * (narrow / wide)).min(SMOOTH)
             }
             Self::Cone { sign, width } => {

@@ -52,6 +52,7 @@ impl Wanted {
     fn shades_like(&self, other: &Look) -> bool {
         self.brdf.spec() == other.brdf.spec()
             && self.params == other.params
+            && self.maps.is_empty() == other.maps.is_empty()
             && self.method.is_none_or(|m| m.slug() == other.method.slug())
     }
 }
@@ -76,15 +77,18 @@ pub fn bake(
             }
             (None, None) => choose(w, lights, camera, tolerance, context)?,
         };
-        say_left_out(&next, context);
+        say_left_out((&next.0, &next.1), context);
         out.push(next);
     }
     Ok(out)
 }
 
 /// Says what of a surface's maps its technique leaves out.
-fn say_left_out((look, baked): &(Look, Baked), context: &Context) {
-    let left_out = baked.varies.left_out(look.maps.alpha2.is_some(), look.maps.filters());
+pub fn say_left_out((look, baked): (&Look, &Baked), context: &Context) {
+    let mut left_out = baked.varies.left_out(look.maps.alpha2.is_some(), look.maps.filters());
+    if baked.lit && !look.maps.is_empty() {
+        left_out.push("its maps, but for the mean normal, under lights that no environment holds");
+    }
     if !left_out.is_empty() {
         context.say(format_args!("{} leaves out {}", look.method.slug(), left_out.join(" and ")));
     }
@@ -97,6 +101,7 @@ pub fn shared(b: &Baked, base_colour: Option<Arc<Texture>>, maps: Maps) -> Baked
         certificate: b.certificate.clone(),
         judge: b.judge.clone(),
         varies: b.varies,
+        lit: b.lit,
         #[cfg(feature = "gpu")]
         bake: b.bake.clone(),
         #[cfg(feature = "gpu")]

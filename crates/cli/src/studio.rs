@@ -11,8 +11,8 @@ use steradian_light::Lights;
 use steradian_reference::{Judge, Lookup};
 use steradian_render::{BakeShader, DirectShader, JudgeShader, Maps, Shader, Surface, Texture};
 use steradian_scene::Camera;
-use steradian_techniques::direct::{Direct, split};
-use steradian_techniques::{Material, Varies, View};
+use steradian_techniques::direct::{Direct, Suns, split};
+use steradian_techniques::{BakeError, Material, Varies, View};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
 pub const PICTURE_TOLERANCE: f64 = 2e-3;
@@ -45,6 +45,8 @@ pub struct Baked {
     pub bake: Option<Arc<BakeShader>>,
     /// What of the surface's maps it shades with.
     pub varies: Varies,
+    /// Are there lights beside the technique's data, which know no maps but the mean normal?
+    pub lit: bool,
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(feature = "gpu")]
     pub direct: (SharedBrdf, Direct),
@@ -86,9 +88,19 @@ pub fn bake(
         }
         Method::Technique(t) => {
             let task = context.task.clone().with_tolerance(tolerance);
-            let (baked, lit) = split(lights, context.suns);
+            // Only what is part of a technique's data is filtered by maps.
+            let suns = if look.maps.is_empty() { context.suns } else { Suns::Fold };
+            let material = Material::new(look.brdf.clone());
+            let (baked, lit) = split(lights, suns);
             direct = lit;
-            let mut bake = t.bake(&baked, &Material::new(look.brdf.clone()), None, &look.params, &task)?;
+            let mut bake = match t.bake(&baked, &material, None, &look.params, &task) {
+                Err(BakeError::Light { .. }) if suns != context.suns => {
+                    let (baked, lit) = split(lights, context.suns);
+                    direct = lit;
+                    t.bake(&baked, &material, None, &look.params, &task)?
+                }
+                other => other?,
+            };
             bake.frame(&view(camera));
             let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
             let bake = Arc::new(BakeShader(bake));
@@ -109,6 +121,7 @@ pub fn bake(
         #[cfg(feature = "gpu")]
         bake,
         varies,
+        lit: !direct.is_empty(),
         #[cfg(feature = "gpu")]
         direct: (look.brdf.clone(), direct),
         bytes,

@@ -188,12 +188,17 @@ fn worst(baked: &[Baked]) -> Option<Certificate> {
 fn bake(case: &Subject, method: Method, plan: &Plan, context: &Context) -> Result<Vec<Baked>, Failure> {
     let one = |look: &Wanted, method: Method| {
         let tolerance = matches!(method, Method::Reference).then_some(plan.tolerance);
-        studio::bake(&look.with(method), &case.lights, &case.camera, tolerance, context)
+        let look = look.with(method);
+        let baked = studio::bake(&look, &case.lights, &case.camera, tolerance, context)?;
+        looks::say_left_out((&look, &baked), context);
+        Ok::<_, Failure>(baked)
     };
     let mut out: Vec<Baked> = Vec::new();
     let mut refused = None;
     for (i, look) in case.looks.iter().enumerate() {
-        if let Some(k) = case.looks[..i].iter().position(|l| l.brdf.spec() == look.brdf.spec()) {
+        if let Some(k) = case.looks[..i].iter().position(|l| {
+            l.brdf.spec() == look.brdf.spec() && l.maps.is_empty() == look.maps.is_empty()
+        }) {
             out.push(looks::shared(&out[k], look.texture.clone(), look.maps.clone()));
             continue;
         }

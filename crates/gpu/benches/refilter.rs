@@ -91,7 +91,13 @@ fn fastest(gpu: &Gpu, refilter: &mut Refilter, light: &Surroundings) -> Result<T
 fn report(gpu: &Gpu, refilter: &Refilter, times: &Times, tree: &Tree) -> Result<(), GpuError> {
     let of = |level: Option<usize>| times.iter().filter(|t| t.1 == level).map(|t| t.2).sum::<f64>();
     let mut names: Vec<_> = times.iter().filter(|t| t.1.is_none()).map(|t| (t.0, 0.0)).collect();
-    names.dedup();
+    let mut seen = Vec::new();
+    names.retain(|n| {
+        !seen.contains(&n.0) && {
+            seen.push(n.0);
+            true
+        }
+    });
     for n in &mut names {
         n.1 = times.iter().filter(|t| t.1.is_none() && t.0 == n.0).map(|t| t.2).sum();
     }
@@ -116,18 +122,21 @@ fn report(gpu: &Gpu, refilter: &Refilter, times: &Times, tree: &Tree) -> Result<
     Ok(())
 }
 
-/// Crosses of faces, one beside the other: -X +Z +X -Z with +Y above and -Y below +Z.
+/// Crosses of faces, one beside the other: -X +Z +X -Z with +Y above and -Y below +Z; the first cube's mean is a third
+/// of white.
 fn keep(path: &Path, cubes: [Option<&EdgeCube>; 2]) {
     const PLACES: [(usize, usize); 6] = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)];
     let n = cubes[0].map_or(1, |c| c.size() + 1);
     let count = cubes.iter().flatten().count();
     let (width, height) = (4 * n * count, 3 * n);
+    let all = cubes[0].map_or(&[][..], |c| c.texels());
+    let mean = all.iter().map(|t| (t[0] + t[1] + t[2]) / 3.0).sum::<f32>() / all.len() as f32;
     let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; width * height]);
     for (side, cube) in cubes.iter().flatten().enumerate() {
         for (k, t) in cube.texels().iter().enumerate() {
             let (x, y) = PLACES[k / (n * n)];
             let at = (y * n + k / n % n) * width + (4 * side + x) * n + k % n;
-            (0..3).for_each(|c| planes[c][at] = (t[c] / (1.0 + t[c])).max(0.0));
+            (0..3).for_each(|c| planes[c][at] = (t[c] / (2.0 * mean + t[c])).max(0.0));
         }
     }
     let raster = Raster::rgb(width, height, planes);

@@ -6,6 +6,7 @@
 
 mod compute;
 mod device;
+mod direct;
 mod error;
 mod layout;
 pub mod refilter;

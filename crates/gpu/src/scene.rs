@@ -4,6 +4,7 @@ use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
 use steradian_scene::{Camera, Mesh};
 use steradian_techniques::GpuRoom;
+use steradian_techniques::direct::{BrdfShader, Direct};
 
 /// Triangles ready for upload.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -127,6 +128,8 @@ pub struct Object {
     /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
     /// ([`steradian_techniques::AnyBake::gpu_varied`]): of another, normals alone vary.
     pub room: GpuRoom,
+    /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
+    pub brdf: Option<BrdfShader>,
     /// Multiplies the radiance.
     pub base_colour: Option<Texture>,
     /// Normals and roughness that vary over the surface.
@@ -169,6 +172,8 @@ pub struct Backdrop {
 pub struct Scene {
     /// The objects.
     pub objects: Vec<Object>,
+    /// Lights that are shaded with the exact reflectance, on top of the rooms; distant ones turn with the light.
+    pub direct: Direct,
     /// What lies behind them.
     pub backdrop: Backdrop,
     /// The camera.

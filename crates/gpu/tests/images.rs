@@ -137,6 +137,7 @@ fn several_objects_and_textures() -> Result<(), Failed> {
     shown.objects.push(steradian_gpu::scene::Object {
         triangles: Arc::new(triangles),
         room: rooms[1].gpu(),
+        brdf: None,
         base_colour: Some(common::texture(&texture)),
         maps: Default::default(),
         transform: map,

@@ -25,9 +25,10 @@ fn main() {
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;
     type Test = (&'static str, fn() -> Result<(), Failed>);
-    let tests: [Test; 14] = [
+    let tests: [Test; 15] = [
         ("convolution_is_within_a_percent_of_exact", convolution_is_within_a_percent_of_exact),
         ("phong_and_lambert_are_near_exact", phong_and_lambert_are_near_exact),
+        ("a_real_probe_with_its_sun_is_near_exact", a_real_probe_with_its_sun_is_near_exact),
         ("suns_add_their_kernel_exactly", suns_add_their_kernel_exactly),
         ("low_bands_are_exact_by_frequency", low_bands_are_exact_by_frequency),
         ("older_ways_are_within_their_bounds", older_ways_are_within_their_bounds),
@@ -63,10 +64,15 @@ fn refiltered(gpu: &Gpu, way: Way, levels: &[Level], lights: &Lights) -> Result<
 
 /// Every level's error, and a failure where one exceeds its bound.
 fn within(way: Way, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Result<(), Failed> {
+    within_at(250, way, levels, lights, bounds)
+}
+
+/// The same over `most` samples of a level.
+fn within_at(most: usize, way: Way, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Result<(), Failed> {
     let gpu = gpu()?;
     let cubes = refiltered(gpu, way, levels, lights)?.read(gpu)?;
     let tree = light::tree(lights);
-    let errors = levels.iter().zip(&cubes).map(|(l, c)| light::error(c, l, &tree, 250));
+    let errors = levels.iter().zip(&cubes).map(|(l, c)| light::error(c, l, &tree, most));
     let errors: Vec<_> = errors.map(Option::unwrap_or_default).collect();
     if errors.iter().zip(bounds).all(|(e, b)| e <= b) { Ok(()) } else { Err(format!("{errors:?}").into()) }
 }
@@ -80,6 +86,15 @@ fn phong_and_lambert_are_near_exact() -> Result<(), Failed> {
     let phong = |n| level(32, Kernel::Phong { n });
     let levels = [phong(200.0), phong(20.0), level(16, Kernel::Lambert)];
     within(Way::Convolution, &levels, &light::room_with_window(), &[0.015, 0.005, 0.005])
+}
+
+/// A beach whose sun is a handful of texels ten thousand times as bright as the rest.
+fn a_real_probe_with_its_sun_is_near_exact() -> Result<(), Failed> {
+    let Some(path) = steradian_testkit::data("environments/spiaggia_1024x512.exr") else { return Ok(()) };
+    let lights = steradian_light::load::load(&path, &Default::default())?.into_environment().into();
+    let levels = [ggx(64, 0.04), ggx(32, 0.16), ggx(16, 0.36), ggx(16, 1.0)];
+    // The samples next to the sun hold most of the energy: over 8000 samples the errors are 0.009 to 0.010.
+    within_at(1500, Way::Convolution, &levels, &lights, &[0.015; 4])
 }
 
 fn suns_add_their_kernel_exactly() -> Result<(), Failed> {
@@ -251,6 +266,7 @@ fn captures_are_oriented() -> Result<(), Failed> {
     let camera = Camera::Pinhole { from: Vec3::ONE, at: Vec3::ZERO, up: Vec3::Y, fov_y: 0.3 };
     let scene = Scene {
         objects: Vec::new(),
+        direct: Default::default(),
         backdrop: Backdrop { image: Some(backdrop), ..Backdrop::default() },
         camera,
         light_rotation: Mat3::IDENTITY,
@@ -274,8 +290,13 @@ fn captures_are_oriented() -> Result<(), Failed> {
         }
     }
     let settings = Settings { filter: Filter::Mean, ..Settings::new(32, 16) };
-    let scene =
-        Scene { objects: vec![], backdrop: Backdrop::default(), camera, light_rotation: Mat3::IDENTITY };
+    let scene = Scene {
+        objects: vec![],
+        direct: Default::default(),
+        backdrop: Backdrop::default(),
+        camera,
+        light_rotation: Mat3::IDENTITY,
+    };
     let oblong = Surroundings::captured(gpu, &mut Renderer::new(gpu, scene, &settings)?, Vec3::ZERO);
     assert!(oblong.err().is_some_and(|e| e.to_string().contains("square")));
     Ok(())

@@ -3,6 +3,7 @@
 
 use crate::{Tree, Zonal};
 use glam::DVec3;
+use std::f64::consts::PI;
 use steradian_sphere::SphereImage;
 
 /// ∫ L(wi) K(d·wi) dwi over the light of `tree`.
@@ -10,11 +11,23 @@ pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let (width, support) = (kernel.width(), kernel.support());
     let scale = |c: DVec3, radius: f64| {
         // The chord is at most the angle; a node is dark to the kernel where even its nearest point is beyond.
-        let angle = d.angle_between(c);
+        let angle = angle(0.5 * d.distance(c));
         // Tails fall like θ⁻⁴: they vary over a fraction of θ.
         if angle - 1.6 * radius > support { f64::INFINITY } else { (0.5 * angle).max(width) }
     };
     tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
+}
+
+/// The angle whose half has sine `y`, within 4e-4: it only decides what is taken together.
+#[inline]
+fn angle(y: f64) -> f64 {
+    if y < 0.5 {
+        let y2 = y * y;
+        return 2.0 * y * (1.0 + y2 * (1.0 / 6.0 + y2 * (0.075 + y2 * (15.0 / 336.0))));
+    }
+    // From the other end: acos(1 − z) = √(2z) (1 + z/12 + 3z²/160 + …).
+    let z = (1.0 - y).max(0.0);
+    PI - 2.0 * (2.0 * z).sqrt() * (1.0 + z * (1.0 / 12.0 + z * (3.0 / 160.0 + z * (5.0 / 896.0))))
 }
 
 /// The same by summing every texel at its centre: no hierarchy, for tests.
@@ -34,4 +47,17 @@ pub fn brute_force(image: &SphereImage, kernel: &dyn Zonal, d: DVec3) -> [f64; 3
         }
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_close_enough() {
+        for k in 0..=1000 {
+            let theta = PI * f64::from(k) / 1000.0;
+            assert!((angle((0.5 * theta).sin()) - theta).abs() < 4e-4, "{theta}");
+        }
+    }
 }

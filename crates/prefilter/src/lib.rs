@@ -5,25 +5,37 @@
 //! a hierarchy of the light ([`Tree`]). [`Sampled`] and [`filter_image`] make images in any layout for other programs.
 
 pub mod angular;
+mod bands;
 mod beam;
+mod deviation;
 pub mod edge_cube;
 pub mod filter;
 mod kernel;
+mod legendre;
 mod lobes;
 pub mod map;
+mod measure;
 pub mod methods;
+mod polar;
 pub mod probe;
+mod profile;
+mod radial;
 mod sampled;
 pub mod source;
 mod split;
+mod synthesis;
+mod texels;
 mod tree;
+mod weights;
 
 pub use beam::Beam;
 pub use edge_cube::EdgeCube;
 pub use filter::{Filtered, Size, Way, filter};
 pub use kernel::{Cosine, GgxMirror, Power, Zonal, quadrature};
 pub use lobes::Lobe;
-pub use map::{Deviation, FilteredImage, deviation, filter_image, mirror_image};
+pub use deviation::{Deviation, deviation};
+pub use map::{FilteredImage, filter_image, mirror_image};
+pub use radial::Radial;
 pub use sampled::Sampled;
 pub use source::Source;
 pub use tree::Tree;

@@ -1,16 +1,18 @@
 //! Light as samples at texel centres, prepared for filtering into images.
 //!
 //! A filtered map is Σ L w Ω / Σ w Ω over all texels, each taken at its centre with its exact solid angle Ω: the
-//! sum that any checker would write down. (The rooms' [`Source`] takes texels as constant over their cells instead.)
+//! sum that any checker would write down. (The rooms' [`crate::Source`] takes texels as constant over their cells
+//! instead.)
 
-use crate::source::{self, Source, energy, split};
-use crate::{Beam, Zonal};
+use crate::source::{self, Statistics, sparks};
+use crate::{Beam, Zonal, polar};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
-use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::sh::{Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Highest band of the analysis.
@@ -22,10 +24,16 @@ const MAX_ROWS: usize = 2048;
 pub struct Sampled {
     /// The image, whole.
     pub image: SphereImage,
-    /// The same with its brightest texels capped, its spectrum, and as beams the suns and what was taken off the
-    /// brightest texels.
-    pub(crate) source: Source,
+    /// Suns and directional lights, then what was taken off the brightest texels.
+    beams: Vec<Beam>,
     suns: usize,
+    /// Spectrum of the image with its brightest texels capped, about the pole y.
+    spectrum: ShRgb,
+    /// ∫ of the square of the capped image.
+    energy: f64,
+    /// ∫ L dω of the image.
+    flux: [f64; 3],
+    negative: bool,
 }
 
 impl Sampled {
@@ -36,68 +44,93 @@ impl Sampled {
         tolerance: f64,
         task: &Task,
     ) -> Result<Self, Cancelled> {
+        Self::of(lights.clone(), kernels, tolerance, task)
+    }
+
+    /// [`Sampled::new`] of lights that nobody else needs: their image is taken, not copied.
+    pub fn of(
+        lights: Lights,
+        kernels: &[&dyn Zonal],
+        tolerance: f64,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
         task.check()?;
-        let black = || SphereImage::new(Layout::LatLong, 4, 2);
-        let image = lights.environment.as_ref().map_or_else(black, |e| source::reduced(&e.image, MAX_ROWS));
         let mut beams: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
         beams.extend(lights.directionals.iter().map(Beam::from));
         let suns = beams.len();
-        let base = split(image.clone(), &mut beams);
+        let mut image = match lights.environment {
+            None => SphereImage::new(Layout::LatLong, 4, 2),
+            Some(e) if e.image.height > MAX_ROWS => source::reduced(&e.image, MAX_ROWS),
+            Some(e) => Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image,
+        };
+        task.check()?;
+        let statistics = Statistics::of(&image);
+        let sparks = sparks(&image, &statistics);
+        let whole: Vec<[f32; 3]> = sparks.iter().map(|s| s.cap(&mut image)).collect();
         // The texel's excess is at its centre, as everything is.
-        beams[suns..].iter_mut().for_each(|b| b.radius = 0.0);
-        let order = order(&base, kernels, tolerance);
+        beams.extend(sparks.iter().map(|s| Beam { radius: 0.0, ..s.beam }));
+        let capped = statistics.without(&image, &sparks, &whole);
+        let order = order(image.height, &capped, kernels, tolerance);
+        let plan = ShTransform::new(order, image.width, image.height, Grid::Cells);
+        let spectrum = plan.analyze_polar(image.planes.each_ref().map(Vec::as_slice));
+        for (s, whole) in sparks.iter().zip(whole) {
+            (0..3).for_each(|c| image.planes[c][s.k] = whole[c]);
+        }
         task.check()?;
-        let spectrum = sh::project(&base, order);
-        task.check()?;
-        let source = Source::assembled(Some(base), beams, spectrum);
-        Ok(Self { image, source, suns })
+        let (flux, negative) = (statistics.flux, statistics.negative);
+        Ok(Self { image, beams, suns, spectrum, energy: capped.energy, flux, negative })
     }
 
     /// Suns and directional lights.
     pub fn suns(&self) -> &[Beam] {
-        &self.source.beams[..self.suns]
+        &self.beams[..self.suns]
     }
 
     /// What was taken off the brightest texels.
     pub fn sparks(&self) -> &[Beam] {
-        &self.source.beams[self.suns..]
+        &self.beams[self.suns..]
     }
 
     /// Highest band of the analysis.
     pub fn order(&self) -> usize {
-        self.source.order()
+        self.spectrum.order
     }
 
-    /// Spectrum of the capped image up to `order`, zero beyond the analysis; with the brightest texels' if asked.
+    /// Does the image hold negative texels?
+    pub fn has_negative(&self) -> bool {
+        self.negative
+    }
+
+    /// Spectrum of the capped image up to `order` about the pole y, zero beyond the analysis; with the brightest
+    /// texels' if asked.
     pub(crate) fn spectrum(&self, order: usize, with_sparks: bool) -> ShRgb {
-        let s = &self.source.spectrum;
-        let known = sh::count(order.min(s.order));
-        let mut sh = ShRgb::zero(order);
-        for c in 0..3 {
-            sh.c[c][..known].copy_from_slice(&s.c[c][..known]);
-        }
+        let mut sh = polar::truncated(&self.spectrum, order);
         if with_sparks {
-            source::add_beams(&mut sh, self.sparks());
+            polar::add_beams(&mut sh, self.sparks());
         }
         sh
     }
 
     /// Energy of each band of the capped image, all channels.
     pub(crate) fn base_bands(&self) -> Vec<f64> {
-        let s = &self.source.spectrum;
-        let band =
-            |l: usize| s.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum::<f64>();
-        (0..=s.order).map(band).collect()
+        polar::bands(&self.spectrum)
+    }
+
+    /// ∫ of the square of the capped image, all channels.
+    pub(crate) fn base_energy(&self) -> f64 {
+        self.energy
     }
 
     /// Coefficients of everything, suns included, up to `order` (at most the analysis').
     pub fn coefficients(&self, order: usize) -> ShRgb {
-        self.source.coefficients(order)
+        let mut sh = polar::truncated(&self.spectrum, order.min(self.order()));
+        polar::add_beams(&mut sh, &self.beams);
+        polar::to_world(&sh)
     }
 
     /// ∫ L dω of everything.
     pub fn flux(&self) -> [f64; 3] {
-        let mut flux = self.image.integral();
+        let mut flux = self.flux;
         for b in self.suns() {
             (0..3).for_each(|c| flux[c] += b.flux[c]);
         }
@@ -106,7 +139,11 @@ impl Sampled {
 
     /// The light itself in another layout: the image area-exact, suns shared among the texels that they cover.
     pub fn mirror(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
-        let mut out = self.image.resample(layout, width, height);
+        let mut out = if layout == Layout::Cube && self.covers(width) {
+            self.image.cube_means(width)
+        } else {
+            self.image.resample(layout, width, height)
+        };
         let texel = (4.0 * PI / (layout.faces() * width * height) as f64).sqrt();
         for b in self.suns() {
             let rings = (8.0 * b.radius / texel).ceil().clamp(1.0, 64.0) as usize;
@@ -120,7 +157,13 @@ impl Sampled {
         out
     }
 
-    /// The filtered value in direction `d` by summing every texel; suns beside.
+    /// Are the texels of a cube as large as the image's, in the middle of a face at least? Then their means are
+    /// exact; in smaller ones the image's cells would show.
+    fn covers(&self, size: usize) -> bool {
+        2.0 / size as f64 >= PI / self.image.height as f64
+    }
+
+    /// The filtered value in direction `d` by summing every texel in double precision; suns beside.
     pub fn brute_force(&self, kernel: &dyn Zonal, k0: f64, d: DVec3) -> [f64; 3] {
         let image = &self.image;
         let (width, height) = (image.width, image.height);
@@ -167,19 +210,41 @@ pub(crate) fn beams_at(beams: &[Beam], kernel: &dyn Zonal, d: DVec3) -> [f64; 3]
     sum
 }
 
-/// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the base can hold is
-/// at most max_{l>F}|k_l| √∫base², beside a result of at least k_0 |∫L|/√4π.
-fn order(base: &SphereImage, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
-    let top = MAX_ORDER.min(2 * base.height.max(2));
-    let flux = base.integral();
-    let mean = flux.iter().map(|f| f * f).sum::<f64>().sqrt() / (4.0 * PI).sqrt();
-    let contrast = if mean > 0.0 { energy(base).sqrt() / mean } else { 0.0 };
+/// Part of the tolerance that the bands left out may use.
+pub(crate) const TAIL: f64 = 0.05;
+
+/// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the capped image can
+/// hold is at most max_{l>F}|k_l| √(∫L² − L_0²), beside a result of at least k_0 L_0, with L_0² = |∫L|²/4π.
+fn order(rows: usize, capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
+    let top = MAX_ORDER.min(2 * rows.max(2));
+    let mean2 = capped.flux.iter().map(|f| f * f).sum::<f64>() / (4.0 * PI);
+    let contrast = if mean2 > 0.0 { ((capped.energy - mean2).max(0.0) / mean2).sqrt() } else { 1.0 };
     let needed = |kernel: &&dyn Zonal| {
         let k = kernel.coefficients(top);
-        let limit = 0.02 * tolerance * k[0] / contrast.max(1.0);
+        let limit = TAIL * tolerance * k[0] / contrast.max(1e-3);
         k.iter().rposition(|k| k.abs() > limit).unwrap_or(0)
     };
-    // Panel-wise quadrature is a few milliseconds for each kernel.
     let highest = kernels.par_iter().map(needed).max().unwrap_or(0);
     highest.clamp(8, top)
+}
+
+/// What is left when the brightest texels are capped.
+struct Capped {
+    flux: [f64; 3],
+    energy: f64,
+}
+
+impl Statistics {
+    fn without(&self, image: &SphereImage, sparks: &[source::Spark], whole: &[[f32; 3]]) -> Capped {
+        let mut left = Capped { flux: self.flux, energy: self.energy };
+        for (s, whole) in sparks.iter().zip(whole) {
+            let omega = image.layout.solid_angle(image.width, image.height, 0, 0, s.k / image.width);
+            for c in 0..3 {
+                let (l, kept) = (f64::from(whole[c]), f64::from(s.kept[c]));
+                left.flux[c] -= omega * (l - kept);
+                left.energy -= omega * (l * l - kept * kept);
+            }
+        }
+        left
+    }
 }

@@ -5,8 +5,10 @@
 
 use crate::Beam;
 use glam::DVec3;
+use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
+use steradian_simd::{Arch, Kernel};
 use steradian_sphere::layout::Position;
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
@@ -116,53 +118,156 @@ pub(crate) fn reduced(image: &SphereImage, rows: usize) -> SphereImage {
     image.resample(Layout::LatLong, width, rows)
 }
 
-fn row_solid_angles(image: &SphereImage) -> Vec<f64> {
-    (0..image.height).map(|j| image.layout.solid_angle(image.width, image.height, 0, 0, j)).collect()
-}
-
 /// ∫ of the square, all channels.
 pub(crate) fn energy(image: &SphereImage) -> f64 {
-    let omega = row_solid_angles(image);
-    let square = |l: &f32| f64::from(*l).powi(2);
-    let row = |j: usize| -> f64 {
-        let row = j * image.width..(j + 1) * image.width;
-        omega[j] * image.planes.iter().flat_map(|p| &p[row.clone()]).map(square).sum::<f64>()
-    };
-    (0..image.height).map(row).sum()
+    Statistics::of(image).energy
 }
 
 /// Caps the brightest texels of `image`; their excess is appended to `beams`.
 pub(crate) fn split(mut image: SphereImage, beams: &mut Vec<Beam>) -> SphereImage {
-    let omega = row_solid_angles(&image);
-    let value =
-        |image: &SphereImage, k: usize| image.planes.iter().map(|p| f64::from(p[k]).max(0.0)).sum::<f64>();
-    let width = image.width;
-    let texels = width * image.height;
-    let total: f64 = (0..texels).map(|k| value(&image, k) * omega[k / width]).sum();
-    let dimmest = BEAM_CONTRAST * total / (4.0 * std::f64::consts::PI);
-    let mut bright: Vec<(usize, f64)> = (0..texels)
-        .map(|k| (k, value(&image, k)))
-        .filter(|&(k, v)| v > dimmest && v * omega[k / width] > BEAM_FLUX * total)
-        .collect();
-    bright.sort_by(|a, b| {
-        (b.1 * omega[b.0 / width]).total_cmp(&(a.1 * omega[a.0 / width])).then(a.0.cmp(&b.0))
-    });
-    bright.truncate(MAX_BEAMS);
-    for (k, v) in bright {
-        let (i, j) = (k % width, k / width);
-        let at = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
-        let d = image.layout.direction(width, image.height, at).unwrap_or(DVec3::Y);
-        let keep = dimmest / v;
-        let mut flux = [0.0; 3];
-        for c in 0..3 {
-            let l = image.planes[c][k];
-            let kept = if l > 0.0 { (f64::from(l) * keep) as f32 } else { l };
-            flux[c] = f64::from(l - kept) * omega[j];
-            image.planes[c][k] = kept;
-        }
-        beams.push(Beam::texel(d, omega[j], flux));
+    for spark in sparks(&image, &Statistics::of(&image)) {
+        spark.cap(&mut image);
+        beams.push(spark.beam);
     }
     image
+}
+
+/// What one pass over a lat-long image tells.
+pub(crate) struct Statistics {
+    /// ∫ L dω.
+    pub flux: [f64; 3],
+    /// ∫ of the positive parts, all channels.
+    positive: f64,
+    /// ∫ of the square, all channels.
+    pub energy: f64,
+    /// Is any texel negative?
+    pub negative: bool,
+    /// Per row the largest sum over channels of positive parts.
+    peaks: Vec<f32>,
+}
+
+/// What one pass over a row tells: sums, and the largest and the smallest texel.
+#[derive(Clone, Copy, Default)]
+struct Row {
+    flux: [f64; 3],
+    positive: f64,
+    square: f64,
+    peak: f32,
+    least: f32,
+}
+
+struct Scan<'a>([&'a [f32]; 3]);
+
+impl Kernel for Scan<'_> {
+    type Output = Row;
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> Row {
+        const N: usize = 8;
+        let mut flux = [[0.0_f64; N]; 3];
+        let (mut positive, mut square) = ([0.0_f64; N], [0.0_f64; N]);
+        let (mut peak, mut least) = ([0.0_f32; N], [0.0_f32; N]);
+        let mut add = |planes: [&[f32; N]; 3]| {
+            for k in 0..N {
+                let mut bright = 0.0;
+                for c in 0..3 {
+                    let l = planes[c][k];
+                    bright += l.max(0.0);
+                    least[k] = least[k].min(l);
+                    let l = f64::from(l);
+                    flux[c][k] += l;
+                    square[k] += l * l;
+                }
+                positive[k] += f64::from(bright);
+                peak[k] = peak[k].max(bright);
+            }
+        };
+        let chunks = self.0.map(|p| p.as_chunks::<N>());
+        for k in 0..chunks[0].0.len() {
+            add(chunks.each_ref().map(|c| &c.0[k]));
+        }
+        let rest = chunks.map(|c| {
+            let mut last = [0.0; N];
+            last[..c.1.len()].copy_from_slice(c.1);
+            last
+        });
+        add(rest.each_ref());
+        Row {
+            flux: flux.map(|f| f.iter().sum()),
+            positive: positive.iter().sum(),
+            square: square.iter().sum(),
+            peak: peak.iter().fold(0.0, |a, &b| a.max(b)),
+            least: least.iter().fold(0.0, |a, &b| a.min(b)),
+        }
+    }
+}
+
+impl Statistics {
+    pub(crate) fn of(image: &SphereImage) -> Self {
+        let row = |j: usize| {
+            let at = j * image.width..(j + 1) * image.width;
+            steradian_simd::run(Scan(image.planes.each_ref().map(|p| &p[at.clone()])))
+        };
+        let rows: Vec<Row> = (0..image.height).into_par_iter().with_min_len(16).map(row).collect();
+        let mut all = Self { flux: [0.0; 3], positive: 0.0, energy: 0.0, negative: false, peaks: Vec::new() };
+        for (j, row) in rows.iter().enumerate() {
+            let omega = image.layout.solid_angle(image.width, image.height, 0, 0, j);
+            (0..3).for_each(|c| all.flux[c] += omega * row.flux[c]);
+            all.positive += omega * row.positive;
+            all.energy += omega * row.square;
+            all.negative |= row.least < 0.0;
+            all.peaks.push(row.peak);
+        }
+        all
+    }
+}
+
+/// A bright texel.
+pub(crate) struct Spark {
+    /// Its index.
+    pub k: usize,
+    /// What stays in the image.
+    pub kept: [f32; 3],
+    /// What is taken off.
+    pub beam: Beam,
+}
+
+impl Spark {
+    /// Takes the excess off; the texel as it was.
+    pub(crate) fn cap(&self, image: &mut SphereImage) -> [f32; 3] {
+        std::array::from_fn(|c| std::mem::replace(&mut image.planes[c][self.k], self.kept[c]))
+    }
+}
+
+/// The brightest texels.
+pub(crate) fn sparks(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
+    let width = image.width;
+    let dimmest = BEAM_CONTRAST * s.positive / (4.0 * std::f64::consts::PI);
+    let omega = |j: usize| image.layout.solid_angle(width, image.height, 0, 0, j);
+    let value = |k: usize| image.planes.iter().map(|p| f64::from(p[k]).max(0.0)).sum::<f64>();
+    let mut bright: Vec<(usize, f64)> = Vec::new();
+    for j in (0..image.height).filter(|&j| f64::from(s.peaks[j]) > dimmest * 0.999) {
+        let needed = dimmest.max(BEAM_FLUX * s.positive / omega(j));
+        let texels = (j * width..(j + 1) * width).map(|k| (k, value(k)));
+        bright.extend(texels.filter(|&(_, v)| v > needed));
+    }
+    bright.sort_by(|a, b| {
+        (b.1 * omega(b.0 / width)).total_cmp(&(a.1 * omega(a.0 / width))).then(a.0.cmp(&b.0))
+    });
+    bright.truncate(MAX_BEAMS);
+    bright.into_iter().map(|(k, v)| spark(image, k, dimmest / v)).collect()
+}
+
+/// The texel at `k`, of which the part `keep` stays.
+fn spark(image: &SphereImage, k: usize, keep: f64) -> Spark {
+    let (i, j) = (k % image.width, k / image.width);
+    let at = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
+    let d = image.layout.direction(image.width, image.height, at).unwrap_or(DVec3::Y);
+    let omega = image.layout.solid_angle(image.width, image.height, 0, 0, j);
+    let l = image.texel(0, i, j);
+    let kept = l.map(|l| if l > 0.0 { (f64::from(l) * keep) as f32 } else { l });
+    let flux = std::array::from_fn(|c| f64::from(l[c] - kept[c]) * omega);
+    Spark { k, kept, beam: Beam::texel(d, omega, flux) }
 }
 
 #[cfg(test)]

@@ -23,6 +23,8 @@ pub struct Tree {
     height: usize,
     planes: [Vec<f32>; 3],
     columns: Vec<[f64; 2]>,
+    /// sin θ, cos θ, solid angle and radius of each row's texels.
+    rows: Vec<[f64; 4]>,
     levels: Vec<Level>,
     beams: Vec<Beam>,
 }
@@ -64,6 +66,7 @@ impl Tree {
             height,
             planes: image.planes.clone(),
             columns,
+            rows: (0..height).map(|j| row(j, width, height, 1)).collect(),
             levels: Vec::new(),
             beams: beams.to_vec(),
         };
@@ -88,7 +91,13 @@ impl Tree {
             let l = &self.levels[k - 1];
             return l.nodes[j * l.width + i];
         }
-        self.part(i, j, 1, 0, 0)
+        let ([s, c, omega, radius], [cos, sin]) = (self.rows[j], self.columns[i]);
+        let k = j * self.width + i;
+        Node {
+            flux: std::array::from_fn(|c| f64::from(self.planes[c][k]) * omega),
+            centre: DVec3::new(s * cos, c, s * sin).as_vec3(),
+            radius: radius as f32,
+        }
     }
 
     fn size(&self, k: usize) -> (usize, usize) {
@@ -97,23 +106,13 @@ impl Tree {
 
     /// Part (a, b) of texel (i, j) divided into n × n.
     fn part(&self, i: usize, j: usize, n: usize, a: usize, b: usize) -> Node {
-        let step = PI / (self.height * n) as f64;
-        let theta = (j * n + b) as f64 * step;
-        let omega =
-            2.0 * (theta + 0.5 * step).sin() * (0.5 * step).sin() * 2.0 * PI / (self.width * n) as f64;
+        let [s, c, omega, radius] = row(j * n + b, self.width, self.height, n);
         let k = j * self.width + i;
-        let flux = std::array::from_fn(|c| f64::from(self.planes[c][k]) * omega);
-        let (s, c) = (theta + 0.5 * step).sin_cos();
-        let [cos_phi, sin_phi] = if n == 1 {
-            self.columns[i]
-        } else {
-            azimuth(i as f64 + (a as f64 + 0.5) / n as f64, self.width)
-        };
-        let half_width = PI / (self.width * n) as f64 * s;
+        let [cos, sin] = azimuth(i as f64 + (a as f64 + 0.5) / n as f64, self.width);
         Node {
-            flux,
-            centre: DVec3::new(s * cos_phi, c, s * sin_phi).as_vec3(),
-            radius: (0.25 * step * step + half_width * half_width).sqrt() as f32,
+            flux: std::array::from_fn(|c| f64::from(self.planes[c][k]) * omega),
+            centre: DVec3::new(s * cos, c, s * sin).as_vec3(),
+            radius: radius as f32,
         }
     }
 
@@ -163,7 +162,7 @@ impl Tree {
         stack.extend((0..w * h).map(|k| (top, k % w, k / w)));
         while let Some((k, i, j)) = stack.pop() {
             let node = self.node(k, i, j);
-            let centre = node.centre.as_dvec3().normalize();
+            let centre = unit(node.centre);
             let radius = f64::from(node.radius);
             if node.is_dark() {
                 continue;
@@ -183,11 +182,26 @@ impl Tree {
                 let n = ((radius / (OPENING * s)).ceil() as usize).clamp(2, MAX_PARTS);
                 for p in 0..n * n {
                     let part = self.part(i, j, n, p % n, p / n);
-                    add(part.flux, part.centre.as_dvec3().normalize());
+                    add(part.flux, unit(part.centre));
                 }
             }
         }
     }
+}
+
+/// A unit vector of single precision with its length corrected.
+#[inline]
+fn unit(v: Vec3) -> DVec3 {
+    let v = v.as_dvec3();
+    v * (1.5 - 0.5 * v.length_squared())
+}
+
+/// sin θ, cos θ, solid angle and radius of the parts in row `j` of texels divided into n × n.
+fn row(j: usize, width: usize, height: usize, n: usize) -> [f64; 4] {
+    let step = PI / (height * n) as f64;
+    let (s, c) = ((j as f64 + 0.5) * step).sin_cos();
+    let omega = 2.0 * s * (0.5 * step).sin() * 2.0 * PI / (width * n) as f64;
+    [s, c, omega, (0.5 * step).hypot(PI / (width * n) as f64 * s)]
 }
 
 /// cos φ and sin φ of column coordinate x: u = 0.5 + φ/2π.

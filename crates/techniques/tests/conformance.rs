@@ -7,6 +7,8 @@
 
 #[path = "conformance/harness.rs"]
 mod harness;
+#[path = "conformance/lobes.rs"]
+mod lobes;
 #[path = "conformance/robust.rs"]
 mod robust;
 #[path = "conformance/table.rs"]

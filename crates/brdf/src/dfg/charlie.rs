@@ -46,7 +46,7 @@ pub fn lambda(mu: f64, alpha: f64) -> f64 {
     if mu < 0.5 { l(mu).exp() } else { (2.0 * l(0.5) - l(1.0 - mu)).exp() }
 }
 
-/// E at cosine `mu` = n·wo (0 … 1) and width `alpha` (1e-4 … 1); absolute error below 1e-5.
+/// E at cosine `mu` = n·wo (0 … 1) and width `alpha` (1e-4 … 1); absolute error below 1e-4, mostly far below.
 pub fn albedo(mu: f64, alpha: f64, visibility: Visibility) -> f64 {
     let (mu, alpha) = (mu.clamp(1e-6, 1.0), alpha.clamp(1e-4, 1.0));
     let wo = DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu);

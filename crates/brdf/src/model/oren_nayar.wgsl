@@ -34,13 +34,20 @@ fn brdf_full(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let cos_phi = select(1.0, dot(wi.xy, wo.xy) / max(si * so, BRDF_TINY), si * so > 0.0);
     let c1 = 1.0 - 0.5 * s2 / (s2 + 0.33);
     let x = 2.0 * beta * BRDF_INV_PI;
-    let behind = select(x * x * x, 0.0, cos_phi >= 0.0);
-    let c2 = 0.45 * s2 / (s2 + 0.09) * (max(si, so) - behind);
+    // sin alpha, less x^3 behind, where x = 1 - e with e = 2/pi times the elevation of beta: without cancellation.
+    let sine = max(si, so);
+    let z = min(wi.z, wo.z);
+    let e = brdf_atan2(max(wi.z, wo.z), min(si, so)) * (2.0 * BRDF_INV_PI);
+    let behind = e * (3.0 - e * (3.0 - e)) - z * z / (1.0 + sine);
+    let c2 = 0.45 * s2 / (s2 + 0.09) * select(behind, sine, cos_phi >= 0.0);
     let y = 4.0 * alpha * beta * (BRDF_INV_PI * BRDF_INV_PI);
     let c3 = 0.125 * s2 / (s2 + 0.09) * y * y;
     let tan_beta = min(si, so) / max(wi.z, wo.z);
     let tan_mean = (si + so) / (wi.z + wo.z);
-    let direct = c1 + cos_phi * c2 * tan_beta + (1.0 - abs(cos_phi)) * c3 * tan_mean;
+    // 1 - |cos| = sin^2/(1 + |cos|), which does not cancel where the tangent grows.
+    let sin_phi = (wi.x * wo.y - wi.y * wo.x) / max(si * so, BRDF_TINY);
+    let turned = select(0.0, sin_phi * sin_phi / (1.0 + abs(cos_phi)), si * so > 0.0);
+    let direct = c1 + cos_phi * c2 * tan_beta + turned * c3 * tan_mean;
     let between = 0.17 * s2 / (s2 + 0.13) * (1.0 - cos_phi * x * x);
     return brdf.albedo.rgb * BRDF_INV_PI * max(direct + brdf.albedo.rgb * between, vec3<f32>(0.0));
 }

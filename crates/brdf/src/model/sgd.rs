@@ -78,6 +78,11 @@ impl Channel {
         (1.0 - self.lambda * (self.c * beyond).exp_m1()).clamp(0.0, 1.0)
     }
 
+    /// The elevation below which masking begins, less 1 radian: what WGSL compares with.
+    fn rise(&self) -> f64 {
+        std::f64::consts::FRAC_PI_2 - 1.0 - self.theta0
+    }
+
     fn fresnel(&self, u: f64) -> f64 {
         self.f0 - self.f1 * u + (1.0 - self.f0) * pow5(1.0 - u)
     }
@@ -144,7 +149,7 @@ impl Brdf for Sgd {
     }
 
     fn shader(&self) -> Option<BrdfShader> {
-        let parameters: [fn(&Channel) -> f64; 11] = [
+        let parameters: [fn(&Channel) -> f64; 12] = [
             |c| c.rho_d,
             |c| c.rho_s,
             |c| c.alpha,
@@ -155,7 +160,8 @@ impl Brdf for Sgd {
             |c| c.lambda,
             |c| c.c.ln(),
             |c| c.k,
-            |c| c.theta0,
+            |c| c.rise(),
+            |c| c.rise() - f64::from(c.rise() as f32),
         ];
         let parameters = parameters.map(|p| rgb(self.channels.each_ref().map(p)));
         Some(BrdfShader::new(include_str!("sgd.wgsl"), self.peak(), self.domain(), parameters))

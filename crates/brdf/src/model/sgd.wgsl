@@ -13,7 +13,9 @@ struct Brdf {
     // ln c
     ln_c: vec4<f32>,
     k: vec4<f32>,
-    theta0: vec4<f32>,
+    // pi/2 - 1 - theta_0 and what rounding leaves of it: elevations are exact where angles from the normal round
+    rise: vec4<f32>,
+    rise_low: vec4<f32>,
 }
 
 fn brdf_d(tan2: f32, cos2: f32) -> vec3<f32> {
@@ -22,17 +24,19 @@ fn brdf_d(tan2: f32, cos2: f32) -> vec3<f32> {
     return select(vec3<f32>(0.0), brdf.kappa.rgb * e * BRDF_INV_PI / (pow(a, brdf.p.rgb) * cos2 * cos2), e > vec3<f32>(0.0));
 }
 
-fn brdf_g1_of(c: i32, theta: f32) -> f32 {
-    let beyond = theta - brdf.theta0[c];
-    if beyond <= 0.0 {
+fn brdf_g1_of(c: i32, elevation: f32) -> f32 {
+    // theta - theta_0 - 1.
+    let more = (brdf.rise[c] - elevation) + brdf.rise_low[c];
+    if more <= -1.0 {
         return 1.0;
     }
-    let x = exp(min(brdf.k[c] * brdf_ln_1p(beyond - 1.0) + brdf.ln_c[c], 4.0));
+    let x = exp(min(brdf.k[c] * brdf_ln_1p(more) + brdf.ln_c[c], 4.0));
     return clamp(1.0 - brdf.lambda[c] * brdf_exp_m1(x), 0.0, 1.0);
 }
 
-fn brdf_g1(theta: f32) -> vec3<f32> {
-    return vec3<f32>(brdf_g1_of(0, theta), brdf_g1_of(1, theta), brdf_g1_of(2, theta));
+fn brdf_g1(w: vec3<f32>) -> vec3<f32> {
+    let elevation = brdf_atan2(w.z, length(w.xy));
+    return vec3<f32>(brdf_g1_of(0, elevation), brdf_g1_of(1, elevation), brdf_g1_of(2, elevation));
 }
 
 fn brdf_fresnel(u: f32) -> vec3<f32> {
@@ -46,7 +50,7 @@ fn brdf_eval(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let h = brdf_half(wi, wo);
     let cos2 = max(h.z * h.z, BRDF_TINY);
     let d = brdf_d(dot(h.xy, h.xy) / cos2, cos2);
-    let g = brdf_g1(brdf_polar_angle(wi)) * brdf_g1(brdf_polar_angle(wo));
+    let g = brdf_g1(wi) * brdf_g1(wo);
     let s = brdf_fresnel(brdf_half_cosine(wi, wo)) * d * g / max(wi.z * wo.z, 1e-37);
     return BRDF_INV_PI * (brdf.rho_d.rgb + brdf.rho_s.rgb * s);
 }

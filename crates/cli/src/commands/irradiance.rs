@@ -79,11 +79,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::usage("--zh3 belongs to a JSON document: give --json or -o FILE.json"));
     }
     let c = coefficients(&o, context)?;
-    let text = if json {
-        context.json_text(c.json(&o))
-    } else {
-        table(&c.radiance, &c.irradiance)
-    };
+    let text = if json { context.json_text(c.json(&o)) } else { table(&c.radiance, &c.irradiance) };
     context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
 }
 

@@ -10,6 +10,7 @@ mod lut;
 mod prefilter;
 pub mod render;
 mod sample;
+mod verify;
 
 use crate::context::{Backend, Context};
 use crate::failure::{Failure, Outcome};
@@ -32,6 +33,8 @@ pub enum Command {
     Lut(lut::Options),
     /// Environment to filtered map, chain of levels, or an engine's files
     Prefilter(Box<prefilter::Options>),
+    /// What a prefiltered file of any tool really holds, level by level, and how far off it is
+    Verify(Box<verify::Options>),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
@@ -54,6 +57,7 @@ impl Command {
             Self::Irradiance(o) => irradiance::run(o, context),
             Self::Lut(o) => lut::run(o, context),
             Self::Prefilter(o) => prefilter::run(*o, context),
+            Self::Verify(o) => verify::run(*o, context),
             Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),

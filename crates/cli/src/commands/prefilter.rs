@@ -1,21 +1,25 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
-mod engines;
+pub mod engines;
 mod files;
+mod method;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
+pub use files::{filament_numbers, irradiance};
 use engines::{Curve, Engine, Files};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
+use steradian_brdf::NormalKernel;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::{FileLayout, Profile};
 use steradian_prefilter::{
-    Deviation, FilteredImage, Lobe, Sampled, Zonal, deviation, filter_image, mirror_image,
+    Deviation, FilteredImage, Lobe, Radial, Sampled, Zonal, deviation, filter_image, mirror_image,
 };
 use steradian_sphere::Layout;
 
@@ -28,9 +32,10 @@ pub struct Options {
     /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// ggx, beckmann, charlie, phong, blinn-phong, lambert or gaussian
-    #[arg(long, value_name = "NAME", default_value = "ggx", value_parser = kernel_name)]
-    kernel: &'static str,
+    /// ggx, beckmann, charlie, phong, blinn-phong, lambert, gaussian (of the angle), spherical-gaussian, or
+    /// brdf:SPEC for any isotropic reflectance as it is seen at normal incidence
+    #[arg(long, value_name = "NAME|brdf:SPEC", default_value = "ggx", value_parser = kernel_name)]
+    kernel: String,
     /// Perceptual roughness of ggx, beckmann and charlie, 0 to 1; 0 is a mirror
     #[arg(long, value_name = "R", value_parser = unit)]
     perceptual_roughness: Option<f64>,
@@ -40,7 +45,7 @@ pub struct Options {
     /// Exponent of phong and blinn-phong
     #[arg(long, value_name = "N", value_parser = inputs::positive)]
     exponent: Option<f64>,
-    /// Standard deviation of gaussian, degrees
+    /// Standard deviation of gaussian and spherical-gaussian, degrees
     #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
     sigma: Option<f64>,
     /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
@@ -52,15 +57,19 @@ pub struct Options {
     /// Levels of a chain, from a mirror to perceptual roughness 1 [default: one, or the profile's]
     #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=16))]
     levels: Option<u8>,
-    /// Texels of a cube: rgba16f, rgba32f, rgb9e5 or r11g11b10 [default: rgba32f, or the profile's]
+    /// Texels of a cube: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h or bc6h-signed [default: rgba32f, or the profile's]
     #[arg(long, value_name = "NAME", value_parser = texel_format)]
     format: Option<TexelFormat>,
     /// Relative RMS error [default: 2e-3]; with it a miss exits with 4
     #[arg(long, value_name = "T", value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Texels of each level that are compared with the sum over all texels of the light
-    #[arg(long, value_name = "N", default_value_t = 24)]
+    #[arg(long, value_name = "N", default_value_t = 6)]
     check: u16,
+    /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
+    /// per-face, box-mip, dual-paraboloid or frequency
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method::choice)]
+    method: method::Choice,
     /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
@@ -84,14 +93,20 @@ pub struct Options {
     light_exposure: f64,
 }
 
-const KERNELS: [&str; 7] = ["ggx", "beckmann", "charlie", "phong", "blinn-phong", "lambert", "gaussian"];
+const KERNELS: [&str; 8] =
+    ["ggx", "beckmann", "charlie", "phong", "blinn-phong", "lambert", "gaussian", "spherical-gaussian"];
+/// What precedes the spec of a reflectance.
+const BRDF: &str = "brdf:";
 /// Relative RMS error where nothing is asked for.
 const TOLERANCE: f64 = 2e-3;
 
-fn kernel_name(text: &str) -> Result<&'static str, String> {
+fn kernel_name(text: &str) -> Result<String, String> {
+    if text.starts_with(BRDF) {
+        return Ok(text.into());
+    }
     let name = text.to_ascii_lowercase().replace('_', "-");
     let found = KERNELS.into_iter().find(|k| *k == name);
-    found.ok_or_else(|| steradian_render::scenefile::unknown("kernel", text, &KERNELS))
+    found.map(String::from).ok_or_else(|| steradian_render::scenefile::unknown("kernel", text, &KERNELS))
 }
 
 fn unit(text: &str) -> Result<f64, String> {
@@ -114,12 +129,37 @@ fn convention(text: &str) -> Result<&'static Profile, String> {
 }
 
 /// What one map holds.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Filter {
     /// `None`: a mirror.
-    lobe: Option<Lobe>,
+    lobe: Option<Kernel>,
     /// Of the microfacet kernels.
     roughness: Option<f64>,
+}
+
+/// What a map is convolved with.
+#[derive(Clone)]
+enum Kernel {
+    Lobe(Lobe),
+    /// A reflectance at normal incidence.
+    Radial(Arc<Radial>),
+}
+
+impl Kernel {
+    fn zonal(&self) -> &dyn Zonal {
+        match self {
+            Self::Lobe(lobe) => lobe,
+            Self::Radial(radial) => &**radial,
+        }
+    }
+
+    /// How far its band coefficients may be from the reflectance's; nothing where they are known.
+    fn accuracy(&self) -> f64 {
+        match self {
+            Self::Lobe(_) => 0.0,
+            Self::Radial(radial) => radial.accuracy(),
+        }
+    }
 }
 
 /// One level, filtered.
@@ -128,6 +168,8 @@ struct Level {
     filtered: FilteredImage,
     measured: Option<Deviation>,
     seconds: f64,
+    /// Where a way was asked for by name.
+    by: Option<method::Work>,
 }
 
 /// A kernel of the family `name` at a perceptual roughness.
@@ -139,22 +181,41 @@ fn microfacet(name: &str, r: f64) -> Filter {
         "beckmann" => Some(Lobe::beckmann(alpha)),
         _ => Some(Lobe::ggx(alpha)),
     };
-    Filter { lobe, roughness: Some(r) }
+    Filter { lobe: lobe.map(Kernel::Lobe), roughness: Some(r) }
 }
 
 fn has_roughness(name: &str) -> bool {
     matches!(name, "ggx" | "beckmann" | "charlie")
 }
 
-/// The single kernel that the options name.
-fn single(o: &Options) -> Result<Filter, Failure> {
+/// The kernel of a reflectance: f ⟨n·wi⟩ at n = wo, its channels' mean.
+fn normal_incidence(spec: &str, context: &mut Context) -> Result<Kernel, Failure> {
+    let kernel = NormalKernel::new(inputs::brdf(spec, context)?).ok_or_else(|| {
+        Failure::usage(format!("--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"))
+    })?;
+    let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
+    let radial = radial.ok_or_else(|| {
+        Failure::usage(format!("--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"))
+    })?;
+    Ok(Kernel::Radial(Arc::new(radial)))
+}
+
+/// The single kernel that the options name; `given` is that of a reflectance.
+fn single(o: &Options, given: Option<Kernel>) -> Result<Filter, Failure> {
+    if given.is_some() {
+        return Ok(Filter { lobe: given, roughness: None });
+    }
     let needs = |option: &str| Failure::usage(format!("--kernel {} needs {option}", o.kernel));
-    let plain = |lobe| Ok(Filter { lobe: Some(lobe), roughness: None });
-    match o.kernel {
+    let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
+    match o.kernel.as_str() {
         "lambert" => plain(Lobe::lambert()),
         "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
         "blinn-phong" => plain(Lobe::blinn_phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
         "gaussian" => plain(Lobe::gaussian(o.sigma.ok_or_else(|| needs("--sigma"))?.to_radians())),
+        "spherical-gaussian" => {
+            let sigma = o.sigma.ok_or_else(|| needs("--sigma"))?;
+            plain(Lobe::spherical_gaussian(sigma.to_radians()))
+        }
         name => {
             let r = o.perceptual_roughness.or(o.alpha.map(f64::sqrt));
             Ok(microfacet(name, r.ok_or_else(|| needs("--perceptual-roughness or --alpha, or --levels"))?))
@@ -171,7 +232,7 @@ struct Plan {
     layout: Layout,
 }
 
-fn plan(o: &Options) -> Result<Plan, Failure> {
+fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
     let raw = || Engine::parse("raw").map_err(Failure::failed);
     let engine = o.profile.map_or_else(raw, Ok)?;
     let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -189,12 +250,12 @@ fn plan(o: &Options) -> Result<Plan, Failure> {
     let chain = o.profile.is_some() || o.levels.is_some();
     if !chain {
         let layout = if lat_long { Layout::LatLong } else { Layout::Cube };
-        return Ok(Plan { engine, filters: vec![single(o)?], size, layout });
+        return Ok(Plan { engine, filters: vec![single(o, given)?], size, layout });
     }
     if lat_long {
         return Err(Failure::usage("--levels: a lat-long file has one level; --dump-levels writes them all"));
     }
-    if !has_roughness(o.kernel) || (o.profile.is_some() && o.kernel != "ggx") {
+    if !has_roughness(&o.kernel) || (o.profile.is_some() && o.kernel != "ggx") {
         return Err(Failure::usage(format!(
             "--kernel {}: chains go over the roughness of ggx{}",
             o.kernel,
@@ -219,7 +280,7 @@ fn plan(o: &Options) -> Result<Plan, Failure> {
             "--profile three: its first level has 256 texels a side or more and its last one 8; leave --levels out",
         ));
     }
-    let filters = (0..levels).map(|m| microfacet(o.kernel, engine.curve.roughness(m, levels - 1))).collect();
+    let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
     Ok(Plan { engine, filters, size, layout: Layout::Cube })
 }
 
@@ -241,7 +302,9 @@ fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let mut plan = plan(&o)?;
+    o.method.verify(o.check)?;
+    let given = o.kernel.strip_prefix(BRDF).map(|spec| normal_incidence(spec, context)).transpose()?;
+    let mut plan = plan(&o, given)?;
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
@@ -257,21 +320,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let start = Instant::now();
     let diffuse = Lobe::lambert();
     let mut lobes: Vec<&dyn Zonal> =
-        plan.filters.iter().filter_map(|f| f.lobe.as_ref().map(|l| l as _)).collect();
+        plan.filters.iter().filter_map(|f| f.lobe.as_ref().map(Kernel::zonal)).collect();
     if o.profile.is_some() {
         lobes.push(&diffuse);
     }
-    let light = Sampled::new(&lights, &lobes, tolerance, &context.task)?;
-    drop(lights);
+    let light = Sampled::of(lights, &lobes, tolerance, &context.task)?;
     if plan.size.0 == 0 {
         plan.size = (light.image.width, light.image.height);
     }
     let analysis = start.elapsed().as_secs_f64();
-    let job = Job { light: &light, tolerance, check: o.check.into() };
+    let job = Job { light: &light, tolerance, check: o.check.into(), method: o.method };
     let mut levels = Vec::new();
     for (m, filter) in plan.filters.iter().enumerate() {
         let size = ((plan.size.0 >> m).max(1), (plan.size.1 >> m).max(1));
-        levels.push(job.level(*filter, (plan.layout, size.0, size.1), context)?);
+        levels.push(job.level(filter.clone(), (plan.layout, size.0, size.1), context)?);
     }
     let worst = levels.iter().map(Level::error).fold(0.0, f64::max);
     let how = if o.check > 0 { "measured" } else { "bound" };
@@ -307,6 +369,7 @@ struct Job<'a> {
     light: &'a Sampled,
     tolerance: f64,
     check: usize,
+    method: method::Choice,
 }
 
 impl Job<'_> {
@@ -317,15 +380,21 @@ impl Job<'_> {
         context: &Context,
     ) -> Result<Level, Failure> {
         let start = Instant::now();
-        let filtered = match &filter.lobe {
-            Some(lobe) => filter_image(self.light, lobe, shape, self.tolerance, &context.task)?,
-            None => mirror_image(self.light, shape),
+        let mut by = None;
+        let filtered = match (&filter.lobe, self.method.0) {
+            (Some(lobe), Some(way)) => {
+                let (made, work) = method::filter(way, self.light, lobe.zonal(), shape, self.tolerance, context)?;
+                by = Some(work);
+                made
+            }
+            (Some(lobe), None) => filter_image(self.light, lobe.zonal(), shape, self.tolerance, &context.task)?,
+            (None, _) => mirror_image(self.light, shape),
         };
         let seconds = start.elapsed().as_secs_f64();
         context.task.check()?;
         let lobe = filter.lobe.as_ref().filter(|_| self.check > 0);
-        let measured = lobe.map(|l| deviation(self.light, l, &filtered.image, self.check));
-        Ok(Level { filter, filtered, measured, seconds })
+        let measured = lobe.map(|l| deviation(self.light, l.zonal(), &filtered.image, self.check));
+        Ok(Level { filter, filtered, measured, seconds, by })
     }
 }
 
@@ -352,7 +421,7 @@ fn dump(folder: &Path, job: &Job<'_>, plan: &Plan, name: &str, context: &Context
     for (m, filter) in plan.filters.iter().enumerate() {
         let n = (plan.size.0 >> m).max(1);
         let (w, h) = if plan.layout == Layout::LatLong { plan.size } else { (4 * n, 2 * n) };
-        let level = quick.level(*filter, (Layout::LatLong, w, h), context)?;
+        let level = quick.level(filter.clone(), (Layout::LatLong, w, h), context)?;
         let raster = layouts::arranged(level.filtered.image, Target::LatLong);
         let options =
             WriteOptions { metadata: layouts::metadata(Target::LatLong), ..WriteOptions::default() };
@@ -395,7 +464,7 @@ fn row(m: usize, l: &Level) -> Value {
     let f = &l.filtered;
     let measured =
         l.measured.map(|d| json!({"rms": d.rms, "bias": d.bias, "worst": d.worst, "texels": d.texels}));
-    json!({
+    let mut row = json!({
         "level": m,
         "width": f.image.width,
         "height": f.image.height,
@@ -403,13 +472,18 @@ fn row(m: usize, l: &Level) -> Value {
         "alpha": l.filter.roughness.map(|r| r * r),
         "way": f.way.name(),
         "order": f.way.order(),
+        "kernel_accuracy": l.filter.lobe.as_ref().map(Kernel::accuracy),
         "predicted_error": f.predicted,
         "measured_error": measured,
         "energy_in": f.energy_in,
         "energy_out": f.energy_out,
         "raised_to_zero": f.clipped,
         "seconds": l.seconds,
-    })
+    });
+    if let Some(work) = &l.by {
+        work.report(&mut row);
+    }
+    row
 }
 
 fn say(levels: &[Level], written: &[files::Written], context: &Context) {
@@ -420,9 +494,10 @@ fn say(levels: &[Level], written: &[files::Written], context: &Context) {
             .measured
             .map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst))
             .unwrap_or_default();
-        let (way, order) = (f.way.name(), f.way.order());
+        let engine = || format!("{} to band {}", f.way.name(), f.way.order());
+        let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
         context.say(format_args!(
-            "level {m}: {} x {}{r}, {way} to band {order}{e}, {:.0} ms",
+            "level {m}: {} x {}{r}, {way}{e}, {:.0} ms",
             f.image.width,
             f.image.height,
             l.seconds * 1e3

@@ -11,6 +11,7 @@ use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError, Renderer};
 use steradian_render::{Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture};
 use steradian_sphere::SphereImage;
+use steradian_techniques::direct::Direct;
 
 /// An open GPU.
 pub struct Device {
@@ -65,6 +66,13 @@ impl Device {
                 "the reference runs on the CPU: choose a technique, or use --backend cpu",
             ));
         }
+        if let Some(why) = unlit(baked) {
+            if automatic {
+                context.say(format_args!("rendering on the CPU: {why}"));
+                return Ok(None);
+            }
+            return Err(Failure::usage(format!("{why}: use --suns fold or --backend cpu")));
+        }
         match self.draw(stage, baked, settings, context.common.gpu_path) {
             Ok((film, clipped)) => {
                 if clipped > 0 {
@@ -106,6 +114,22 @@ impl Device {
     }
 }
 
+/// The lights that surfaces are shaded with beside their techniques, where there are any.
+fn lights<'a>(baked: &'a [&Baked]) -> impl Iterator<Item = &'a Direct> {
+    baked.iter().map(|b| &b.direct.1).filter(|d| !d.is_empty())
+}
+
+/// Why the GPU cannot shade the lights beside the techniques, where it cannot.
+fn unlit(baked: &[&Baked]) -> Option<String> {
+    let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
+    if let Some(b) = without {
+        return Some(format!("{} has no GPU text for disks and points", b.direct.0.spec()));
+    }
+    let first = lights(baked).next()?;
+    let mixed = lights(baked).any(|d| d != first);
+    mixed.then(|| "surfaces with maps fold suns into their data and others do not".into())
+}
+
 /// One object per material slot that has triangles.
 fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
     let last = baked.len().saturating_sub(1);
@@ -120,12 +144,14 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
         (!triangles.indices.is_empty()).then_some(Object {
             triangles,
             room,
+            brdf: if b.direct.1.is_empty() { None } else { b.direct.0.shader() },
             base_colour,
             maps: mapped(maps),
             transform: Affine3A::IDENTITY,
         })
     };
     Scene {
+        direct: lights(baked).next().cloned().unwrap_or_default(),
         objects: baked.iter().enumerate().filter_map(object).collect(),
         backdrop: backdrop(stage.background),
         camera: stage.camera,

@@ -17,6 +17,7 @@ pub fn all() -> Vec<Entry> {
         ("jpg", jpg()),
         ("tga", tga()),
         ("ktx2", ktx2()),
+        ("dds", dds()),
         ("safetensors", safetensors()),
         ("csv", csv()),
     ] {
@@ -193,6 +194,11 @@ fn ktx2() -> Vec<Entry> {
         })
     };
     let good = make(3, 1, 2, false);
+    let blocks = |format: TexelFormat, compression: Supercompression| {
+        written("ktx2", |p| {
+            write_ktx2_as(p, &odd_cube(), format, compression).expect("a written texture");
+        })
+    };
     let patched = |at: usize, v: u32| {
         let mut b = good.clone();
         b[at..at + 4].copy_from_slice(&v.to_le_bytes());
@@ -201,6 +207,8 @@ fn ktx2() -> Vec<Entry> {
     vec![
         entry("valid/image32.ktx2", &good),
         entry("valid/cube16.ktx2", make(4, 6, 3, true)),
+        entry("valid/bc6h.ktx2", blocks(TexelFormat::Bc6h, Supercompression::None)),
+        entry("valid/bc6h_signed_zstd.ktx2", blocks(TexelFormat::Bc6hSigned, Supercompression::Zstd)),
         entry("invalid/empty.ktx2", ""),
         entry("invalid/wrong_magic.ktx2", &good[1..]),
         entry("invalid/truncated.ktx2", &good[..good.len() - 1]),
@@ -212,6 +220,44 @@ fn ktx2() -> Vec<Entry> {
         entry("invalid/supercompressed.ktx2", patched(44, 2)),
         entry("invalid/level_offset.ktx2", patched(84, u32::MAX)),
         entry("invalid/key_values.ktx2", patched(60, u32::MAX)),
+    ]
+}
+
+/// A cube whose sides are no multiples of four.
+fn odd_cube() -> TextureLevels {
+    let mut t = TextureLevels { width: 5, height: 5, faces: 6, ..TextureLevels::default() };
+    for level in 0..3 {
+        t.levels.push((0..t.level_len(level)).map(|i| 0.25 + ((i * 7) % 23) as f32 / 8.0).collect());
+    }
+    t
+}
+
+fn dds() -> Vec<Entry> {
+    let make = |format: TexelFormat| {
+        written("dds", |p| {
+            write_dds(p, &odd_cube(), format).expect("a written texture");
+        })
+    };
+    let good = make(TexelFormat::Bc6h);
+    let patched = |at: usize, v: u32| {
+        let mut b = good.clone();
+        b[at..at + 4].copy_from_slice(&v.to_le_bytes());
+        b
+    };
+    vec![
+        entry("valid/bc6h.dds", &good),
+        entry("valid/bc6h_signed.dds", make(TexelFormat::Bc6hSigned)),
+        entry("valid/rgb9e5.dds", make(TexelFormat::Rgb9e5)),
+        entry("invalid/empty.dds", ""),
+        entry("invalid/wrong_magic.dds", &good[1..]),
+        entry("invalid/truncated.dds", &good[..good.len() - 1]),
+        entry("invalid/no_dx10.dds", patched(84, 0x3154_5844)),
+        entry("invalid/format.dds", patched(128, 98)),
+        entry("invalid/huge.dds", patched(16, 1 << 31)),
+        entry("invalid/zero_size.dds", patched(12, 0)),
+        entry("invalid/levels.dds", patched(28, 200)),
+        entry("invalid/volume.dds", patched(132, 4)),
+        entry("invalid/array.dds", patched(140, 3)),
     ]
 }
 

@@ -65,9 +65,10 @@ impl Kernel {
     }
 }
 
-/// Coefficients of the truncated, normalised Gaussian exp(κ(cos θ − 1)), θ ≤ `reach`.
+/// Coefficients of the normalised Gaussian exp(κ(cos θ − 1)), lowered to end at 0 at θ = `reach`.
 pub(super) fn gaussian(kappa: f64, reach: f64, order: usize) -> Vec<f64> {
-    let value = |x: f64| (kappa * (x - 1.0)).exp();
+    let edge = (kappa * (reach.cos() - 1.0)).exp();
+    let value = |x: f64| (kappa * (x - 1.0)).exp() - edge;
     let mut k = quadrature(value, kappa.sqrt().recip(), reach, order);
     let whole = k[0];
     k.iter_mut().for_each(|k| *k /= whole);
@@ -91,7 +92,7 @@ pub(super) struct Mixture {
 }
 
 /// Error of a Gaussian on its cube, relative, about: what makes large weights that cancel each other costly.
-const NOISE: f64 = 0.03;
+const NOISE: f64 = 0.02;
 
 /// Least squares in frequency space. Errors count between those of such light and those of a single point; low
 /// bands hardly, so that they do not bind the fit; large weights by the errors that they would let in.

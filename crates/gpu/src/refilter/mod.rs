@@ -25,13 +25,14 @@
 //! # Ways
 //!
 //! *Convolution.* Mip chains with a handful of importance samples blur by what is at hand; their error is that of the
-//! samples. Here every kernel is a sum of Gaussians, K ≈ Σ_j w_j G_j, whose widths double, and what the sum misses of the
-//! lowest bands (10, or 16 in small cubes) comes from spherical harmonics: GGX is a continuous mixture of Gaussians, so four or five of them
-//! and low bands are within half a percent ([`Plan::predicted`]; `kernel.rs` fits them in frequency space, where convolution is a
-//! product). G_j is made of G_{j−1} by a Gaussian of √¾ its width on a cube of half the size, over every sample in reach,
-//! weighted by its exact solid angle. These cubes are equiangular (s = tan(πa/4)), so their cells are nearly of one size,
-//! and lookup in them is cubic. All weights depend on angles alone: there are neither seams nor preferred axes. Cost: about
-//! 250 texels for a sample of a Gaussian, 16 for each Gaussian in a sample of the chain, whatever its roughness.
+//! samples. Here every kernel is a sum of Gaussians, K ≈ Σ_j w_j G_j, each √2 as wide as the one before, and what the sum
+//! misses of the lowest bands (10, or 16 in small cubes) comes from spherical harmonics: GGX is a continuous mixture of
+//! Gaussians, so eight of them and low bands are within a few thousandths ([`Plan::predicted`]; `kernel.rs` fits them in
+//! frequency space, where convolution is a product). G_j is made of G_{j−1} by a Gaussian over every other sample in
+//! reach, weighted by its solid angle; two of them share a cube, and the next two have one of half the size. These
+//! cubes are equiangular (s = tan(πa/4)), so their cells are nearly of one size, and lookup in them is cubic. All
+//! weights depend on angles alone: there are neither seams nor preferred axes. Cost: 70 to 260 texels for a sample of a
+//! Gaussian, 16 for each Gaussian in a sample of the chain, whatever its roughness.
 //!
 //! *Box*, *Paraboloid* and *Frequency* are the simpler and older ways, for comparison and for slow devices: see [`Way`].
 //!
@@ -78,6 +79,9 @@ pub enum Budget {
     /// Everything that is left.
     All,
 }
+
+/// A pass, the level that it serves (`None`: all), and milliseconds.
+pub type PassTime = (&'static str, Option<usize>, f64);
 
 /// The light of a chain, with what belongs to it.
 struct Lit {
@@ -182,7 +186,7 @@ impl Refilter {
 
     /// Makes the chain of the light that waits, pass by pass, waiting for each: name, the level that it serves, and
     /// milliseconds by the device's clock (by the wall's where it has none).
-    pub fn profile(&mut self, gpu: &Gpu) -> Result<Vec<(&'static str, Option<usize>, f64)>, GpuError> {
+    pub fn profile(&mut self, gpu: &Gpu) -> Result<Vec<PassTime>, GpuError> {
         if self.making.is_none()
             && let Some(light) = self.waiting.take()
         {

@@ -276,17 +276,19 @@ impl Plan {
         let (mut places, mut basis) = (Vec::new(), Vec::new());
         let mut n = finest;
         while n >= COARSEST {
-            // A step to twice the width reads every other sample of the cube before.
-            let stride = if n == finest { 1 } else { 2 };
-            let added = if n == finest { sigma(n) } else { sigma(n) * 0.75f64.sqrt() };
-            let k;
-            (from, k) = Self::blur(b, n, stride, from, added, order);
-            transfer.iter_mut().zip(&k).for_each(|(t, k)| *t *= k);
-            if n == PROJECTED {
-                Self::project(b, n, from, MOST_BANDS, &transfer);
+            // A step of √2 in width, after the first, reads every other sample of the cube before.
+            let (strides, added) = if n == finest { (1, 1.0) } else { (2, 0.5f64.sqrt()) };
+            let wider = [([n, n], strides, added * sigma(n)), ([n, n / 2], 2, sigma(n))];
+            for (step, (sizes, stride, sigma)) in wider.into_iter().enumerate() {
+                let k;
+                (from, k) = Self::blur(b, sizes, stride, from, sigma, order);
+                transfer.iter_mut().zip(&k).for_each(|(t, k)| *t *= k);
+                if (n, step) == (PROJECTED, 0) {
+                    Self::project(b, n, from, MOST_BANDS, &transfer);
+                }
+                places.push((from, n));
+                basis.push(transfer.clone());
             }
-            places.push((from, n));
-            basis.push(transfer.clone());
             n /= 2;
         }
         self.each(b, |b, k, zonal| {
@@ -307,23 +309,32 @@ impl Plan {
         })
     }
 
-    /// A Gaussian of standard deviation `sigma` over the cube at `from`, on a cube of `n`; where it lies and its bands.
-    fn blur(b: &mut Builder, n: u32, stride: u32, from: u32, sigma: f64, order: usize) -> (u32, Vec<f64>) {
+    /// A Gaussian of standard deviation `sigma` over every `stride`th sample of the cube at `from`, which make a cube
+    /// of `read`, on a cube of `n`; where it lies and its bands.
+    fn blur(
+        b: &mut Builder,
+        [n, read]: [u32; 2],
+        stride: u32,
+        from: u32,
+        sigma: f64,
+        order: usize,
+    ) -> (u32, Vec<f64>) {
         let samples = 6 * (n + 1) * (n + 1);
         let at = b.reserve(samples);
         let (kappa, reach) = (sigma.powi(-2), REACH * sigma);
-        let weights = b.even_weights(n);
+        let weights = b.even_weights(read);
+        let height = 1.0 - reach.cos();
         let sine = if reach < std::f64::consts::FRAC_PI_2 { reach.sin() } else { 1.0 };
         // The square around the reach, in cells of the mean size.
-        let reads = (2.0 * reach / cell(n).sqrt() + 1.0).powi(2).ceil() as u64;
+        let reads = (2.0 * reach / cell(read).sqrt() + 1.0).powi(2).ceil() as u64;
         b.push(Job {
             pass: Pass::Gauss,
             outputs: samples.into(),
             reads,
-            span: [0, 0, n, n],
+            span: [0, 0, n, read],
             at: [at, from, stride, 0],
             tables: [weights, 0, 0, 0],
-            a: [kappa as f32, (1.0 - reach.cos()) as f32, sine as f32, 0.0],
+            a: [kappa as f32, height as f32, sine as f32, (-kappa * height).exp() as f32],
             ..Job::default()
         });
         (at, kernel::gaussian(kappa, reach, order))

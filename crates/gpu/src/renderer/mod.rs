@@ -16,7 +16,8 @@ mod target;
 #[cfg(test)]
 mod tests;
 
-use crate::layout::{self, filled};
+use crate::direct::{self, DirectLights};
+use crate::layout::filled;
 use crate::scene::{Backdrop, Picture, Scene, Settings, Timings};
 use crate::{Gpu, GpuError, RoomData};
 use backdrop::Behind;
@@ -28,6 +29,7 @@ use passes::{Passes, Pipeline};
 use resolve::Resolve;
 use steradian_scene::Camera;
 use steradian_techniques::GpuRoom;
+use steradian_techniques::direct::Direct;
 use steradian_techniques::gpu::Uniform;
 use target::Target;
 
@@ -42,7 +44,7 @@ pub struct Renderer {
     visibility: Option<wgpu::RenderPipeline>,
     resolve: Resolve,
     camera: wgpu::Buffer,
-    camera_group: wgpu::BindGroup,
+    direct: DirectLights,
     jobs: Option<Jobs>,
     clock: Clock,
 }
@@ -57,7 +59,8 @@ impl Renderer {
         for o in &scene.objects {
             let placed = Placed::new(gpu, &passes.object, o, first)?;
             first += placed.vertices / 3;
-            let pipeline = passes.shading(gpu, &placed.library, &placed.room.layout, &target)?;
+            let text = placed.library.clone() + &direct::source(o);
+            let pipeline = passes.shading(gpu, &text, &placed.room.layout, &target)?;
             objects.push((placed, pipeline));
         }
         let behind = Behind::new(gpu, &scene.backdrop)?;
@@ -69,12 +72,11 @@ impl Renderer {
             Jobs::new(gpu, &passes.io, &target, ids, &triangles)
         });
         let jobs = jobs.transpose()?;
-        let (camera, camera_group) = gpu.scoped("camera", || {
+        let camera = gpu.scoped("camera", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let camera = filled(gpu, "camera", usage, &camera::uniforms(&scene, settings));
-            let camera_group = layout::group(gpu, &passes.camera, &[camera.as_entire_binding()]);
-            (camera, camera_group)
+            filled(gpu, "camera", usage, &camera::uniforms(&scene, settings))
         })?;
+        let direct = DirectLights::new(gpu, &passes.camera, &camera, &scene)?;
         let clock = gpu.scoped("clock", || Clock::new(gpu))?;
         Ok(Self {
             scene,
@@ -86,7 +88,7 @@ impl Renderer {
             visibility,
             resolve,
             camera,
-            camera_group,
+            direct,
             jobs,
             clock,
         })
@@ -113,9 +115,18 @@ impl Renderer {
         self.write_camera(gpu);
     }
 
-    /// Turns the backdrop; the rooms' light turns with [`Renderer::update_room`].
+    /// Replaces the lights that are shaded with the exact reflectance.
+    pub fn set_direct(&mut self, gpu: &Gpu, direct: Direct) -> Result<(), GpuError> {
+        direct::check(&direct)?;
+        self.direct.write(gpu, &direct, self.scene.light_rotation);
+        self.scene.direct = direct;
+        gpu.settled()
+    }
+
+    /// Turns the backdrop and distant direct lights; the rooms' light turns with [`Renderer::update_room`].
     pub fn set_light_rotation(&mut self, gpu: &Gpu, rotation: Mat3) {
         self.scene.light_rotation = rotation;
+        self.direct.write(gpu, &self.scene.direct, rotation);
         self.write_camera(gpu);
     }
 
@@ -159,7 +170,8 @@ impl Renderer {
     pub fn set_room(&mut self, gpu: &Gpu, object: usize, room: GpuRoom) -> Result<(), GpuError> {
         let (placed, pipeline) = self.objects.get_mut(object).ok_or_else(|| no_object(object))?;
         if placed.set_room(gpu, &self.scene.objects[object].room, &room)? {
-            *pipeline = self.passes.shading(gpu, &placed.library, &placed.room.layout, &self.target)?;
+            let text = placed.library.clone() + &direct::source(&self.scene.objects[object]);
+            *pipeline = self.passes.shading(gpu, &text, &placed.room.layout, &self.target)?;
         }
         self.scene.objects[object].room = room;
         Ok(())
@@ -223,8 +235,8 @@ impl Renderer {
             timestamp_writes: self.clock.raster(name),
             ..Default::default()
         });
-        pass.set_bind_group(2, &self.camera_group, &[]);
-        for (placed, pipeline) in &self.objects {
+        for (k, (placed, pipeline)) in self.objects.iter().enumerate() {
+            pass.set_bind_group(2, self.direct.group_of(k), &[]);
             match (pipeline, &self.visibility) {
                 (_, Some(visibility)) => pass.set_pipeline(visibility),
                 (Pipeline::Raster(shading), None) => {
@@ -238,6 +250,7 @@ impl Renderer {
         }
         if let Pipeline::Raster(sky) = &self.sky {
             pass.set_pipeline(sky);
+            pass.set_bind_group(2, &self.direct.group, &[]);
             pass.set_bind_group(0, &self.behind.group, &[]);
             pass.draw(0..3, 0..1);
         }
@@ -253,14 +266,16 @@ impl Renderer {
                 label: Some("shading"),
                 timestamp_writes: self.clock.compute("shading"),
             });
-            pass.set_bind_group(2, &self.camera_group, &[]);
+            pass.set_bind_group(2, &self.direct.group, &[]);
             for (k, (placed, pipeline)) in self.objects.iter().enumerate() {
                 if let Pipeline::Compute(shading) = pipeline {
-                    jobs.shade(&mut pass, k, shading, [(0, &placed.room.group), (1, &placed.group)]);
+                    let groups = [(0, &placed.room.group), (1, &placed.group), (2, self.direct.group_of(k))];
+                    jobs.shade(&mut pass, k, shading, groups);
                 }
             }
             if let Pipeline::Compute(sky) = &self.sky {
-                jobs.shade(&mut pass, self.objects.len(), sky, [(0, &self.behind.group)]);
+                let groups = [(0, &self.behind.group), (2, &self.direct.group)];
+                jobs.shade(&mut pass, self.objects.len(), sky, groups);
             }
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -269,7 +284,7 @@ impl Renderer {
         });
         pass.set_pipeline(&self.resolve.pipeline);
         pass.set_bind_group(0, &self.resolve.group, &[]);
-        pass.set_bind_group(2, &self.camera_group, &[]);
+        pass.set_bind_group(2, &self.direct.group, &[]);
         pass.dispatch_workgroups(groups[0], groups[1], 1);
     }
 

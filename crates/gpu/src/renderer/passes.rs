@@ -1,6 +1,7 @@
 //! Shader texts and the pipelines of the two paths.
 
 use super::target::Target;
+use crate::direct;
 use crate::layout::{self, Slot};
 use crate::scene::{Rate, Settings};
 use crate::{Gpu, GpuError};
@@ -61,7 +62,9 @@ fn surface(library: &str) -> String {
     } else {
         "shade(look.n, look.t, wo, s.p)"
     };
-    SURFACE.replace("= SHADE;", &format!("= {call};"))
+    let direct = if library.contains("fn gpu_direct(") { "" } else { direct::NONE };
+    let lit = format!("= {call} + gpu_direct(look.n, look.t, wo, s.p);");
+    SURFACE.replace("= SHADE;", &lit) + direct
 }
 
 /// The visibility pass.
@@ -109,7 +112,7 @@ impl Passes {
     /// Layouts for `target`.
     pub fn new(gpu: &Gpu, target: &Target) -> Result<Self, GpuError> {
         gpu.scoped("layouts", || Self {
-            camera: layout::layout(gpu, super::object::STAGES, &[Slot::Uniform]),
+            camera: layout::layout(gpu, super::object::STAGES, &direct::SLOTS),
             object: layout::layout(gpu, super::object::STAGES, &super::object::SLOTS),
             io: layout::layout(
                 gpu,

@@ -3,10 +3,12 @@
 use super::{passes, resolve};
 use crate::scene::{Filter, Path, Rate, Settings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_light::{Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::{GpuRoom, Material, registry};
+use steradian_techniques::gpu::Buffer;
+use steradian_techniques::{AnyTechnique, Geometry, GpuRoom, Material, Sites, registry};
 
 fn valid(what: &str, source: &str) {
     let module = match naga::front::wgsl::parse_str(source) {
@@ -19,21 +21,33 @@ fn valid(what: &str, source: &str) {
     }
 }
 
+/// Every room, with and without a lobe per point, and one that reads sites.
 fn rooms() -> Vec<GpuRoom> {
+    let mesh = Arc::new(steradian_scene::shapes::sphere(6));
+    let geometry = Geometry { mesh, sites: Sites::Vertices };
     let lights: Lights =
         Environment { image: SphereImage::from_fn(Layout::LatLong, 16, 8, |d| [1.0 + d.y as f32; 3]) }.into();
-    registry()
-        .iter()
-        .filter(|t| !t.card().needs.sites)
-        .filter_map(|t| {
-            let material = Material::new(steradian_brdf::parse(t.card().specimens.first()?).ok()?);
-            let task = Task::quiet();
-            let bake = t.bake(&lights, &material, None, &ParamValues::default(), &task).ok()?;
-            Some([Some(bake.gpu()), bake.gpu_varied()])
-        })
-        .flatten()
-        .flatten()
-        .collect()
+    let bake = |t: &dyn AnyTechnique, spec: &str| {
+        let material = Material::new(steradian_brdf::parse(spec).expect("a specimen"));
+        let geometry = t.card().needs.sites.then_some(&geometry);
+        t.bake(&lights, &material, geometry, &ParamValues::default(), &Task::quiet())
+            .expect("a specimen bakes")
+    };
+    let specimens =
+        registry().iter().flat_map(|t| t.card().specimens.iter().take(1).map(move |spec| (*t, *spec)));
+    let bakes = specimens.map(|(t, spec)| bake(t, spec));
+    let mut rooms: Vec<_> = bakes.flat_map(|b| [Some(b.gpu()), b.gpu_varied()]).flatten().collect();
+    rooms.push(GpuRoom {
+        slug: "sited",
+        wgsl:
+            "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
+            return vec3<f32>(fetch_data_at(site, 1u), site.uv);
+        }",
+        tables: Vec::new(),
+        uniforms: Vec::new(),
+        buffers: vec![Buffer { name: "data", stride: 2, data: vec![0.0; 2] }],
+    });
+    rooms
 }
 
 #[test]
@@ -53,8 +67,9 @@ fn shaders_validate_without_an_adapter() {
         }
     }
     let rooms = rooms();
-    assert!(!rooms.is_empty());
+    assert!(rooms.len() > registry().len());
     for room in rooms {
+        valid(room.slug, &steradian_techniques::gpu::module(&room));
         for mapped in [false, true] {
             let library = super::object::library(&room, mapped);
             for rate in [Rate::Pixel, Rate::Sample] {

@@ -5,7 +5,8 @@ fn even_weight(k: u32) -> vec2<f32> {
 }
 
 // One sample of the next Gaussian: all samples of the cube read within its reach, face by face, by their solid angles.
-// a: concentration, reach as half the squared chord, sine of the reach (1 beyond a quarter turn).
+// a: concentration, reach as half the squared chord, sine of the reach (1 beyond a quarter turn), value
+// at the reach, which is taken off: a step there would count samples by chance.
 @compute @workgroup_size(64)
 fn refilter_gauss(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = job.span.x + id.x;
@@ -35,7 +36,7 @@ fn refilter_gauss(@builtin(global_invocation_id) id: vec3<u32>) {
                 let e = vec3<f32>(s.x, t.x, 1.0) * inverse - c;
                 let q = 0.5 * dot(e, e);
                 if q <= job.a.y {
-                    let w = exp(-job.a.x * q) * s.y * t.y * inverse * inverse * inverse;
+                    let w = (exp(-job.a.x * q) - job.a.w) * s.y * t.y * inverse * inverse * inverse;
                     sum += w * vec4<f32>(maps[base + u32(i) * stride].xyz, 1.0);
                 }
             }

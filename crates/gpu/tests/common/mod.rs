@@ -95,10 +95,12 @@ pub fn scene(case: &Case, room: GpuRoom) -> Scene {
         objects: vec![Object {
             triangles,
             room,
+            brdf: None,
             base_colour: None,
             maps: Maps::default(),
             transform: Affine3A::IDENTITY,
         }],
+        direct: Default::default(),
         backdrop: backdrop(&case.backdrop),
         camera: case.camera,
         light_rotation: Mat3::IDENTITY,

@@ -4,9 +4,10 @@
 //! W S_L² S_B² (5.32), the frequency way F S_B² (5.29), and they meet at Phong's s* ~ S_L^{4/3} (5.33) if both constants are
 //! the same. [`Model`] has constants of its own for each term.
 
-use super::{Method, band_limit, reach};
+use super::{Method, Shape, band_limit, reach};
 use crate::Zonal;
 use std::f64::consts::PI;
+use steradian_sphere::Layout;
 
 /// Work done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,6 +33,8 @@ pub struct Problem {
     pub rows: usize,
     /// Texels of the map.
     pub texels: usize,
+    /// Rows of the map, or of the lat-long one that other layouts are looked up in: four a band.
+    pub map: usize,
     /// The highest band that the kernel needs.
     pub band: usize,
     /// The angle within which the kernel counts, radians.
@@ -39,10 +42,12 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Filtering `rows` rows of light with `kernel` into `texels` texels, to a tolerance.
-    pub fn new(rows: usize, texels: usize, kernel: &dyn Zonal, tolerance: f64) -> Self {
+    /// Filtering `rows` rows of light with `kernel` into a map, to a tolerance.
+    pub fn new(rows: usize, (layout, width, height): Shape, kernel: &dyn Zonal, tolerance: f64) -> Self {
         let band = band_limit(&kernel.coefficients(4 * rows), 0.2 * tolerance);
-        Self { rows, texels, band, reach: reach(kernel, 0.2 * tolerance) }
+        let texels = layout.faces() * width * height;
+        let map = if layout == Layout::LatLong { height } else { (4 * band).max((texels / 2).isqrt()) };
+        Self { rows, texels, map, band, reach: reach(kernel, 0.2 * tolerance) }
     }
 
     /// The part W of the sphere within reach (Ramamoorthi & Hanrahan 2002, 5.30).
@@ -67,7 +72,7 @@ pub struct Model {
 impl Default for Model {
     /// Measured by the bench `table_5_4` on one core of a server with AVX2.
     fn default() -> Self {
-        Self { pair: 2.2, legendre: 0.3, texel: 25.0, frequency: 9.0 }
+        Self { pair: 5.0, legendre: 1.0, texel: 35.0, frequency: 20.0 }
     }
 }
 
@@ -76,17 +81,16 @@ impl Model {
     pub fn predict(&self, method: Method, p: &Problem) -> Option<f64> {
         let (rows, texels, band) = (p.rows as f64, p.texels as f64, p.band as f64);
         let light = 2.0 * rows * rows;
-        // Rows of a lat-long map with as many texels, or with four rows a band.
-        let map = (0.5 * texels).sqrt();
+        let map = p.map as f64;
         match method {
             Method::Brute => Some(self.pair * light * texels),
             Method::TruncatedAngular => Some(self.pair * light * texels * p.part()),
             Method::Frequency => {
-                Some(self.legendre * band * band * (rows + 4.0 * band) + self.texel * (light + texels))
+                Some(self.legendre * band * band * (rows + map) + self.texel * (light + texels))
             }
             Method::LatLongAngular => {
                 let seen = rows * (2.0 * p.reach / PI).min(1.0);
-                Some(self.frequency * map.max(4.0 * band) * seen * band + self.texel * (light + texels))
+                Some(self.frequency * map * seen * band + self.texel * (light + texels))
             }
             _ => None,
         }

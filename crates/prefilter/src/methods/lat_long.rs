@@ -88,7 +88,8 @@ impl Plan {
         (w, h): (usize, usize),
         task: &Task,
     ) -> Result<(SphereImage, Cost), Cancelled> {
-        let spectra = self.analyze(&light.image);
+        let mut planner = FftPlanner::new();
+        let spectra = self.analyze(&light.image, &*planner.plan_fft_forward(light.image.width));
         task.check()?;
         let table = Table::new(kernel, self.reach);
         let rings = Rings::new(self.band);
@@ -101,17 +102,18 @@ impl Plan {
         let pairs = pairs?;
         let cost = pairs.iter().map(|p| p.1).fold(Cost::default(), |a, b| a + b);
         let mut image = SphereImage::new(Layout::LatLong, w, h);
+        let fft = planner.plan_fft_inverse(w);
         for (j, ([north, south], _)) in pairs.into_iter().enumerate() {
-            self.synthesize(&north, j, &mut image);
-            self.synthesize(&south, h - 1 - j, &mut image);
+            self.synthesize(&north, &*fft, j, &mut image);
+            self.synthesize(&south, &*fft, h - 1 - j, &mut image);
         }
         Ok((image, cost))
     }
 
     /// Σ_i L e^{−imφ} of each row times the solid angle of its texels; φ counts from the left edge.
-    fn analyze(&self, image: &SphereImage) -> Vec<Spectrum> {
+    fn analyze(&self, image: &SphereImage, fft: &dyn Fft<f64>) -> Vec<Spectrum> {
         let (width, height) = (image.width, image.height);
-        let fft = FftPlanner::new().plan_fft_forward(width);
+        let phases = phases(self.band, -PI / width as f64);
         let ones = vec![1.0; width];
         let row = |j: usize| {
             let omega = image.layout.solid_angle(width, height, 0, 0, j);
@@ -120,7 +122,7 @@ impl Plan {
             for row in colours.chain(self.uneven(width).then_some(&ones[..])) {
                 let mut ring: Vec<_> = row.iter().map(|&l| Complex::new(omega * f64::from(l), 0.0)).collect();
                 fft.process(&mut ring);
-                let shifted = |m: usize| ring[m % width] * Complex::cis(-PI * m as f64 / width as f64);
+                let shifted = |m: usize| ring[m % width] * phases[m];
                 out.extend((0..=self.band).map(|m| shifted(m).re));
                 out.extend((0..=self.band).map(|m| shifted(m).im));
             }
@@ -145,14 +147,12 @@ impl Plan {
         let last = (((theta + self.reach) / step - 0.5).floor().max(0.0) as usize).min(height - 1);
         let zero = vec![0.0; spectra[0].len()];
         let mut out = [zero.clone(), zero];
-        let (mut weight, mut cost, mut kappa) = (0.0, Cost::default(), Vec::new());
+        let (mut weight, mut cost, mut work) = (0.0, Cost::default(), Work::default());
         // Two real kernels are one complex ring.
         for i in (first..=last).step_by(2) {
             let others = [i, i + 1].map(|i| (i as f64 + 0.5) * step);
-            let evaluations = rings.kappa(table, self.band, theta, others, &mut kappa);
-            cost.kernel += evaluations;
-            for (part, i) in (i..=(i + 1).min(last)).enumerate() {
-                let run = &kappa[part * (kappa.len() / 2)..(part + 1) * (kappa.len() / 2)];
+            cost.kernel += rings.kappa(table, self.band, theta, others, &mut work);
+            for (run, i) in work.kappa.iter().zip(i..=last) {
                 weight += run[0] * width as f64 * light.image.layout.solid_angle(width, height, 0, 0, i);
                 add(&spectra[i], run, self.band, &mut out[0]);
                 add(&spectra[height - 1 - i], run, self.band, &mut out[1]);
@@ -170,16 +170,15 @@ impl Plan {
     }
 
     /// Σ_m of the spectrum at the columns of row `j`.
-    fn synthesize(&self, spectrum: &Spectrum, j: usize, image: &mut SphereImage) {
-        let width = image.width;
-        let fft = FftPlanner::new().plan_fft_inverse(width);
-        let n = self.band + 1;
+    fn synthesize(&self, spectrum: &Spectrum, fft: &dyn Fft<f64>, j: usize, image: &mut SphereImage) {
+        let (width, n) = (image.width, self.band + 1);
+        let phases = phases(self.band, PI / width as f64);
         let mut rings = spectrum.chunks_exact(2 * n).map(|runs| {
             let mut ring = vec![Complex::new(0.0, 0.0); width];
             for m in 0..n {
                 let twice = if m == 0 { 1.0 } else { 2.0 };
                 let value = Complex::new(twice * runs[m], twice * runs[n + m]);
-                ring[m % width] += value * Complex::cis(PI * m as f64 / width as f64);
+                ring[m % width] += value * phases[m];
             }
             fft.process(&mut ring);
             ring
@@ -196,6 +195,11 @@ impl Plan {
     }
 }
 
+/// e^{i m angle}.
+fn phases(band: usize, angle: f64) -> Vec<Complex<f64>> {
+    (0..=band).map(|m| Complex::cis(m as f64 * angle)).collect()
+}
+
 /// to += κ · spectrum, channel by channel.
 fn add(spectrum: &[f64], kappa: &[f64], band: usize, to: &mut [f64]) {
     for (from, to) in spectrum.chunks_exact(band + 1).zip(to.chunks_exact_mut(band + 1)) {
@@ -207,49 +211,69 @@ fn add(spectrum: &[f64], kappa: &[f64], band: usize, to: &mut [f64]) {
 
 /// FFTs of the sizes that kernels between rows need.
 struct Rings {
-    plans: BTreeMap<usize, Arc<dyn Fft<f64>>>,
+    plans: BTreeMap<usize, Ring>,
+}
+
+struct Ring {
+    fft: Arc<dyn Fft<f64>>,
+    /// sin²(Δφ/2) of half the samples.
+    half2: Vec<f64>,
+}
+
+/// κ_m of two rows, and scratch.
+#[derive(Default)]
+struct Work {
+    kappa: [Vec<f64>; 2],
+    ring: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
 }
 
 impl Rings {
     fn new(band: usize) -> Self {
         let (mut planner, mut plans, mut n) = (FftPlanner::new(), BTreeMap::new(), 16);
         while plans.last_key_value().is_none_or(|(&n, _)| n < 2 * band + 4) {
-            for size in [n, n + n / 2] {
-                plans.insert(size, planner.plan_fft_forward(size));
+            for n in [n, n + n / 2] {
+                let half2 = (0..=n / 2).map(|q| (PI * q as f64 / n as f64).sin().powi(2)).collect();
+                plans.insert(n, Ring { fft: planner.plan_fft_forward(n), half2 });
             }
             n *= 2;
         }
         Self { plans }
     }
 
-    /// κ_m of two rows, one run after the other, and how often the kernel was evaluated.
-    fn kappa(&self, table: &Table, band: usize, theta: f64, others: [f64; 2], out: &mut Vec<f64>) -> u64 {
+    /// κ_m between row `theta` and two others, and how often the kernel was evaluated.
+    fn kappa(&self, table: &Table, band: usize, theta: f64, others: [f64; 2], work: &mut Work) -> u64 {
         // P_l^m(cos θ) is negligible for m beyond l sin θ and a little more.
         let sine = theta.sin().min(others[0].sin().max(others[1].sin()).max(0.0));
         let highest = (band as f64 * sine + 2.5 * (band as f64).cbrt() + 4.0).min(band as f64) as usize;
-        let Some((&n, fft)) = self.plans.range(2 * highest + 2..).next() else { return 0 };
-        let mut ring = vec![Complex::new(0.0, 0.0); n];
+        let Some((&n, plan)) = self.plans.range(2 * highest + 2..).next() else { return 0 };
+        work.ring.clear();
+        work.ring.resize(n, Complex::new(0.0, 0.0));
         let mut count = 0;
         for (part, other) in others.into_iter().enumerate() {
-            let (base, swing) = ((theta - other).cos(), theta.sin() * other.sin());
-            for q in 0..=n / 2 {
-                // chord² = 2 − 2 cos(θ − θ') + 4 sin θ sin θ' sin²(Δφ/2)
-                let half = (PI * q as f64 / n as f64).sin();
-                let chord2 = 2.0 - 2.0 * base + 4.0 * swing * half * half;
+            // chord² = 4 sin²((θ − θ')/2) + 4 sin θ sin θ' sin²(Δφ/2)
+            let (base, swing) =
+                (4.0 * (0.5 * (theta - other)).sin().powi(2), 4.0 * theta.sin() * other.sin());
+            for (q, half2) in plan.half2.iter().enumerate() {
+                let chord2 = base + swing * half2;
                 if chord2 >= table.reach2 {
                     break;
                 }
                 count += 1;
                 let value = table.at(chord2) / n as f64;
                 for q in [q, (n - q) % n] {
-                    if part == 0 { ring[q].re = value } else { ring[q].im = value }
+                    if part == 0 { work.ring[q].re = value } else { work.ring[q].im = value }
                 }
             }
         }
-        fft.process(&mut ring);
-        out.clear();
-        out.extend(ring[..=highest].iter().map(|z| z.re));
-        out.extend(ring[..=highest].iter().map(|z| z.im));
+        work.scratch.resize(plan.fft.get_inplace_scratch_len(), Complex::new(0.0, 0.0));
+        plan.fft.process_with_scratch(&mut work.ring, &mut work.scratch);
+        // Both rings are even: their spectra are real.
+        let [a, b] = &mut work.kappa;
+        a.clear();
+        b.clear();
+        a.extend(work.ring[..=highest].iter().map(|z| z.re));
+        b.extend(work.ring[..=highest].iter().map(|z| z.im));
         count
     }
 }

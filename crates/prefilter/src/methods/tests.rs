@@ -159,10 +159,14 @@ fn ways_agree_across_the_crossover() {
 
 #[test]
 fn the_model_prefers_frequencies_for_broad_lobes_and_angles_for_sharp_ones() {
-    let choose = |s: f64| Model::default().choose(&Problem::new(512, 6 * 128 * 128, &Lobe::phong(s), 1e-3));
+    let choose =
+        |s: f64| Model::default().choose(&Problem::new(512, (Layout::Cube, 128, 128), &Lobe::phong(s), 1e-3));
     assert_eq!(choose(8.0), Method::Frequency);
     assert_eq!(choose(1e6), Method::TruncatedAngular);
-    assert_eq!(Model::default().predict(Method::BoxMip, &Problem::new(64, 64, &Lobe::lambert(), 1e-3)), None);
+    assert_eq!(
+        Model::default().predict(Method::BoxMip, &Problem::new(64, CUBE, &Lobe::lambert(), 1e-3)),
+        None
+    );
 }
 
 #[test]

@@ -40,6 +40,9 @@ pub fn truncated_angular(
     })
 }
 
+/// Kernel values at a time.
+const RUN: usize = 32;
+
 /// The light with what its rows and columns share computed once.
 struct Near {
     width: usize,
@@ -74,8 +77,10 @@ impl Near {
         let first = (y - reach).ceil().max(0.0) as usize;
         let last = ((y + reach).floor().max(0.0) as usize).min(height - 1);
         let (mut all, mut taps) = ([0.0; 4], 0);
+        let rho = d.x.hypot(d.z);
+        let centre = (0.5 + d.z.atan2(d.x) / (2.0 * PI)) * self.width as f64 - 0.5;
         for j in first..=last {
-            for span in self.spans(d, j) {
+            for span in self.spans(d.y, rho, centre, j) {
                 taps += span.len() as u64;
                 self.add(d, j, span, &mut all);
             }
@@ -83,13 +88,13 @@ impl Near {
         ([all[0], all[1], all[2]], all[3], taps)
     }
 
-    /// The columns of row `j` within reach: up to two runs.
-    fn spans(&self, d: DVec3, j: usize) -> [Range<usize>; 2] {
+    /// The columns of row `j` within reach of a direction (height `y`, distance `rho` from the axis) at column
+    /// `centre`: up to two runs.
+    fn spans(&self, y: f64, rho: f64, centre: f64, j: usize) -> [Range<usize>; 2] {
         let [s, c, _] = self.rows[j];
         let (width, w) = (self.width, self.width as f64);
-        let rho = d.x.hypot(d.z);
         // chord² = (ρ − s)² + (y − c)² + 4 ρ s sin²(Δφ/2)
-        let apart = (rho - s).powi(2) + (d.y - c).powi(2);
+        let apart = (rho - s).powi(2) + (y - c).powi(2);
         let room = (self.table.reach2 - apart) / (4.0 * rho * s).max(1e-300);
         if room < 0.0 {
             return [0..0, 0..0];
@@ -98,7 +103,6 @@ impl Near {
         if 2.0 * half + 1.0 >= w {
             return [0..width, 0..0];
         }
-        let centre = (0.5 + d.z.atan2(d.x) / (2.0 * PI)) * w - 0.5;
         let (from, to) = ((centre - half).ceil() as i64, (centre + half).floor() as i64 + 1);
         let count = (to - from).max(0) as usize;
         let from = from.rem_euclid(width as i64) as usize;
@@ -111,9 +115,14 @@ impl Near {
         let (a, x, z) = (2.0 - 2.0 * d.y * c, 2.0 * s * d.x, 2.0 * s * d.z);
         let texels = &self.texels[j * self.width..(j + 1) * self.width];
         let mut row = [0.0; 4];
-        for (t, [cos, sin]) in texels[span.clone()].iter().zip(&self.columns[span]) {
-            let k = self.table.at(a - x * cos - z * sin);
-            (0..4).for_each(|c| row[c] += k * f64::from(t[c]));
+        let mut kernel = [0.0; RUN];
+        for (texels, columns) in texels[span.clone()].chunks(RUN).zip(self.columns[span].chunks(RUN)) {
+            for (k, [cos, sin]) in kernel.iter_mut().zip(columns) {
+                *k = self.table.at(a - x * cos - z * sin);
+            }
+            for (t, k) in texels.iter().zip(&kernel) {
+                (0..4).for_each(|c| row[c] += k * f64::from(t[c]));
+            }
         }
         (0..4).for_each(|c| all[c] += omega * row[c]);
     }

@@ -1,7 +1,7 @@
 //! The files of `steradian prefilter`.
 
 use super::engines::{Engine, Files};
-use super::{Filter, Job, Level, Options, Plan, microfacet};
+use super::{BRDF, Filter, Job, Kernel, Level, Options, Plan, microfacet};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::layouts::{self, Target};
@@ -77,7 +77,7 @@ fn one_file(o: &Options, engine: &Engine, levels: &[Level], context: &Context) -
         options.metadata.extend(context.provenance_pairs());
         return Ok(Written::new(name, write_image(path, &raster, &options)?));
     }
-    let t = texture(engine, levels, o.kernel, context);
+    let t = texture(engine, levels, &label(&o.kernel), context);
     let report = match extension.as_str() {
         "ktx" => write_ktx1(path, &t, engine.format)?,
         "dds" => write_dds(path, &t, engine.format)?,
@@ -99,13 +99,30 @@ fn texture(engine: &Engine, levels: &[Level], kernel: &str, context: &Context) -
     t
 }
 
+/// The kernel's name in files, which hold no folders' names.
+fn label(kernel: &str) -> String {
+    let Some(spec) = kernel.strip_prefix(BRDF) else { return kernel.into() };
+    let parts = spec.split_inclusive([':', ',', '=']).map(|part| {
+        let (path, end) = part.split_at(part.trim_end_matches([':', ',', '=']).len());
+        let path = Path::new(path);
+        let name = path.file_name().filter(|_| path.is_file());
+        name.map_or_else(|| part.to_string(), |n| n.to_string_lossy().into_owned() + end)
+    });
+    parts.fold(String::from(BRDF), |all, part| all + &part)
+}
+
 fn cubes(engine: &Engine, images: &[&SphereImage], context: &Context) -> TextureLevels {
     let size = images.first().map_or(0, |i| i.width);
     let mut metadata = context.provenance_pairs();
     metadata.push(("steradian.profile".into(), engine.recorded().into()));
     let level = |image: &&SphereImage| -> Vec<f32> {
         let [r, g, b] = engine.arrange(image).planes;
-        r.into_iter().zip(g).zip(b).flat_map(|((r, g), b)| [r, g, b, 1.0]).collect()
+        let mut texels = vec![1.0; 4 * r.len()];
+        let colours = r.iter().zip(&g).zip(&b);
+        texels.as_chunks_mut::<4>().0.iter_mut().zip(colours).for_each(|(t, ((r, g), b))| {
+            [t[0], t[1], t[2]] = [*r, *g, *b];
+        });
+        texels
     };
     let levels = images.iter().map(level).collect();
     TextureLevels { width: size, height: size, faces: 6, levels, metadata }
@@ -122,7 +139,7 @@ fn folder(
 ) -> Result<Vec<Written>, Failure> {
     let cubes = || levels.iter().all(|l| l.filtered.image.layout == Layout::Cube);
     let specular =
-        if cubes() { texture(engine, levels, o.kernel, context) } else { TextureLevels::default() };
+        if cubes() { texture(engine, levels, &label(&o.kernel), context) } else { TextureLevels::default() };
     let extra = Extra::new(engine, job, levels, context)?;
     let mut written = Vec::new();
     write_dir_atomic(&o.output, |dir| {
@@ -223,7 +240,7 @@ impl Extra {
         let mut extra = Self { diffuse: None, sheen: None, panorama: None, sh: job.light.coefficients(2) };
         let quick = Job { check: 0, ..*job };
         if matches!(engine.files, Files::Khronos | Files::Ktx2 { diffuse: Some(_), .. }) {
-            let filter = Filter { lobe: Some(Lobe::lambert()), roughness: None };
+            let filter = Filter { lobe: Some(Kernel::Lobe(Lobe::lambert())), roughness: None };
             let level = quick.level(filter, (Layout::Cube, DIFFUSE, DIFFUSE), context)?;
             extra.diffuse = Some(texture(engine, &[level], "lambert", context));
         }
@@ -248,20 +265,21 @@ impl Extra {
 const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
 
 /// Coefficients times A_l: irradiance.
-fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
+pub fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     (0..9).map(|i: usize| std::array::from_fn(|c| sh.c[c][i] * COSINE[i.isqrt()])).collect()
 }
 
-/// Nine lines "r g b": E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
+/// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
 /// s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
-fn filament_sh(sh: &ShRgb) -> String {
+pub fn filament_numbers(sh: &ShRgb) -> Vec<[f64; 3]> {
     const K: [f64; 9] =
         [0.282095, 0.488603, 0.488603, 0.488603, 1.092548, 1.092548, 0.315392, 1.092548, 0.546274];
-    let line = |(e, k): (&[f64; 3], f64)| {
-        let [r, g, b] = e.map(|v| v / PI * k);
-        format!("{r:.9} {g:.9} {b:.9}\n")
-    };
-    irradiance(sh).iter().zip(K).map(line).collect()
+    irradiance(sh).iter().zip(K).map(|(e, k)| e.map(|v| v / PI * k)).collect()
+}
+
+/// The same as text.
+fn filament_sh(sh: &ShRgb) -> String {
+    filament_numbers(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
 }
 
 fn filament(

@@ -79,6 +79,7 @@ impl Technique for PhongDiffuseMaps {
             global: true,
             diffuse: true,
             certain_isotropic: true,
+            shift_variant: true,
             bump_mapping: true,
             dynamic_objects: true,
             ..Capabilities::NONE

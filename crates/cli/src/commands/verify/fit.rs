@@ -1,0 +1,396 @@
+//! Which kernel a level holds: the one whose filtering of the light fits best, with its width and scale.
+
+use super::rings::{Filtered, Rings};
+use glam::DVec3;
+use std::collections::BTreeSet;
+use steradian_prefilter::{Lobe, probe};
+use steradian_sphere::SphereImage;
+
+/// A family of kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    Ggx,
+    Beckmann,
+    Charlie,
+    Phong,
+    Gaussian,
+    Lambert,
+    /// Means over the texels: box mips.
+    Box,
+    /// The light at the texels' centres, not filtered.
+    None,
+}
+
+impl Family {
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ggx => "ggx",
+            Self::Beckmann => "beckmann",
+            Self::Charlie => "charlie",
+            Self::Phong => "phong",
+            Self::Gaussian => "gaussian",
+            Self::Lambert => "lambert",
+            Self::Box => "box",
+            Self::None => "none",
+        }
+    }
+
+    /// The family of a kernel's name, as files and commands have it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let all = [Self::Ggx, Self::Beckmann, Self::Charlie, Self::Phong, Self::Gaussian, Self::Lambert];
+        all.into_iter().find(|f| f.name() == name.trim().to_ascii_lowercase())
+    }
+
+    /// The range of widths that are tried.
+    fn range(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Ggx | Self::Beckmann => Some((2e-3, 1.0)),
+            Self::Charlie => Some((SHEEN, 1.0)),
+            Self::Phong => Some((0.7, 2e5)),
+            Self::Gaussian => Some((2e-3, 2.0)),
+            Self::Lambert | Self::Box | Self::None => None,
+        }
+    }
+}
+
+/// The least alpha of Charlie's lobe: narrower ones are this one.
+const SHEEN: f64 = 0.02;
+
+/// A kernel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kernel {
+    pub family: Family,
+    /// alpha of ggx, beckmann and charlie, exponent of phong, standard deviation of gaussian; 0 where there is none.
+    pub width: f64,
+}
+
+impl Kernel {
+    /// The mirror.
+    pub const NONE: Self = Self { family: Family::None, width: 0.0 };
+
+    /// A kernel of a family at a perceptual roughness; ggx and beckmann at 0 are a mirror.
+    pub fn at(family: Family, r: f64) -> Self {
+        match family {
+            Family::Ggx | Family::Beckmann if r == 0.0 => Self::NONE,
+            Family::Charlie => Self { family, width: (r * r).max(SHEEN) },
+            _ => Self { family, width: r * r },
+        }
+    }
+
+    /// What filters; `None` for box and none.
+    pub fn lobe(self) -> Option<Lobe> {
+        match self.family {
+            Family::Ggx => Some(Lobe::ggx(self.width)),
+            Family::Beckmann => Some(Lobe::beckmann(self.width)),
+            Family::Charlie => Some(Lobe::charlie(self.width)),
+            Family::Phong => Some(Lobe::phong(self.width)),
+            Family::Gaussian => Some(Lobe::gaussian(self.width)),
+            Family::Lambert => Some(Lobe::lambert()),
+            Family::Box | Family::None => None,
+        }
+    }
+
+    /// Perceptual roughness, where the family has one; 0 for a mirror.
+    pub fn roughness(self) -> Option<f64> {
+        match self.family {
+            Family::Ggx | Family::Beckmann | Family::Charlie => Some(self.width.sqrt()),
+            Family::None => Some(0.0),
+            _ => None,
+        }
+    }
+}
+
+/// Texels of a level that are looked at.
+#[derive(Default)]
+pub struct Samples {
+    /// Face, column, row.
+    pub texels: Vec<(usize, usize, usize)>,
+    pub directions: Vec<DVec3>,
+    pub values: Vec<[f64; 3]>,
+    /// Of relative errors, with a floor below which darkness counts less; 0 where the level is clipped.
+    weights: Vec<f64>,
+    /// The value at which the level is clipped, and how many texels.
+    pub clipped: Option<(f32, usize)>,
+    /// The largest value of each channel.
+    largest: [f64; 3],
+}
+
+/// Largest values of formats: halves, RGB9E5, R11G11B10, RGBD.
+const LIMITS: [f32; 5] = [65504.0, 65408.0, 65024.0, 64512.0, 255.0];
+
+/// The value that a format's limit gave many texels, and how many.
+fn clipped(image: &SphereImage) -> Option<(f32, usize)> {
+    let counted = LIMITS.map(|limit| {
+        let at = |k: usize| image.planes.iter().any(|p| (p[k] / limit - 1.0).abs() < 1e-6);
+        (limit, (0..image.planes[0].len()).filter(|k| at(*k)).count())
+    });
+    let most = image.planes.iter().map(|p| largest(p)).fold(0.0, f64::max);
+    // The limit is the largest value, and not of a single texel that happens to hold it.
+    let known = counted.into_iter().filter(|(l, n)| *n > 0 && most < f64::from(*l) * (1.0 + 1e-6));
+    known.max_by_key(|c| c.1).filter(|(l, n)| *l > 255.0 || *n > 3)
+}
+
+/// Texels spread over the map, and steps outwards from its brightest point.
+const SPREAD: usize = 96;
+const STEPS: [f64; 9] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0];
+
+impl Samples {
+    /// Samples of `image`, many of them around `bright`.
+    pub fn new(image: &SphereImage, bright: Option<DVec3>) -> Self {
+        let (w, h, faces) = (image.width, image.height, image.layout.faces());
+        let all = faces * w * h;
+        let mut chosen: BTreeSet<(usize, usize, usize)> = BTreeSet::new();
+        if all <= 2 * SPREAD {
+            chosen.extend((0..all).map(|k| (k / (w * h), k % w, k / w % h)));
+        } else {
+            chosen.extend((0..SPREAD).map(|k| image.texel_of(probe::direction(k, SPREAD))));
+            let step = (4.0 * std::f64::consts::PI / all as f64).sqrt();
+            let centre = bright.unwrap_or_else(|| brightest(image));
+            let side = centre.any_orthonormal_vector();
+            let up = centre.cross(side);
+            for radius in STEPS.map(|s| (s * step).min(1.5)) {
+                for k in 0..8 {
+                    let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64 + radius).sin_cos();
+                    let d = centre * radius.cos() + (c * side + s * up) * radius.sin();
+                    chosen.insert(image.texel_of(d.normalize()));
+                }
+            }
+        }
+        let mut samples = Self {
+            clipped: clipped(image),
+            largest: image.planes.each_ref().map(|p| largest(p)),
+            ..Self::default()
+        };
+        for (face, i, j) in chosen {
+            if let Some(d) = image.layout.texel_direction(w, h, face, i, j) {
+                samples.texels.push((face, i, j));
+                samples.directions.push(d);
+                samples.values.push(image.texel(face, i, j).map(f64::from));
+            }
+        }
+        let size = |v: &[f64; 3]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let n = samples.values.len().max(1) as f64;
+        // The mean of small powers: suns do not lift the floor.
+        let mean = (samples.values.iter().map(|v| size(v).sqrt()).sum::<f64>() / n).powi(2);
+        let limit = samples.clipped.map_or(f64::INFINITY, |c| 0.98 * f64::from(c.0));
+        let weight = |v: &[f64; 3]| {
+            if size(v) >= limit {
+                0.0
+            } else {
+                1.0 / (size(v).powi(2) + (0.2 * mean).powi(2)).max(f64::MIN_POSITIVE)
+            }
+        };
+        samples.weights = samples.values.iter().map(weight).collect();
+        samples
+    }
+}
+
+fn largest(plane: &[f32]) -> f64 {
+    plane.iter().fold(0.0, |m, v| f64::from(*v).max(m))
+}
+
+fn brightest(image: &SphereImage) -> DVec3 {
+    let [r, g, b] = &image.planes;
+    let sum = |k: usize| r[k] + g[k] + b[k];
+    let k = (0..r.len()).fold(0, |m, k| if sum(k) > sum(m) { k } else { m });
+    let (w, h) = (image.width, image.height);
+    image.layout.texel_direction(w, h, k / (w * h), k % w, k / w % h).unwrap_or(DVec3::Y)
+}
+
+/// How well a kernel explains the samples.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit {
+    pub kernel: Kernel,
+    /// The factor on each channel.
+    pub scale: [f64; 3],
+    /// The part of the brightest light (suns, brightest texels) that is there.
+    pub held: f64,
+    /// RMS of relative errors over the samples.
+    pub residual: f64,
+}
+
+impl Fit {
+    /// The factor on all channels together: weighted as the samples are.
+    pub fn gain(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0
+    }
+}
+
+/// Everything that fits are made from.
+pub struct Fitter<'a> {
+    pub samples: &'a Samples,
+    pub rings: &'a Rings,
+    /// The light averaged over the texels, and at their centres.
+    pub boxed: Vec<[f64; 3]>,
+    pub points: Vec<[f64; 3]>,
+    /// May the brightest light be partly missing?
+    pub clamped: bool,
+}
+
+impl Fitter<'_> {
+    /// The fit of one kernel: scale, and the part of the brightest light where that is open.
+    pub fn kernel(&self, kernel: Kernel) -> Fit {
+        let plain = |v: &[[f64; 3]]| -> Filtered { v.iter().map(|v| (*v, [0.0; 3])).collect() };
+        if kernel.lobe().is_none() {
+            let columns = plain(if kernel.family == Family::Box { &self.boxed } else { &self.points });
+            return self.mirror(kernel, columns);
+        }
+        let columns: Filtered = match kernel.lobe() {
+            Some(lobe) => self.rings.filtered(&lobe),
+            None => plain(&self.points),
+        };
+        let held = if self.clamped && kernel.lobe().is_some() { self.held(&columns) } else { 1.0 };
+        let (scale, residual) = self.solve(&columns, held);
+        Fit { kernel, scale, held, residual }
+    }
+
+    /// The fit of the light itself. Where it may be clamped it is so at the level's largest value: the scale is then a
+    /// median, which the few bright texels do not move.
+    fn mirror(&self, kernel: Kernel, mut columns: Filtered) -> Fit {
+        let (mut light, mut held) = (0.0, 0.0);
+        if self.clamped {
+            for c in 0..3 {
+                let pairs = self.samples.values.iter().zip(&columns).filter(|(_, (x, _))| x[c] > 0.0);
+                let mut ratios: Vec<f64> = pairs.map(|(v, (x, _))| v[c] / x[c]).collect();
+                ratios.sort_by(f64::total_cmp);
+                let scale = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+                let cap = self.samples.largest[c] / scale.max(f64::MIN_POSITIVE);
+                for (x, _) in &mut columns {
+                    if x[c] > cap {
+                        light += x[c];
+                        held += cap;
+                        x[c] = cap;
+                    }
+                }
+            }
+        }
+        let (scale, residual) = self.solve(&columns, 1.0);
+        Fit { kernel, scale, held: if light > 0.0 { held / light } else { 1.0 }, residual }
+    }
+
+    /// The value of the light at which a mirror is clamped.
+    pub fn cap(&self, scale: [f64; 3]) -> f64 {
+        (0..3).map(|c| self.samples.largest[c] / scale[c].max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+    }
+
+    /// Scale of each channel and the residual, with a part of the beams.
+    fn solve(&self, columns: &Filtered, held: f64) -> ([f64; 3], f64) {
+        let s = self.samples;
+        let mut scale = [1.0; 3];
+        let (mut left, mut all) = (0.0, 0.0);
+        for c in 0..3 {
+            let (mut vx, mut xx) = (0.0, 0.0);
+            for ((v, w), (base, beams)) in s.values.iter().zip(&s.weights).zip(columns) {
+                let x = base[c] + held * beams[c];
+                vx += w * v[c] * x;
+                xx += w * x * x;
+            }
+            if xx > 0.0 {
+                scale[c] = vx / xx;
+            }
+            for ((v, w), (base, beams)) in s.values.iter().zip(&s.weights).zip(columns) {
+                let x = base[c] + held * beams[c];
+                left += w * (v[c] - scale[c] * x).powi(2);
+                all += w * v[c] * v[c];
+            }
+        }
+        (scale, if all > 0.0 { (left / all).sqrt() } else { 0.0 })
+    }
+
+    /// Least squares with the beams' part free in each channel; one part for all.
+    fn held(&self, columns: &Filtered) -> f64 {
+        let s = self.samples;
+        let (mut base_sum, mut beam_sum) = (0.0, 0.0);
+        for c in 0..3 {
+            let [mut bb, mut bs, mut ss, mut vb, mut vs] = [0.0; 5];
+            for ((v, w), (base, beams)) in s.values.iter().zip(&s.weights).zip(columns) {
+                bb += w * base[c] * base[c];
+                bs += w * base[c] * beams[c];
+                ss += w * beams[c] * beams[c];
+                vb += w * v[c] * base[c];
+                vs += w * v[c] * beams[c];
+            }
+            let det = bb * ss - bs * bs;
+            if det > 1e-9 * bb * ss {
+                base_sum += (vb * ss - vs * bs) / det;
+                beam_sum += (vs * bb - vb * bs) / det;
+            }
+        }
+        if base_sum > 0.0 { (beam_sum / base_sum).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// A family's best kernel on a grid of widths.
+    fn coarse(&self, family: Family) -> Fit {
+        let Some((low, high)) = family.range() else { return self.kernel(Kernel { family, width: 0.0 }) };
+        let at = |k: usize| low * (high / low).powf(k as f64 / COARSE as f64);
+        let fits = (0..=COARSE).map(|k| self.kernel(Kernel { family, width: at(k) }));
+        fits.reduce(better).unwrap_or_else(|| self.kernel(Kernel { family, width: low }))
+    }
+
+    /// The best kernel near that of a grid: golden sections in the logarithm of the width.
+    fn fine(&self, start: Fit) -> Fit {
+        let family = start.kernel.family;
+        let Some((low, high)) = family.range() else { return start };
+        let at = |t: f64| self.kernel(Kernel { family, width: t.exp().clamp(low, high) });
+        let step = (high / low).ln() / COARSE as f64;
+        let ratio = 0.5 * (5f64.sqrt() - 1.0);
+        let t = start.kernel.width.ln();
+        let (mut lo, mut hi) = ((t - step).max(low.ln()), (t + step).min(high.ln()));
+        let (mut p, mut q) = (hi - ratio * (hi - lo), lo + ratio * (hi - lo));
+        let (mut fp, mut fq) = (at(p), at(q));
+        while hi - lo > 2e-3 {
+            if fp.residual < fq.residual {
+                (hi, q, fq) = (q, p, fp);
+                p = hi - ratio * (hi - lo);
+                fp = at(p);
+            } else {
+                (lo, p, fp) = (p, q, fq);
+                q = lo + ratio * (hi - lo);
+                fq = at(q);
+            }
+        }
+        better(better(start, fp), fq)
+    }
+
+    /// The best kernel of all; where it hardly matters, one of the family that is expected.
+    pub fn best(&self, expected: Family) -> Fit {
+        const FAMILIES: [Family; 8] = [
+            Family::None,
+            Family::Box,
+            Family::Lambert,
+            Family::Ggx,
+            Family::Phong,
+            Family::Charlie,
+            Family::Beckmann,
+            Family::Gaussian,
+        ];
+        let lowest = |fits: &[Fit]| fits.iter().fold(f64::INFINITY, |m, f| m.min(f.residual));
+        let mut fits: Vec<Fit> = FAMILIES.into_iter().map(|f| self.coarse(f)).collect();
+        // Between two widths of the grid a family can gain much: half of them are worth a closer look.
+        let mut order: Vec<f64> = fits.iter().map(|f| f.residual).collect();
+        order.sort_by(f64::total_cmp);
+        let limit = order[order.len() / 2];
+        for f in &mut fits {
+            if f.residual <= limit || f.kernel.family == expected {
+                *f = self.fine(*f);
+            }
+        }
+        let lowest = lowest(&fits);
+        let enough = |f: &&Fit| f.residual <= 1.2 * lowest + ENOUGH;
+        let wanted = fits.iter().filter(|f| f.kernel.family == expected).find(enough);
+        // The first of the list that is good enough: the simpler one.
+        let found = wanted.or_else(|| fits.iter().find(|f| f.residual <= 1.1 * lowest + 0.2 * ENOUGH));
+        found.copied().unwrap_or(fits[0])
+    }
+}
+
+/// Widths of a family that are tried first.
+const COARSE: usize = 14;
+
+fn better(a: Fit, b: Fit) -> Fit {
+    if b.residual < a.residual { b } else { a }
+}
+
+/// Residuals that differ by less are the same.
+pub const ENOUGH: f64 = 1.5e-3;

@@ -1,0 +1,446 @@
+//! Which way round a map is: among the 48 symmetries of the cube, turns about +Y, and faces that changed places.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use steradian_sphere::{Layout, SphereImage};
+
+/// Texels a side of the cubes that are compared.
+pub const SIDE: usize = 16;
+/// A map is said to be turned only where that explains this part of what is left.
+const BETTER: f64 = 0.6;
+/// Residuals below this tell nothing.
+const NOISE: f64 = 2e-4;
+
+const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
+
+/// What happened to the directions of a map: the light of world direction d is found at …
+#[derive(Debug, Clone, PartialEq)]
+pub enum Turn {
+    /// g d for an orthogonal g; a symmetry of the cube or a turn about +Y, perhaps mirrored.
+    Axes(DMat3),
+    /// On face `from[f].0` of the world, after one of eight turns and flips, for each face f of the file.
+    Faces([(usize, usize); 6]),
+}
+
+/// A turn and how well it explains the map: 1 − correlation.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub turn: Turn,
+    pub residual: f64,
+    /// The residual of the map as it is.
+    pub straight: f64,
+    /// Does the map vary enough to tell?
+    pub certain: bool,
+}
+
+/// Every symmetry of the cube.
+pub fn symmetries() -> Vec<DMat3> {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    let signed = |o: [usize; 3], s: usize| {
+        let col = |k: usize| axes[o[k]] * if s >> k & 1 == 1 { -1.0 } else { 1.0 };
+        DMat3::from_cols(col(0), col(1), col(2))
+    };
+    let mut all: Vec<DMat3> = orders.iter().flat_map(|o| (0..8).map(|s| signed(*o, s))).collect();
+    // Identity first, then what moves least: ties go to the simpler one.
+    all.sort_by(|a, b| simplicity(*b).total_cmp(&simplicity(*a)));
+    all
+}
+
+fn simplicity(g: DMat3) -> f64 {
+    g.x_axis.x + g.y_axis.y + g.z_axis.z
+}
+
+/// Brightness on a cube of `side` as x/(1 + x) of twice the median, with mean 0: suns, clamped or clipped or not, do
+/// not decide alone, and a factor changes nothing.
+fn features(image: &SphereImage, side: usize) -> Vec<f64> {
+    let cube = image.resample(Layout::Cube, side, side);
+    let [r, g, b] = &cube.planes;
+    let sum = |i: usize| (f64::from(r[i]) + f64::from(g[i]) + f64::from(b[i])).max(0.0);
+    let v: Vec<f64> = (0..r.len()).map(sum).collect();
+    saturated(&v)
+}
+
+fn saturated(v: &[f64]) -> Vec<f64> {
+    let mut sorted = v.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let positive = sorted.iter().copied().find(|v| *v > 0.0).unwrap_or(1.0);
+    let half = (2.0 * sorted.get(v.len() / 2).copied().unwrap_or(1.0)).max(positive);
+    let f: Vec<f64> = v.iter().map(|v| v / (v + half)).collect();
+    let mean = f.iter().sum::<f64>() / f.len().max(1) as f64;
+    f.iter().map(|f| f - mean).collect()
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// Finds how `file` is turned against `world`. Faces may have changed places only in files that are cubes.
+pub fn find(file: &SphereImage, world: &SphereImage) -> Found {
+    let side = SIDE.min(world.height).max(1);
+    let (f, w) = (features(file, side), features(world, side));
+    let scale = norm(&f) * norm(&w);
+    let varies = |v: &[f64]| norm(v) / (v.len() as f64).sqrt();
+    if scale == 0.0 || varies(&w) < 1e-3 || varies(&f) < 1e-4 {
+        let residual = (varies(&f) - varies(&w)).abs();
+        return Found { turn: Turn::Axes(DMat3::IDENTITY), residual, straight: residual, certain: false };
+    }
+    let shape = SphereImage::new(Layout::Cube, side, side);
+    let directions = directions(side);
+    let score = |g: DMat3| {
+        let at = |d: &DVec3| {
+            let (face, i, j) = shape.texel_of(g * *d);
+            f[shape.index(face, i, j)]
+        };
+        1.0 - directions.iter().zip(&w).map(|(d, w)| at(d) * w).sum::<f64>() / scale
+    };
+    let scores: Vec<(DMat3, f64)> = symmetries().into_par_iter().map(|g| (g, score(g))).collect();
+    let straight = scores[0].1;
+    let better = |a: f64, b: f64| a < BETTER * b && b > NOISE;
+    let mut best = (Turn::Axes(DMat3::IDENTITY), straight);
+    let lowest = scores.iter().fold(scores[0], |a, b| if b.1 < a.1 - 1e-6 { *b } else { a });
+    if better(lowest.1, best.1) {
+        best = (Turn::Axes(lowest.0), lowest.1);
+    }
+    if file.layout == Layout::Cube && side > 2 {
+        let (faces, residual) = by_faces(&f, &w, side, scale);
+        if better(residual, best.1) && best.1 > 5e-3 {
+            best = (Turn::Faces(faces), residual);
+        }
+    }
+    if best.1 > 0.02 && side > 2 {
+        let (g, residual) = about_y(file, &w, &directions, side);
+        if better(residual, best.1) {
+            best = (Turn::Axes(g), residual);
+        }
+    }
+    Found { turn: best.0, residual: best.1, straight, certain: true }
+}
+
+/// 1 − correlation of a map, after a turn is undone, with the world.
+pub fn residual(turn: &Turn, file: &SphereImage, world: &SphereImage) -> f64 {
+    let side = SIDE.min(world.height).max(1);
+    let (f, w) = (features(&turn.undo(file), side), features(world, side));
+    let scale = norm(&f) * norm(&w);
+    if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
+}
+
+fn directions(side: usize) -> Vec<DVec3> {
+    let texel = |k: usize| {
+        let (face, j, i) = (k / (side * side), k / side % side, k % side);
+        Layout::Cube.texel_direction(side, side, face, i, j).unwrap_or(DVec3::Y)
+    };
+    (0..6 * side * side).map(texel).collect()
+}
+
+/// One of the eight turns and flips of a square: column and row of the source.
+fn square(q: usize, i: usize, j: usize, n: usize) -> (usize, usize) {
+    let (i, j) = if q & 4 != 0 { (j, i) } else { (i, j) };
+    (if q & 1 != 0 { n - 1 - i } else { i }, if q & 2 != 0 { n - 1 - j } else { j })
+}
+
+/// The assignment of faces that fits best: for each face of the file, the world's face and the turn.
+fn by_faces(f: &[f64], w: &[f64], n: usize, scale: f64) -> ([(usize, usize); 6], f64) {
+    let mut best = [[(0usize, f64::NEG_INFINITY); 6]; 6];
+    for (file, row) in best.iter_mut().enumerate() {
+        for (world, cell) in row.iter_mut().enumerate() {
+            for q in 0..8 {
+                let mut sum = 0.0;
+                for k in 0..n * n {
+                    let (i, j) = square(q, k % n, k / n, n);
+                    sum += f[file * n * n + k] * w[world * n * n + j * n + i];
+                }
+                if sum > cell.1 + 1e-9 * scale {
+                    *cell = (q, sum);
+                }
+            }
+        }
+    }
+    let mut order = [0, 1, 2, 3, 4, 5];
+    let mut found = ([(0, 0); 6], f64::NEG_INFINITY);
+    permute(&mut order, 0, &mut |p| {
+        let sum: f64 = p.iter().enumerate().map(|(file, &world)| best[file][world].1).sum();
+        if sum > found.1 + 1e-9 * scale {
+            found = (std::array::from_fn(|file| (p[file], best[file][p[file]].0)), sum);
+        }
+    });
+    // A face without features fits any way round: it goes the way of the others.
+    let every = |q: usize| -> f64 {
+        let texel = |k: usize| {
+            let (i, j) = square(q, k % n, k / n % n, n);
+            f[k] * w[k / (n * n) * n * n + j * n + i]
+        };
+        (0..6 * n * n).map(texel).sum()
+    };
+    let alike =
+        (1..8).map(|q| (q, every(q))).fold((0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
+    let (own, same) = (1.0 - found.1 / scale, 1.0 - alike.1 / scale);
+    if same <= 1.2 * own + NOISE {
+        return (std::array::from_fn(|face| (face, alike.0)), same);
+    }
+    (found.0, own)
+}
+
+fn permute(p: &mut [usize; 6], k: usize, visit: &mut impl FnMut(&[usize; 6])) {
+    if k == 6 {
+        return visit(p);
+    }
+    for i in k..6 {
+        p.swap(k, i);
+        permute(p, k + 1, visit);
+        p.swap(k, i);
+    }
+}
+
+/// The turn about +Y, perhaps mirrored, that fits best: steps of 3°, then finer.
+fn about_y(file: &SphereImage, w: &[f64], directions: &[DVec3], side: usize) -> (DMat3, f64) {
+    let fine = file.resample(Layout::Cube, 2 * side, 2 * side);
+    let turned = |degrees: f64, mirror: bool| {
+        let m = if mirror { DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)) } else { DMat3::IDENTITY };
+        DMat3::from_rotation_y(degrees.to_radians()) * m
+    };
+    let score = |g: DMat3| {
+        let value = |d: &DVec3| {
+            let [r, g, b] = fine.bilinear(g * *d);
+            f64::from(r + g + b).max(0.0)
+        };
+        let v = saturated(&directions.iter().map(value).collect::<Vec<_>>());
+        1.0 - v.iter().zip(w).map(|(a, b)| a * b).sum::<f64>() / (norm(&v) * norm(w)).max(f64::MIN_POSITIVE)
+    };
+    let coarse: Vec<(f64, bool, f64)> = (0..240usize)
+        .into_par_iter()
+        .map(|k| ((k % 120) as f64 * 3.0, k >= 120, score(turned((k % 120) as f64 * 3.0, k >= 120))))
+        .collect();
+    let mut best = coarse.into_iter().fold((0.0, false, f64::INFINITY), |a, b| if b.2 < a.2 { b } else { a });
+    for step in [1.0, 0.3, 0.1] {
+        for side in [-1.0, 1.0] {
+            loop {
+                let next = (best.0 + side * step, best.1, score(turned(best.0 + side * step, best.1)));
+                if next.2 >= best.2 {
+                    break;
+                }
+                best = next;
+            }
+        }
+    }
+    (turned(best.0, best.1), best.2)
+}
+
+impl Turn {
+    /// Nothing happened.
+    pub fn is_identity(&self) -> bool {
+        matches!(self, Self::Axes(g) if (*g - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-9))
+    }
+
+    /// The map as it should be.
+    pub fn undo(&self, file: &SphereImage) -> SphereImage {
+        match self {
+            _ if self.is_identity() => file.clone(),
+            Self::Axes(g) => {
+                let g = *g;
+                SphereImage::from_fn(file.layout, file.width, file.height, |d| {
+                    let at = file.position(g * d);
+                    let centred = |v: f64| (v - v.floor() - 0.5).abs() < 1e-6;
+                    let exact = centred(at.x) && centred(at.y);
+                    if exact { file.nearest(g * d) } else { file.bilinear(g * d) }
+                })
+            }
+            Self::Faces(from) => {
+                let n = file.width;
+                let mut out = SphereImage::new(Layout::Cube, n, n);
+                for (f, &(world, q)) in from.iter().enumerate() {
+                    for k in 0..n * n {
+                        let (i, j) = square(q, k % n, k / n, n);
+                        let to = world * n * n + j * n + i;
+                        (0..3).for_each(|c| out.planes[c][to] = file.planes[c][f * n * n + k]);
+                    }
+                }
+                out
+            }
+        }
+    }
+
+    /// In words.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Axes(g) => axes_name(*g),
+            Self::Faces(from) => faces_name(from),
+        }
+    }
+
+    /// For the report: where the light of world direction (x, y, z) is found.
+    pub fn json(&self) -> Value {
+        match self {
+            Self::Axes(g) => {
+                json!({"name": self.name(), "map": map_name(*g), "matrix": g.transpose().to_cols_array()})
+            }
+            Self::Faces(from) => {
+                let faces: Vec<Value> = from
+                    .iter()
+                    .enumerate()
+                    .map(|(f, (world, q))| json!({"face": FACES[f], "holds": FACES[*world], "turned": TURNS[*q]}))
+                    .collect();
+                json!({"name": self.name(), "faces": faces})
+            }
+        }
+    }
+}
+
+const TURNS: [&str; 8] = [
+    "no",
+    "mirrored left to right",
+    "upside down (mirrored top to bottom)",
+    "turned by half a turn",
+    "transposed",
+    "turned by a quarter (counterclockwise)",
+    "turned by a quarter (clockwise)",
+    "transposed across the other diagonal",
+];
+
+fn axes_name(g: DMat3) -> String {
+    let diagonal = [g.x_axis.x, g.y_axis.y, g.z_axis.z];
+    if (g - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-9) {
+        return "identity".into();
+    }
+    let names = ["x", "y", "z"];
+    let is_diagonal = diagonal.iter().all(|v| (v.abs() - 1.0).abs() < 1e-9);
+    let flipped: Vec<&str> = (0..3).filter(|k| diagonal[*k] < 0.0).map(|k| names[k]).collect();
+    if is_diagonal && flipped.len() != 2 {
+        return format!("mirrored in {}", flipped.join(", "));
+    }
+    let (mirror, r) = if g.determinant() < 0.0 {
+        (", mirrored in x", g * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))
+    } else {
+        ("", g)
+    };
+    let cosine = (0.5 * (r.x_axis.x + r.y_axis.y + r.z_axis.z - 1.0)).clamp(-1.0, 1.0);
+    let angle = cosine.acos().to_degrees();
+    let axis = DVec3::new(r.y_axis.z - r.z_axis.y, r.z_axis.x - r.x_axis.z, r.x_axis.y - r.y_axis.x);
+    for (k, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+        if (r * unit - unit).length() < 1e-9 {
+            let sign = if axis.dot(unit) < -1e-9 { -1.0 } else { 1.0 };
+            let degrees = (sign * angle * 10.0).round() / 10.0;
+            return format!("turned by {degrees}° about +{}{mirror}", names[k].to_uppercase());
+        }
+    }
+    format!("axes exchanged: (x, y, z) lies at {}", map_name(g))
+}
+
+/// g (x, y, z) as text, for symmetries of the cube.
+fn map_name(g: DMat3) -> String {
+    let term = |row: DVec3| {
+        let parts = [(row.x, "x"), (row.y, "y"), (row.z, "z")];
+        match parts.iter().find(|(v, _)| v.abs() > 1.0 - 1e-9) {
+            Some((v, n)) => format!("{}{n}", if *v < 0.0 { "-" } else { "" }),
+            None => "·".into(),
+        }
+    };
+    let t = g.transpose();
+    format!("({}, {}, {})", term(t.x_axis), term(t.y_axis), term(t.z_axis))
+}
+
+fn faces_name(from: &[(usize, usize); 6]) -> String {
+    let same_turn = from.iter().all(|f| f.1 == from[0].1);
+    let in_place = from.iter().enumerate().all(|(f, w)| f == w.0);
+    if in_place && same_turn {
+        return format!("every face {}", TURNS[from[0].1]);
+    }
+    let mut parts = Vec::new();
+    for f in 0..6 {
+        let (world, q) = from[f];
+        if world > f && from[world].0 == f && q == 0 && from[world].1 == 0 {
+            parts.push(format!("faces {} and {} swapped", FACES[f], FACES[world]));
+        } else if world == f && q != 0 {
+            parts.push(format!("face {} {}", FACES[f], TURNS[q]));
+        } else if world != f && !(from[world].0 == f && q == 0 && from[world].1 == 0) {
+            let turned = if q == 0 { String::new() } else { format!(", {}", TURNS[q]) };
+            parts.push(format!("face {} holds {}{turned}", FACES[f], FACES[world]));
+        }
+    }
+    parts.join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn light(d: DVec3) -> [f32; 3] {
+        let sun = if d.dot(DVec3::new(0.3, 0.6, 0.74)) > 0.99 { 500.0 } else { 0.0 };
+        let v = 1.0 + 0.8 * (2.0 * d.x + 0.3).sin() * d.y + 0.5 * d.z + 0.2 * (5.0 * d.x * d.z + d.y).cos();
+        [v as f32 + sun, 0.7 * v as f32 + sun, 0.4 + sun]
+    }
+
+    fn cube() -> SphereImage {
+        SphereImage::from_fn(Layout::Cube, 32, 32, light)
+    }
+
+    #[test]
+    fn every_symmetry_is_recognised_and_undone() {
+        let world = cube();
+        assert_eq!(symmetries().len(), 48);
+        for g in symmetries() {
+            // W(g d) = R(d)
+            let back = g.transpose();
+            let file = SphereImage::from_fn(Layout::Cube, 32, 32, |d| world.nearest(back * d));
+            let found = find(&file, &world);
+            assert_eq!(found.turn, Turn::Axes(g), "{} {}", found.turn.name(), axes_name(g));
+            assert_eq!(found.turn.undo(&file), world);
+        }
+    }
+
+    #[test]
+    fn lat_long_images_turn_too() {
+        let world = cube();
+        for degrees in [0.0, 90.0, 180.0, 37.0] {
+            let back = DMat3::from_rotation_y(f64::to_radians(-degrees));
+            let file = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| light(back * d));
+            let found = find(&file, &world);
+            let want =
+                if degrees == 0.0 { "identity".into() } else { format!("turned by {degrees}° about +Y") };
+            let name = found.turn.name();
+            let got: f64 = name.split(&[' ', '°'][..]).find_map(|w| w.parse().ok()).unwrap_or(0.0);
+            assert!(name == want || (degrees == 37.0 && (got - 37.0).abs() < 1.5), "{name} {want}");
+        }
+    }
+
+    #[test]
+    fn faces_that_changed_places_are_named() {
+        let world = cube();
+        let n = 32 * 32;
+        let mut file = world.clone();
+        for c in 0..3 {
+            let (a, b) = file.planes[c].split_at_mut(3 * n);
+            a[2 * n..].swap_with_slice(&mut b[..n]);
+        }
+        let found = find(&file, &world);
+        assert_eq!(found.turn.name(), "faces +Y and -Y swapped");
+        assert_eq!(found.turn.undo(&file), world);
+        let mut file = world.clone();
+        file.planes.iter_mut().for_each(|p| p.chunks_exact_mut(32).for_each(|r| r.reverse()));
+        let found = find(&file, &world);
+        assert_eq!(found.turn.name(), "every face mirrored left to right");
+        assert_eq!(found.turn.undo(&file), world);
+        // One face by a quarter.
+        let mut file = world.clone();
+        for k in 0..n {
+            (0..3).for_each(|c| {
+                file.planes[c][2 * n + k] = world.planes[c][2 * n + (31 - k % 32) * 32 + k / 32]
+            });
+        }
+        let found = find(&file, &world);
+        assert!(found.turn.name().starts_with("face +Y turned by a quarter"), "{}", found.turn.name());
+        assert_eq!(found.turn.undo(&file), world);
+    }
+
+    #[test]
+    fn names() {
+        let g = DMat3::from_rotation_y(std::f64::consts::FRAC_PI_2);
+        assert_eq!(
+            axes_name(symmetries().into_iter().find(|s| s.abs_diff_eq(g, 1e-9)).unwrap()),
+            "turned by 90° about +Y"
+        );
+        assert_eq!(axes_name(DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0))), "mirrored in z");
+        assert_eq!(map_name(DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y)), "(x, z, y)");
+    }
+}

@@ -1,0 +1,134 @@
+//! The light around a direction, ring by ring: what any radially symmetric kernel needs of it.
+//!
+//! A ring table holds, for nodes θ_b in equal steps of ln θ (of θ far out), the flux that linear interpolation between
+//! the nodes gives them. A filtered value is then Σ_b K(θ_b) flux_b, whatever the kernel: hundreds of kernels can be tried.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_prefilter::{Beam, Tree, Zonal};
+
+/// The first node, radians; what is nearer counts there.
+const FIRST: f64 = 2e-4;
+/// Steps of ln θ. The error of a kernel that falls like θ⁻⁴ is step² · 20/12.
+const STEP: f64 = 0.02;
+/// Beyond this angle the steps are those of θ, radians: sheen is a narrow ring near the horizon.
+const FAR: f64 = 0.4;
+const FAR_STEP: f64 = 0.008;
+/// Parts of the light are this small beside their distance, and at most as for this angle.
+const FINENESS: f64 = 0.5;
+const COARSEST: f64 = 0.15;
+/// Points that stand for a beam's disk.
+const POINTS: usize = 16;
+
+/// Angles of the nodes.
+pub fn nodes() -> Vec<f64> {
+    let near = near();
+    let far = ((PI - FAR) / FAR_STEP).ceil() as usize + 1;
+    let step = (FAR / FIRST).ln() / near as f64;
+    let inner = (0..near).map(|b| FIRST * (step * b as f64).exp());
+    inner.chain((0..far).map(|b| (FAR + FAR_STEP * b as f64).min(PI))).collect()
+}
+
+/// Nodes below [`FAR`].
+fn near() -> usize {
+    ((FAR / FIRST).ln() / STEP).ceil() as usize
+}
+
+/// Where an angle lies among the nodes.
+fn place(theta: f64) -> f64 {
+    let near = near() as f64;
+    if theta < FAR {
+        (theta.max(FIRST) / FIRST).ln() / (FAR / FIRST).ln() * near
+    } else {
+        near + (theta - FAR) / FAR_STEP
+    }
+}
+
+/// Rings of the image and of the brightest texels and suns, around each of some directions.
+pub struct Rings {
+    angles: Vec<f64>,
+    /// Per direction: red, green and blue of the image, then of the beams.
+    tables: Vec<[Vec<f64>; 6]>,
+}
+
+/// What one kernel makes of the light at each direction: the image's part and the beams'.
+pub type Filtered = Vec<([f64; 3], [f64; 3])>;
+
+impl Rings {
+    /// Rings around `directions`.
+    pub fn new(tree: &Tree, beams: &[Beam], directions: &[DVec3]) -> Self {
+        let angles = nodes();
+        let points: Vec<(DVec3, [f64; 3])> = beams.iter().flat_map(points).collect();
+        let around = |d: &DVec3| {
+            let mut table: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; angles.len()]);
+            let mut put = |first: usize, flux: [f64; 3], wi: DVec3| {
+                // 2 asin of half the chord keeps its digits near 0.
+                let theta = 2.0 * (0.5 * d.distance(wi)).min(1.0).asin();
+                let x = place(theta).min((angles.len() - 1) as f64);
+                let b = (x as usize).min(angles.len() - 2);
+                let t = x - b as f64;
+                for c in 0..3 {
+                    table[first + c][b] += flux[c] * (1.0 - t);
+                    table[first + c][b + 1] += flux[c] * t;
+                }
+            };
+            let scale = |wi: DVec3, _: f64| (FINENESS * d.distance(wi)).clamp(1e-3, COARSEST);
+            tree.visit(scale, |flux, wi| put(0, flux, wi));
+            points.iter().for_each(|(wi, flux)| put(3, *flux, *wi));
+            table
+        };
+        Self { tables: directions.par_iter().map(around).collect(), angles }
+    }
+
+    /// The filtered values of a kernel.
+    pub fn filtered(&self, kernel: &dyn Zonal) -> Filtered {
+        let k: Vec<f64> = self.angles.iter().map(|t| kernel.value(t.cos())).collect();
+        let sum = |plane: &Vec<f64>| plane.iter().zip(&k).map(|(f, k)| f * k).sum::<f64>();
+        let both = |t: &[Vec<f64>; 6]| {
+            (std::array::from_fn(|c| sum(&t[c])), std::array::from_fn(|c| sum(&t[3 + c])))
+        };
+        self.tables.iter().map(both).collect()
+    }
+}
+
+/// Points of equal flux on a beam's disk, along a spiral.
+fn points(b: &Beam) -> Vec<(DVec3, [f64; 3])> {
+    let n = if b.radius == 0.0 { 1 } else { POINTS };
+    let flux = b.flux.map(|f| f / n as f64);
+    let side = b.direction.any_orthonormal_vector();
+    let up = b.direction.cross(side);
+    let point = |k: usize| {
+        let r = if n == 1 { 0.0 } else { b.radius * ((k as f64 + 0.5) / n as f64).sqrt() };
+        let (s, c) = (2.399_963_229_728_653 * k as f64).sin_cos();
+        ((b.direction + r.tan() * (c * side + s * up)).normalize(), flux)
+    };
+    (0..n).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_base::Task;
+    use steradian_prefilter::{Lobe, angular};
+    use steradian_sphere::{Layout, SphereImage};
+
+    #[test]
+    fn rings_filter_as_direct_sums_do() {
+        let image = SphereImage::from_fn(Layout::LatLong, 256, 128, |d| {
+            [1.0 + d.x as f32, (3.0 * d.y).exp() as f32, if d.z > 0.9 { 30.0 } else { 0.1 }]
+        });
+        let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
+        let directions = [DVec3::Y, DVec3::Z, DVec3::new(0.3, -0.5, 0.8).normalize()];
+        let rings = Rings::new(&tree, &[], &directions);
+        for k in [Lobe::ggx(0.05), Lobe::ggx(0.2), Lobe::lambert(), Lobe::charlie(0.02)] {
+            for (d, (got, _)) in directions.iter().zip(rings.filtered(&k)) {
+                let exact = angular::convolve_at(&tree, &k, *d);
+                for c in 0..3 {
+                    let e = (got[c] / exact[c] - 1.0).abs();
+                    assert!(e < 4e-3, "{k:?}: {got:?} {exact:?}");
+                }
+            }
+        }
+    }
+}

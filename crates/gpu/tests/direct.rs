@@ -1,0 +1,203 @@
+//! Pictures lit by a sun and point lights beside a sunless sky, GPU against CPU, and lights that change live.
+//!
+//! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
+//! `STERADIAN_KEEP=FOLDER` keeps the pictures.
+
+mod common;
+
+use common::{case, gpu, scene};
+use glam::{DVec3, Mat3, Vec3};
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::Arc;
+use steradian_base::Task;
+use steradian_gpu::Renderer;
+use steradian_gpu::scene::{Path, Picture, Rate, Scene, Settings};
+use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
+use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
+use steradian_render::tone::auto_exposure;
+use steradian_render::{Background, BakeShader, Develop, DirectShader, Film, Stage, Surface, ToneMapper};
+use steradian_techniques::direct::{Direct, Suns, split};
+use steradian_techniques::{AnyBake, Material};
+
+/// Mean FLIP between the CPU's and the GPU's picture.
+const BOUND: f32 = 0.01;
+const SIDE: usize = 192;
+
+/// Scene of the demo, technique, reflectance.
+const CASES: &[(usize, &str, &str)] = &[
+    (0, "sh_irradiance", "lambert:albedo=0.65/0.4/0.28"),
+    (1, "split_sum", "ggx:alpha=0.15,f0=1.0/0.77/0.34"),
+    (1, "split_sum", "ggx:alpha=0.02"),
+    (2, "phong_diffuse_maps", "phong:n=30,scale=0.25/0.4/1"),
+];
+
+/// A sun low at one side, two lamps near the object, and a weak directional light.
+fn lights(sky: &Lights, centre: Vec3, reach: f32) -> Lights {
+    let sun = DiskLight {
+        direction: DVec3::new(0.7, 0.5, 0.6).normalize(),
+        angular_radius: 0.01,
+        radiance: [9000.0, 8000.0, 6000.0],
+    };
+    let lamp = |offset: Vec3, power: [f32; 3]| PointLight {
+        position: centre + offset * reach,
+        intensity: power.map(|p| p * reach * reach),
+    };
+    Lights {
+        environment: sky.environment.clone(),
+        disks: vec![sun],
+        directionals: vec![DirectionalLight {
+            direction: DVec3::new(-0.6, 0.64, 0.48),
+            irradiance: [0.1, 0.2, 0.4],
+        }],
+        points: vec![
+            lamp(Vec3::new(1.5, 0.8, 0.6), [3.0, 1.0, 0.5]),
+            lamp(Vec3::new(0.4, 1.6, -1.2), [0.5, 1.5, 3.0]),
+        ],
+    }
+}
+
+struct Lit {
+    case: common::Case,
+    direct: Direct,
+    bake: Arc<BakeShader>,
+}
+
+fn lit(k: usize, slug: &str, spec: &str, side: usize) -> Result<Lit, Failed> {
+    let mut case = case(k, side);
+    case.brdf = steradian_brdf::parse(spec)?;
+    let (low, high) = case.mesh.0.bounds().ok_or("no triangles")?;
+    case.lights = lights(&case.lights, 0.5 * (low + high), 0.5 * (high - low).length());
+    case.backdrop = steradian_render::Backdrop::new(&case.lights, 2f64.to_radians());
+    let (baked, direct) = split(&case.lights, Suns::Exact);
+    let t = steradian_techniques::find(slug).ok_or("no such technique")?;
+    let mut bake: Box<dyn AnyBake> =
+        t.bake(&baked, &Material::new(case.brdf.clone()), None, &Default::default(), &Task::quiet())?;
+    bake.frame(&common::view(&case));
+    Ok(Lit { case, direct, bake: Arc::new(BakeShader(bake)) })
+}
+
+impl Lit {
+    fn scene(&self) -> Scene {
+        let mut scene = scene(&self.case, self.bake.0.gpu());
+        scene.objects[0].brdf = self.case.brdf.shader();
+        scene.direct = self.direct.clone();
+        scene
+    }
+
+    fn cpu(&self, side: usize) -> Film {
+        let shader = DirectShader {
+            bake: self.bake.clone(),
+            direct: self.direct.clone(),
+            brdf: self.case.brdf.clone(),
+        };
+        let surfaces = [surface(Arc::new(shader))];
+        let background = Background::Sky(self.case.backdrop.clone());
+        let stage = Stage {
+            mesh: &self.case.mesh.0,
+            bvh: &self.case.mesh.1,
+            surfaces: &surfaces,
+            background: &background,
+            camera: self.case.camera,
+        };
+        let settings = steradian_render::Settings::new(side, side);
+        steradian_render::render(&stage, &settings, &Task::quiet()).expect("nobody cancels")
+    }
+}
+
+fn surface(shader: Arc<dyn steradian_render::Shader>) -> Surface {
+    Surface { shader, base_colour: None, maps: steradian_render::Maps::default() }
+}
+
+fn film(p: &Picture) -> Film {
+    Film { width: p.width, height: p.height, rgb: p.rgb.clone(), alpha: p.alpha.clone() }
+}
+
+fn flip(name: &str, a: &Film, b: &Film) -> f32 {
+    let develop = Develop { ev: auto_exposure(a, |i| a.alpha[i]), mapper: ToneMapper::Aces };
+    let (a, b) = (develop.film(a), develop.film(b));
+    if let Some(folder) = std::env::var_os("STERADIAN_KEEP") {
+        for (picture, side) in [(&a, "cpu"), (&b, "gpu")] {
+            common::keep(std::path::Path::new(&folder), &format!("direct-{name}-{side}"), picture);
+        }
+    }
+    flip_displays(&a, &b, DEFAULT_PPD).mean as f32
+}
+
+fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let lit = lit(k, slug, spec, SIDE)?;
+    let truth = lit.cpu(SIDE);
+    for path in [Path::Raster, Path::Compute] {
+        let settings = Settings { path, rate: Rate::Sample, ..Settings::new(SIDE, SIDE) };
+        let (picture, _) = Renderer::new(gpu, lit.scene(), &settings)?.render(gpu)?;
+        let off = flip(&format!("{k}-{slug}-{path:?}"), &truth, &film(&picture));
+        if off > BOUND {
+            return Err(format!("{path:?}: FLIP {off:.4}").into());
+        }
+    }
+    Ok(())
+}
+
+fn largest_difference(a: &Picture, b: &Picture) -> f32 {
+    let scale = a.rgb.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+    let pairs = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
+    pairs.fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / scale
+}
+
+/// Lights that are replaced or turned in a running renderer give the picture of a fresh one.
+fn lights_change_live() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let lit = lit(1, "split_sum", "ggx:alpha=0.15", 64)?;
+    let settings = Settings::new(64, 64);
+    let mut live = Renderer::new(gpu, lit.scene(), &settings)?;
+    let (before, _) = live.render(gpu)?;
+    let mut other = lit.direct.clone();
+    other.points.truncate(1);
+    other.points[0].intensity = [0.0, 20.0, 5.0];
+    let light_rotation = Mat3::from_rotation_y(0.9);
+    live.set_direct(gpu, other.clone())?;
+    live.set_light_rotation(gpu, light_rotation);
+    let (changed, _) = live.render(gpu)?;
+    let fresh = Scene { direct: other, light_rotation, ..lit.scene() };
+    let (expected, _) = Renderer::new(gpu, fresh, &settings)?.render(gpu)?;
+    let (same, moved) = (largest_difference(&changed, &expected), largest_difference(&changed, &before));
+    if same > 0.0 || moved < 1e-3 {
+        return Err(format!("{same} from a fresh renderer, {moved} from before").into());
+    }
+    Ok(())
+}
+
+fn what_cannot_be_is_an_error() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let lit = lit(0, "sh_irradiance", "lambert", 16)?;
+    let settings = Settings::new(8, 8);
+    // An object without a reflectance is lit by its room alone.
+    let mut bare = lit.scene();
+    bare.objects[0].brdf = None;
+    let mut dark = lit.scene();
+    dark.direct = Direct::default();
+    let [bare, dark] = [bare, dark].map(|s| Renderer::new(gpu, s, &settings));
+    let ((bare, _), (dark, _)) = (bare?.render(gpu)?, dark?.render(gpu)?);
+    assert!(largest_difference(&bare, &dark) < 1e-6);
+    let mut many = lit.scene();
+    many.direct.points = vec![many.direct.points[0]; 65];
+    let why = Renderer::new(gpu, many.clone(), &settings).map(|_| ()).unwrap_err().to_string();
+    assert!(why.contains("direct lights; 64 at most"), "{why}");
+    let mut live = Renderer::new(gpu, lit.scene(), &settings)?;
+    assert!(live.set_direct(gpu, many.direct).is_err());
+    Ok(())
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
+    let ignored = gpu().is_err() && !required;
+    let mut trials: Vec<Trial> = CASES
+        .iter()
+        .map(|&(k, slug, spec)| Trial::test(format!("{slug}::{spec}"), move || picture(k, slug, spec)))
+        .collect();
+    trials.push(Trial::test("lights_change_live", lights_change_live));
+    trials.push(Trial::test("what_cannot_be_is_an_error", what_cannot_be_is_an_error));
+    let trials = trials.into_iter().map(|t| t.with_ignored_flag(ignored)).collect();
+    libtest_mimic::run(&arguments, trials).exit();
+}

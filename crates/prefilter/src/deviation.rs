@@ -1,0 +1,97 @@
+//! How far a filtered image is from the sum over all texels of the light.
+
+use crate::Zonal;
+use crate::sampled::{Sampled, beams_at};
+use crate::texels::{Scratch, Texels};
+use rayon::prelude::*;
+use steradian_sphere::SphereImage;
+
+/// How far an image is from the sum over all texels, at some of its texels.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// RMS(error)/RMS(reference).
+    pub rms: f64,
+    /// Σ error / Σ reference.
+    pub bias: f64,
+    /// Largest |error|/reference of a channel.
+    pub worst: f64,
+    /// Texels that were compared.
+    pub texels: usize,
+}
+
+/// Compares `n` texels, spread over the image, with the sum over all texels of the light.
+pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: usize) -> Deviation {
+    let k0 = kernel.coefficients(0)[0];
+    let all = image.planes[0].len();
+    let n = n.min(all);
+    let sums = Texels::new(&light.image);
+    let pair = |scratch: &mut Scratch, i: usize| {
+        // Steps of the golden ratio meet faces, rows and columns evenly.
+        let k = ((i as f64 * 0.618_033_988_749_894_9).fract() * all as f64) as usize;
+        let (face, j, i) =
+            (k / (image.width * image.height), k / image.width % image.height, k % image.width);
+        let d = image.layout.texel_direction(image.width, image.height, face, i, j)?;
+        let (sum, weight) = sums.all(kernel, d, scratch);
+        let scale = if weight > 0.0 { k0 / weight } else { 0.0 };
+        let suns = beams_at(light.suns(), kernel, d);
+        let exact = std::array::from_fn(|c| sum[c] * scale + suns[c]);
+        Some((image.texel(face, i, j).map(f64::from), exact))
+    };
+    let pairs: Vec<_> = (0..n).into_par_iter().map_init(Scratch::default, pair).collect();
+    let pairs: Vec<_> = pairs.into_iter().flatten().collect();
+    summary(&pairs)
+}
+
+fn summary(pairs: &[([f64; 3], [f64; 3])]) -> Deviation {
+    let (mut error2, mut energy, mut error, mut sum) = (0.0, 0.0, 0.0, 0.0);
+    for (got, exact) in pairs.iter().flat_map(|(g, e)| g.iter().zip(e)) {
+        error2 += (got - exact).powi(2);
+        energy += exact * exact;
+        error += got - exact;
+        sum += exact;
+    }
+    let floor = 1e-6 * (energy / (3 * pairs.len()).max(1) as f64).sqrt();
+    let relative = |(g, e): (&f64, &f64)| (g - e).abs() / e.abs().max(floor).max(f64::MIN_POSITIVE);
+    let worst = pairs.iter().flat_map(|(g, e)| g.iter().zip(e)).map(relative).fold(0.0, f64::max);
+    let ratio = |a: f64, b: f64| if b == 0.0 { 0.0 } else { a / b };
+    Deviation { rms: ratio(error2, energy).sqrt(), bias: ratio(error, sum), worst, texels: pairs.len() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Lobe;
+    use glam::DVec3;
+    use steradian_light::{Environment, Lights};
+    use steradian_sphere::Layout;
+
+    /// The sum that is quick is the plain one.
+    #[test]
+    fn sums_in_single_precision_are_those_in_double() {
+        let image = SphereImage::from_fn(Layout::LatLong, 96, 48, |d| {
+            [1.0 + d.x as f32, if d.z > 0.9 { 300.0 } else { 0.1 }, (d.y as f32).max(0.0)]
+        });
+        let lights = Lights::from(Environment { image });
+        let task = steradian_base::Task::quiet();
+        for kernel in
+            [Lobe::ggx(0.03), Lobe::ggx(1.0), Lobe::phong(200.0), Lobe::charlie(0.5), Lobe::gaussian(0.5)]
+        {
+            let light = Sampled::new(&lights, &[&kernel], 1e-3, &task).unwrap();
+            let (sums, mut scratch) = (Texels::new(&light.image), Scratch::default());
+            for d in
+                [DVec3::Y, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::new(-1.0, 0.02, 0.0).normalize()]
+            {
+                let (sum, weight) = sums.all(&kernel, d, &mut scratch);
+                let exact = light.brute_force(&kernel, 1.0, d);
+                for c in 0..3 {
+                    let got = sum[c] / weight;
+                    assert!(
+                        (got - exact[c]).abs() < 2e-6 * exact[c] + 1e-9,
+                        "{kernel:?} {d}: {got} {}",
+                        exact[c]
+                    );
+                }
+            }
+        }
+    }
+}

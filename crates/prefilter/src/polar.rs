@@ -1,0 +1,88 @@
+//! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole, and the
+//! transforms of lat-long grids save the change of basis.
+
+use crate::Beam;
+use glam::{DMat3, DVec3, Vec3Swizzles};
+use rayon::prelude::*;
+use steradian_sphere::sh::{self, Basis, ShRgb};
+
+/// Beams that are summed together.
+const BLOCK: usize = 16;
+
+/// Adds flux · b_l · Y_lm(x, z, y) of every beam, with b_l the spread of its disk.
+pub(crate) fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
+    if beams.is_empty() {
+        return;
+    }
+    let (order, basis) = (to.order, Basis::new(to.order));
+    let sums: Vec<ShRgb> = beams
+        .par_chunks(BLOCK)
+        .map(|block| {
+            let mut sum = ShRgb::zero(order);
+            let mut y = vec![0.0; sh::count(order)];
+            for beam in block {
+                basis.eval(order, beam.direction.xzy(), &mut y);
+                if beam.radius > 0.0 {
+                    let spread = beam.spread(order);
+                    (0..=order)
+                        .for_each(|l| y[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= spread[l]));
+                }
+                for (c, flux) in sum.c.iter_mut().zip(beam.flux) {
+                    c.iter_mut().zip(&y).for_each(|(c, y)| *c += flux * y);
+                }
+            }
+            sum
+        })
+        .collect();
+    for (c, to) in to.c.iter_mut().enumerate() {
+        for s in &sums {
+            to.iter_mut().zip(&s.c[c]).for_each(|(t, s)| *t += s);
+        }
+    }
+}
+
+/// The same function's coefficients in the usual basis.
+///
+/// The exchange of y and z is a rotation followed by d → −d, which takes band l to (−1)^l of itself.
+pub(crate) fn to_world(sh: &ShRgb) -> ShRgb {
+    let exchange = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+    let mut out = sh::Rotation::new(sh.order, -exchange).apply_rgb(sh);
+    let signs: Vec<f64> = (0..=sh.order).map(|l| if l % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    out.convolve(&signs);
+    out
+}
+
+/// The first bands.
+pub(crate) fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
+    let known = sh::count(order.min(sh.order));
+    let mut out = ShRgb::zero(order);
+    out.c.iter_mut().zip(&sh.c).for_each(|(out, c)| out[..known].copy_from_slice(&c[..known]));
+    out
+}
+
+/// Energy of each band, all channels.
+pub(crate) fn bands(sh: &ShRgb) -> Vec<f64> {
+    let band = |l: usize| sh.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum::<f64>();
+    (0..=sh.order).map(band).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_bases_hold_the_same_function() {
+        let beams = [
+            Beam { direction: DVec3::new(0.2, 0.7, -0.5).normalize(), radius: 0.0, flux: [1.0, 0.5, -0.2] },
+            Beam { direction: DVec3::new(-0.9, 0.1, 0.3).normalize(), radius: 0.3, flux: [0.3, 2.0, 1.0] },
+        ];
+        let mut polar = ShRgb::zero(9);
+        add_beams(&mut polar, &beams);
+        let mut world = ShRgb::zero(9);
+        crate::source::add_beams(&mut world, &beams);
+        let back = to_world(&polar);
+        for (a, b) in world.c.iter().flatten().zip(back.c.iter().flatten()) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+}
