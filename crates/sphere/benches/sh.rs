@@ -3,12 +3,12 @@
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
-use glam::DMat3;
+use glam::{DMat3, Mat3};
 use std::hint::black_box;
 use std::time::Instant;
 use steradian_sphere::sh::{
-    Grid, Rotation, ShRgb, ShTransform, count, project, project_direct, synthesize, synthesize_direct,
-    wigner_d,
+    Grid, Rotation, ShRgb, ShTransform, TURNS, Turns, count, project, project_direct, synthesize,
+    synthesize_direct, wigner_d,
 };
 use steradian_sphere::{Layout, SphereImage, glam};
 
@@ -62,6 +62,21 @@ fn main() {
         let turn = Rotation::new(order, DMat3::from_rotation_x(0.7));
         println!("{:<44} {:>10.3}", format!("rotation  band {order}"), best(|| turn.apply_rgb(&sh)));
     }
+    let sh = coefficients(4);
+    // A vertex buffer's share of the second-level cache.
+    let rotations: Vec<Mat3> = (0..2048_u16).map(|i| Mat3::from_rotation_y(f32::from(i))).collect();
+    let turns = Turns::new(&rotations);
+    let mut out = vec![[[[0.0; TURNS]; 25]; 3]; turns.blocks()];
+    let many = best(|| (0..50).for_each(|_| turns.apply(&sh, &mut out)));
+    let one =
+        best(|| rotations.iter().map(|r| Rotation::new(4, r.as_dmat3()).apply_rgb(&sh)).collect::<Vec<_>>());
+    let rate = 50.0 * rotations.len() as f64 / many * 1e-3;
+    println!(
+        "{:<44} {:>10.3}  {rate:.0} million/s, {:.0}x",
+        "rotation  5 bands, 2048 vertices",
+        many / 50.0,
+        one / many * 50.0
+    );
     for order in [64, 255] {
         let sh = coefficients(order);
         let fast = best(|| synthesize(&sh, Layout::Cube, 256, 256));

@@ -405,7 +405,8 @@ mod tests {
 
     #[test]
     fn irradiance_of_suns_is_not_negative_at_any_band() {
-        for order in [2, 3, 5, 9, 14, 29] {
+        let high: &[usize] = if steradian_testkit::full() { &[14, 29] } else { &[] };
+        for &order in [2, 3, 5, 9].iter().chain(high) {
             let k = zonal::cosine(order);
             let mut sh = sun(order);
             let before = sh.clone();

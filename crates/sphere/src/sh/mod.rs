@@ -6,10 +6,12 @@
 mod basis;
 mod dering;
 mod exchange;
+mod points;
 mod project;
 mod rotation;
 mod synthesis;
 mod transform;
+mod turns;
 mod wigner;
 mod window;
 mod zh3;
@@ -17,10 +19,12 @@ pub mod zonal;
 
 pub use basis::{Basis, eval, legendre};
 pub use dering::Dering;
+pub use points::PointSynthesis;
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
-pub use synthesis::{synthesize, synthesize_direct};
+pub use synthesis::{synthesize, synthesize_direct, synthesize_within};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
+pub use turns::{TURNS, TurnedBlock, Turns};
 pub use wigner::wigner_d;
 pub use window::Window;
 pub use zh3::Zh3;

@@ -1,21 +1,27 @@
 //! From coefficients to images.
 
-use super::{Basis, Grid, ShRgb, ShTransform, count};
+use super::points::{CubeAngles, angles};
+use super::rotation::exchange_yz;
+use super::{Basis, ColumnsRgb, Grid, PointSynthesis, ShRgb, ShTransform, count};
 use crate::layout::Position;
 use crate::{Layout, SphereImage};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::PI;
 
 /// Above this order texels are interpolated from a lat-long grid: it is quicker than the sum over the basis.
 const DIRECT_ORDER: usize = 20;
 
-/// The function of `sh` at every texel centre of a map (zero outside the used part).
+/// The function of `sh` at every texel centre of a map (zero outside the used part), to 1e-7 of its range, less
+/// than f32 keeps.
 ///
 /// Lat-long maps by the fast transform, others up to order 20 by the sum over the basis, above by
-/// interpolation from a lat-long grid of twice the needed samples with a regularised sinc; its error is
-/// below 1e-7 of the function's range, less than f32 keeps.
+/// [`PointSynthesis`].
 pub fn synthesize(sh: &ShRgb, layout: Layout, width: usize, height: usize) -> SphereImage {
+    synthesize_within(sh, layout, width, height, 1e-7)
+}
+
+/// [`synthesize`] with an error, relative to the function's range, that is as large as it may be.
+pub fn synthesize_within(sh: &ShRgb, layout: Layout, width: usize, height: usize, error: f64) -> SphereImage {
     if layout == Layout::LatLong {
         let mut image = SphereImage::new(layout, width, height);
         let plan = ShTransform::new(sh.order, width, height, Grid::Equirectangular);
@@ -25,8 +31,33 @@ pub fn synthesize(sh: &ShRgb, layout: Layout, width: usize, height: usize) -> Sp
     if sh.order <= DIRECT_ORDER {
         return synthesize_direct(sh, layout, width, height);
     }
-    let oversampled = Oversampled::new(sh);
-    fill(layout, width, height, || (), |(), d| oversampled.value(d))
+    let mut polar = sh.clone();
+    exchange_yz(sh.order, polar.c.each_mut().map(Vec::as_mut_slice));
+    PointSynthesis::new(&ColumnsRgb::from_sh(&polar), &[], error).image(layout, width, height)
+}
+
+impl PointSynthesis {
+    /// The values at every texel centre of a map (zero outside the used part), on all threads.
+    pub fn image(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
+        let mut image = SphereImage::new(layout, width, height);
+        if image.planes[0].is_empty() {
+            return image;
+        }
+        let cube = (layout == Layout::Cube).then(|| CubeAngles::new(width));
+        let [r, g, b] = image.planes.each_mut().map(|p| p.par_chunks_mut(width));
+        r.zip(g).zip(b).enumerate().for_each(|(row, ((r, g), b))| {
+            let (face, j) = (row / height, row % height);
+            if let Some(cube) = &cube {
+                return self.values(width, |i| cube.at(face, i, j), [r, g, b]);
+            }
+            let direction = |i: usize| layout.texel_direction(width, height, face, i, j);
+            self.values(width, |i| direction(i).map_or([0.0; 2], angles), [&mut *r, &mut *g, &mut *b]);
+            for i in (0..width).filter(|i| direction(*i).is_none()) {
+                (r[i], g[i], b[i]) = (0.0, 0.0, 0.0);
+            }
+        });
+        image
+    }
 }
 
 /// [`synthesize`] by the sum over the basis at each texel centre, in any layout and order: the reference.
@@ -68,90 +99,6 @@ fn fill<T>(
     image
 }
 
-/// Half the taps of the interpolation, per axis.
-const HALF: usize = 11;
-const TAPS: usize = 2 * HALF;
-/// exp(−BETA) bounds the interpolation's error at twice the needed samples.
-const BETA: f64 = HALF as f64 * PI / 2.0;
-
-/// A band-limited function on a lat-long grid twice as dense as its band needs, read by the regularised
-/// sinc of Kircheis, Potts & Tasche 2022, "On regularized Shannon sampling formulas with localized
-/// sampling" (their sinh-type window): weights sinc(x−i)·sinh(β√(1−((x−i)/m)²))/sinh β, error e^−β with
-/// β = mπ/2.
-struct Oversampled {
-    width: usize,
-    height: usize,
-    stride: usize,
-    /// Rows with `TAPS` wrapped samples on either side.
-    planes: [Vec<f64>; 3],
-}
-
-impl Oversampled {
-    fn new(sh: &ShRgb) -> Self {
-        let height = 2 * (sh.order + 1);
-        let width = 2 * height;
-        let plan = ShTransform::new(sh.order, width, height, Grid::Equirectangular);
-        let mut flat: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; width * height]);
-        plan.synthesize(sh, flat.each_mut().map(Vec::as_mut_slice));
-        let stride = width + 2 * TAPS;
-        let planes = flat.map(|p| {
-            let rows = p.chunks_exact(width);
-            rows.flat_map(|r| (0..stride).map(|i| r[(i + width - TAPS % width) % width])).collect()
-        });
-        Self { width, height, stride, planes }
-    }
-
-    fn value(&self, d: DVec3) -> [f64; 3] {
-        let (width, height) = (self.width as f64, self.height as f64);
-        let theta = d.x.hypot(d.z).atan2(d.y);
-        let x = (0.5 + d.z.atan2(d.x) / (2.0 * PI)) * width - 0.5;
-        let (j0, wj) = weights(theta / PI * height - 0.5);
-        let (i0, wi) = weights(x);
-        let mut sum = [0.0; 3];
-        for (k, w) in wj.iter().enumerate() {
-            let j = j0 + k as isize;
-            // Beyond a pole the meridian continues on the other side.
-            let (row, shift) = match j {
-                j if j < 0 => ((-1 - j) as usize, self.width / 2),
-                j if j >= self.height as isize => (2 * self.height - 1 - j as usize, self.width / 2),
-                j => (j as usize, 0),
-            };
-            let column = (i0 + (self.width + shift) as isize) as usize % self.width;
-            let start = row * self.stride + (column + TAPS);
-            for (s, plane) in sum.iter_mut().zip(&self.planes) {
-                let taps = &plane[start..start + TAPS];
-                *s += w * taps.iter().zip(&wi).map(|(t, w)| t * w).sum::<f64>();
-            }
-        }
-        sum
-    }
-}
-
-/// The first sample that counts at x, and the weights of `TAPS` samples from it.
-fn weights(x: f64) -> (isize, [f64; TAPS]) {
-    let floor = x.floor();
-    let t = x - floor;
-    let first = floor as isize - (HALF as isize - 1);
-    // sin π(t + HALF − 1 − k) alternates in sign.
-    let sin = (PI * t).sin();
-    let mut w = [0.0; TAPS];
-    for (k, w) in w.iter_mut().enumerate() {
-        let u = t + (HALF - 1) as f64 - k as f64;
-        let sinc = if u == 0.0 {
-            1.0
-        } else {
-            let sign = if (HALF - 1 + k).is_multiple_of(2) { 1.0 } else { -1.0 };
-            sign * sin / (PI * u)
-        };
-        let inside = (1.0 - (u / HALF as f64).powi(2)).max(0.0).sqrt();
-        // sinh(βs)/sinh β without overflow.
-        let window =
-            ((BETA * (inside - 1.0)).exp() - (-BETA * (inside + 1.0)).exp()) / (1.0 - (-2.0 * BETA).exp());
-        *w = sinc * window;
-    }
-    (first, w)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,32 +111,6 @@ mod tests {
             }
         }
         sh
-    }
-
-    /// All energy in the highest band is the worst case.
-    #[test]
-    fn interpolation_is_as_good_as_the_sum_over_the_basis() {
-        for order in [21, 64] {
-            let mut sh = noise(order);
-            sh.c[1][..order * order].fill(0.0);
-            let o = Oversampled::new(&sh);
-            let mut range = [0.0_f64; 3];
-            let mut worst = [0.0_f64; 3];
-            for d in crate::quadrature::fibonacci(300).directions.into_iter().chain([
-                DVec3::Y,
-                -DVec3::Y,
-                DVec3::X,
-            ]) {
-                let (a, b) = (o.value(d), sh.value(d));
-                for k in 0..3 {
-                    range[k] = range[k].max(b[k].abs());
-                    worst[k] = worst[k].max((a[k] - b[k]).abs());
-                }
-            }
-            for k in 0..3 {
-                assert!(worst[k] < 1e-7 * range[k], "{order}: {:e}", worst[k] / range[k]);
-            }
-        }
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub(super) const STEPS: usize = 16;
 pub(super) const RINGS: usize = 128;
 
 /// The precision of sums.
-pub(super) trait Real: FftNum + Default {
+pub(in crate::sh) trait Real: FftNum + Default + super::Sample {
     /// A register.
     type Vector<A: Arch>: Vector<T = Self>;
     /// The nearest number.

@@ -20,7 +20,8 @@ use analysis::Analysis;
 pub use columns::ColumnsRgb;
 use columns::{bands, scatter};
 use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
-use kernel::{CELL, Part, Real, Scratch, aligned};
+pub(super) use kernel::Real;
+use kernel::{CELL, Part, Scratch, aligned};
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
@@ -164,6 +165,13 @@ impl ShTransform {
         let (order, steps) = (self.order, steps(m, self.order));
         let starts = steradian_simd::run(FindStarts { m, order, steps: &steps, rings: &self.rings });
         (steps, starts)
+    }
+
+    /// Multiplies what synthesis makes of each order m.
+    pub(super) fn scale_orders(&mut self, factor: impl Fn(usize) -> f64) {
+        for (m, phases) in self.phases.iter_mut().enumerate() {
+            phases[1] = phases[1].map(|p| p * factor(m));
+        }
     }
 
     /// Highest band.
