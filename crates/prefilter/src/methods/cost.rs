@@ -61,6 +61,8 @@ impl Problem {
 pub struct Model {
     /// A texel of the light under a texel of the map, direct sum.
     pub pair: f64,
+    /// A row of the light under a texel of the map.
+    pub row: f64,
     /// A coefficient in a row of light or map: the Legendre part of a transform.
     pub legendre: f64,
     /// A texel of the light through the FFT of its row, and a texel of the map looked up.
@@ -72,7 +74,7 @@ pub struct Model {
 impl Default for Model {
     /// Measured by the bench `table_5_4` on one core of a server with AVX2.
     fn default() -> Self {
-        Self { pair: 5.0, legendre: 1.0, texel: 35.0, frequency: 20.0 }
+        Self { pair: 5.0, row: 100.0, legendre: 3.0, texel: 40.0, frequency: 10.0 }
     }
 }
 
@@ -82,14 +84,16 @@ impl Model {
         let (rows, texels, band) = (p.rows as f64, p.texels as f64, p.band as f64);
         let light = 2.0 * rows * rows;
         let map = p.map as f64;
+        let seen = rows * (2.0 * p.reach / PI).min(1.0);
         match method {
             Method::Brute => Some(self.pair * light * texels),
-            Method::TruncatedAngular => Some(self.pair * light * texels * p.part()),
+            Method::TruncatedAngular => {
+                Some(texels * (self.pair * light * p.part() + self.row * (seen + 1.0)))
+            }
             Method::Frequency => {
                 Some(self.legendre * band * band * (rows + map) + self.texel * (light + texels))
             }
             Method::LatLongAngular => {
-                let seen = rows * (2.0 * p.reach / PI).min(1.0);
                 Some(self.frequency * map * seen * band + self.texel * (light + texels))
             }
             _ => None,
