@@ -61,11 +61,11 @@ fn a_point_s_alpha_is_that_of_a_material() {
     }
 }
 
-/// The mean over Gaussian normals, by 21 × 21 of them, against covariance and widening.
+/// The mean over Gaussian normals, by 15 × 15 of them, against covariance and widening.
 #[test]
 fn spread_normals_are_the_mean_over_normals() {
-    let points = points(96);
-    let side = 10i32;
+    let points = points(64);
+    let side = 7i32;
     let mut sums = [0.0; 2];
     for (slug, spec, b) in bakes().iter().filter(|b| b.2.varies().normals) {
         for (tt, tb, bb) in [(4e-4, 0.0, 4e-4), (4e-3, 1e-3, 1e-3), (2e-2, 0.0, 2e-4)] {
