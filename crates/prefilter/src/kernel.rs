@@ -73,7 +73,13 @@ pub struct Power {
 
 impl Zonal for Power {
     fn value(&self, x: f64) -> f64 {
-        if x > 0.0 { x.powf(self.n) } else { 0.0 }
+        if x <= 0.0 {
+            0.0
+        } else if self.n == 1.0 {
+            x
+        } else {
+            x.powf(self.n)
+        }
     }
 
     fn width(&self) -> f64 {
