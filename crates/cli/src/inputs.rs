@@ -15,8 +15,8 @@ use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
-use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_render::scenefile::unknown;
+use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};

@@ -69,7 +69,9 @@ pub fn bake(
     for w in wanted {
         let done = out.iter().find(|(look, _)| w.shades_like(look));
         let next = match (done, w.method) {
-            (Some((look, baked)), _) => (w.with(look.method), shared(baked, w.texture.clone(), w.maps.clone())),
+            (Some((look, baked)), _) => {
+                (w.with(look.method), shared(baked, w.texture.clone(), w.maps.clone()))
+            }
             (None, Some(method)) => {
                 let look = w.with(method);
                 let baked = studio::bake(&look, lights, camera, tolerance, context)?;

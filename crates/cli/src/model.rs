@@ -48,9 +48,9 @@ pub fn model(spec: &str, context: &mut Context) -> Result<Model, Failure> {
         materials.push(FileMaterial::read(data, &loaded.textures, &context.limits())?);
     }
     if mesh.uvs.is_empty()
-        && materials.iter().any(|m| {
-            m.base_colour.as_ref().is_some_and(|t| t.size() != (1, 1)) || !m.maps(true).is_empty()
-        })
+        && materials
+            .iter()
+            .any(|m| m.base_colour.as_ref().is_some_and(|t| t.size() != (1, 1)) || !m.maps(true).is_empty())
     {
         context.warn(format_args!("{spec}: has textures but no texture coordinates"));
     }

@@ -112,7 +112,9 @@ fn look(
         let loaded = below(folder, &t.value).and_then(|p| inputs::texture(&p, context));
         located(file, t, loaded)
     });
-    let image = |name: &At<String>, make: &dyn Fn(&Path, &mut Context) -> Result<Maps, Failure>, context: &mut Context| {
+    let image = |name: &At<String>,
+                 make: &dyn Fn(&Path, &mut Context) -> Result<Maps, Failure>,
+                 context: &mut Context| {
         let loaded = below(folder, &name.value).and_then(|p| make(&p, context));
         located(file, name, loaded)
     };
@@ -124,13 +126,7 @@ fn look(
     if let Some(name) = &m.roughness {
         maps.alpha2 = image(name, &|p, c| inputs::roughness_map(p, c), context)?.alpha2;
     }
-    Ok(Wanted {
-        brdf: m.brdf.clone(),
-        method,
-        params: m.params.clone(),
-        texture: texture.transpose()?,
-        maps,
-    })
+    Ok(Wanted { brdf: m.brdf.clone(), method, params: m.params.clone(), texture: texture.transpose()?, maps })
 }
 
 fn lights(

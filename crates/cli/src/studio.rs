@@ -79,34 +79,35 @@ pub fn bake(
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
     let mut direct = Direct::default();
-    let (shader, judge, bake, certificate, bytes, varies): (Arc<dyn Shader>, _, _, _, _, _) = match look.method {
-        Method::Reference => {
-            let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
-            let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
-            let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
-            (shader.clone(), Some(shader), None, None, 0, Varies::NONE)
-        }
-        Method::Technique(t) => {
-            let task = context.task.clone().with_tolerance(tolerance);
-            // Only what is part of a technique's data is filtered by maps.
-            let suns = if look.maps.is_empty() { context.suns } else { Suns::Fold };
-            let material = Material::new(look.brdf.clone());
-            let (baked, lit) = split(lights, suns);
-            direct = lit;
-            let mut bake = match t.bake(&baked, &material, None, &look.params, &task) {
-                Err(BakeError::Light { .. }) if suns != context.suns => {
-                    let (baked, lit) = split(lights, context.suns);
-                    direct = lit;
-                    t.bake(&baked, &material, None, &look.params, &task)?
-                }
-                other => other?,
-            };
-            bake.frame(&view(camera));
-            let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
-            let bake = Arc::new(BakeShader(bake));
-            (bake.clone(), None, Some(bake), Some(certificate), bytes, varies)
-        }
-    };
+    let (shader, judge, bake, certificate, bytes, varies): (Arc<dyn Shader>, _, _, _, _, _) =
+        match look.method {
+            Method::Reference => {
+                let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
+                let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
+                let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
+                (shader.clone(), Some(shader), None, None, 0, Varies::NONE)
+            }
+            Method::Technique(t) => {
+                let task = context.task.clone().with_tolerance(tolerance);
+                // Only what is part of a technique's data is filtered by maps.
+                let suns = if look.maps.is_empty() { context.suns } else { Suns::Fold };
+                let material = Material::new(look.brdf.clone());
+                let (baked, lit) = split(lights, suns);
+                direct = lit;
+                let mut bake = match t.bake(&baked, &material, None, &look.params, &task) {
+                    Err(BakeError::Light { .. }) if suns != context.suns => {
+                        let (baked, lit) = split(lights, context.suns);
+                        direct = lit;
+                        t.bake(&baked, &material, None, &look.params, &task)?
+                    }
+                    other => other?,
+                };
+                bake.frame(&view(camera));
+                let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+                let bake = Arc::new(BakeShader(bake));
+                (bake.clone(), None, Some(bake), Some(certificate), bytes, varies)
+            }
+        };
     let shader = match &bake {
         Some(bake) if !direct.is_empty() => {
             Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: look.brdf.clone() })

@@ -13,7 +13,9 @@ use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors, flip_displays};
-use steradian_render::{Backdrop, Background, Cell, Develop, Display, Film, Maps, Settings, Stage, ToneMapper};
+use steradian_render::{
+    Backdrop, Background, Cell, Develop, Display, Film, Maps, Settings, Stage, ToneMapper,
+};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// One light, one material, one mesh.
@@ -46,14 +48,13 @@ pub struct Subject {
 
 impl Subject {
     fn of(case: &Case) -> Self {
-        let look =
-            Wanted {
-                brdf: case.brdf.clone(),
-                method: None,
-                params: ParamValues::default(),
-                texture: None,
-                maps: Maps::default(),
-            };
+        let look = Wanted {
+            brdf: case.brdf.clone(),
+            method: None,
+            params: ParamValues::default(),
+            texture: None,
+            maps: Maps::default(),
+        };
         Self {
             mesh: case.mesh.clone(),
             camera: case.camera,
@@ -196,9 +197,10 @@ fn bake(case: &Subject, method: Method, plan: &Plan, context: &Context) -> Resul
     let mut out: Vec<Baked> = Vec::new();
     let mut refused = None;
     for (i, look) in case.looks.iter().enumerate() {
-        if let Some(k) = case.looks[..i].iter().position(|l| {
-            l.brdf.spec() == look.brdf.spec() && l.maps.is_empty() == look.maps.is_empty()
-        }) {
+        if let Some(k) = case.looks[..i]
+            .iter()
+            .position(|l| l.brdf.spec() == look.brdf.spec() && l.maps.is_empty() == look.maps.is_empty())
+        {
             out.push(looks::shared(&out[k], look.texture.clone(), look.maps.clone()));
             continue;
         }

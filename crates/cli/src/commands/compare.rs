@@ -132,9 +132,8 @@ fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
     let camera = framing(o, &mesh)?;
     let bvh = Bvh::build(&mesh);
     let mesh = Arc::new((mesh, bvh));
-    let look = |brdf, texture, maps| {
-        Wanted { brdf, method: None, params: ParamValues::default(), texture, maps }
-    };
+    let look =
+        |brdf, texture, maps| Wanted { brdf, method: None, params: ParamValues::default(), texture, maps };
     let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
         let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));

@@ -17,7 +17,9 @@ use steradian_formats::WriteOptions;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::tone::auto_exposure;
-use steradian_render::{Backdrop, Background, Develop, Film, Maps, NormalFiltering, Settings, Stage, ToneMapper};
+use steradian_render::{
+    Backdrop, Background, Develop, Film, Maps, NormalFiltering, Settings, Stage, ToneMapper,
+};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// Options of `steradian render`.
@@ -124,8 +126,7 @@ pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
 
 fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
     let names = NormalFiltering::ALL.map(|a| a.0);
-    NormalFiltering::from_name(text)
-        .ok_or_else(|| steradian_render::scenefile::unknown("way", text, &names))
+    NormalFiltering::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("way", text, &names))
 }
 
 fn background(text: &str) -> Result<SceneBackground, String> {

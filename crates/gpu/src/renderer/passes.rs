@@ -36,15 +36,14 @@ pub fn raster_source(library: &str, settings: &Settings) -> String {
 
 /// The compute path's module for a room's library.
 pub fn compute_source(library: &str, format: wgpu::TextureFormat) -> String {
-    [library, CAMERA, GEOMETRY, &surface(library), &compute_io(format), &lines(COMPUTE_OBJECT, library)].concat()
+    [library, CAMERA, GEOMETRY, &surface(library), &compute_io(format), &lines(COMPUTE_OBJECT, library)]
+        .concat()
 }
 
 /// `text` without the lines that are marked as belonging to sites or maps where the room or the object has none.
 fn lines(text: &str, library: &str) -> String {
     let mapped = library.contains("const GPU_MAPPED: bool = true;");
-    let kept = |l: &&str| {
-        (sited(library) || !l.ends_with("// sites")) && (mapped || !l.ends_with("// maps"))
-    };
+    let kept = |l: &&str| (sited(library) || !l.ends_with("// sites")) && (mapped || !l.ends_with("// maps"));
     text.lines().filter(kept).flat_map(|l| [l, "\n"]).collect()
 }
 

@@ -101,11 +101,8 @@ impl Taps {
         let b = cross(q.n, q.t);
         let across: [f32; 3] = std::array::from_fn(|k| q.wo[k] - q.cos_o * q.n[k]);
         let length = dot(across, across).sqrt();
-        let (c, s) = if length > 1e-4 {
-            (dot(across, q.t) / length, dot(across, b) / length)
-        } else {
-            (1.0, 0.0)
-        };
+        let (c, s) =
+            if length > 1e-4 { (dot(across, q.t) / length, dot(across, b) / length) } else { (1.0, 0.0) };
         let cos_o = q.cos_o.max(GRAZING);
         // Σ in the frame (p, s), then J Σ Jᵀ.
         let pp = c * c * tt + 2.0 * c * s * tb + s * s * bb;

@@ -42,9 +42,7 @@ pub(super) fn shade_lobe(map: &Chain, m: &Mirror, turn: &Turn, q: &Points<'_>, o
         taps.sum(p, |tap| {
             let r = turn.apply(tap.r);
             let (l0, l1) = (sharp.sample(r), blurred.sample(r));
-            std::array::from_fn(|c| {
-                m.scale[c] * fresnel(m.f0[c], tap.cos_o) * (l0[c] + (l1[c] - l0[c]) * w)
-            })
+            std::array::from_fn(|c| m.scale[c] * fresnel(m.f0[c], tap.cos_o) * (l0[c] + (l1[c] - l0[c]) * w))
         })
     });
 }
