@@ -328,7 +328,7 @@ mod tests {
             ("disk:direction=0/1/0,angular-radius=95,irradiance=1", "at most 90"),
             ("disk:direction=0/1/0,angular-radius=5", "needs 'irradiance'"),
             ("disk:direction", "is not KEY=VALUE"),
-            ("disk:direction=a/b/c", "is not a number"),
+            ("directional:direction=a/b/c,irradiance=1", "is not a number"),
         ] {
             let e = spec(bad).unwrap_err();
             assert!(e.contains(why), "{bad}: {e}");

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use shape::WindowSpec;
 use std::path::{Path, PathBuf};
 use steradian_formats::{TexelFormat, WriteOptions};
-use steradian_prefilter::{Cosine, Source, Tree, angular};
+use steradian_prefilter::{Cosine, Sampled, filter_image};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::sh::{Dering, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
@@ -139,7 +139,10 @@ fn is(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|e| extensions.contains(&e.to_string_lossy().to_lowercase().as_str()))
 }
 
-/// E(n) = ∫ L ⟨n·w⟩ dw at every texel centre: direct summation over a hierarchy of the light, disks exactly. A sum of
+/// Relative error of the map, root mean square, at most.
+const TOLERANCE: f64 = 1e-4;
+
+/// E(n) = ∫ L ⟨n·w⟩ dw at every texel centre, as accurate as any prefiltered map, disks included. A sum of few
 /// harmonics rings where a sun sets; this does not.
 fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let texture = is(path, &["ktx2"]);
@@ -151,15 +154,8 @@ fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let default = if layout == Layout::LatLong { (128, 64) } else { (32, 32) };
     let (w, h) = o.size.map_or(Ok(default), |s| layouts::side(s, target))?;
     let lights = inputs::light(&o.environment, &o.adjust, context)?;
-    // The spectrum is not used: band 0 is enough of it.
-    let source = Source::new(&lights, 0, &context.task)?;
-    let tree = Tree::new(source.base.as_ref(), &source.beams, &context.task)?;
-    let image = SphereImage::from_fn(layout, w, h, |n| {
-        if context.task.check().is_err() {
-            return [0.0; 3];
-        }
-        angular::convolve_at(&tree, &Cosine, n).map(|e| e as f32)
-    });
+    let light = Sampled::of(lights, &[&Cosine], TOLERANCE, &context.task)?;
+    let image = filter_image(&light, &Cosine, (layout, w, h), TOLERANCE, &context.task)?.image;
     context.task.check()?;
     let quantity = ("steradian.quantity".to_string(), "irradiance E, W m^-2 (no 1/pi)".to_string());
     if texture {
