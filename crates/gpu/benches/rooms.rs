@@ -159,7 +159,13 @@ fn roofs(gpu: &Gpu, (width, height): (usize, usize)) -> Result<(), GpuError> {
             up: glam::Vec3::Y,
             height: 1.0,
         };
-        let scene = Scene { objects: Vec::new(), direct: Default::default(), backdrop, camera, light_rotation: Mat3::IDENTITY };
+        let scene = Scene {
+            objects: Vec::new(),
+            direct: Default::default(),
+            backdrop,
+            camera,
+            light_rotation: Mat3::IDENTITY,
+        };
         let mut renderer = Renderer::new(gpu, scene, &Settings::interactive(width, height, path))?;
         let (t, cpu) = shortest(gpu, &mut renderer)?;
         let rate = 4.0 * (width * height) as f64 / (1e6 * t.passes.first().map_or(t.total(), |p| p.1));

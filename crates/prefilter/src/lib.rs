@@ -29,11 +29,11 @@ mod tree;
 mod weights;
 
 pub use beam::Beam;
+pub use deviation::{Deviation, deviation};
 pub use edge_cube::EdgeCube;
 pub use filter::{Filtered, Size, Way, filter};
 pub use kernel::{Cosine, GgxMirror, Power, Zonal, quadrature};
 pub use lobes::Lobe;
-pub use deviation::{Deviation, deviation};
 pub use map::{FilteredImage, filter_image, mirror_image};
 pub use radial::Radial;
 pub use sampled::Sampled;

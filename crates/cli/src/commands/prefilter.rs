@@ -9,8 +9,8 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
-pub use files::{filament_numbers, irradiance};
 use engines::{Curve, Engine, Files};
+pub use files::{filament_numbers, irradiance};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -191,11 +191,15 @@ fn has_roughness(name: &str) -> bool {
 /// The kernel of a reflectance: f ⟨n·wi⟩ at n = wo, its channels' mean.
 fn normal_incidence(spec: &str, context: &mut Context) -> Result<Kernel, Failure> {
     let kernel = NormalKernel::new(inputs::brdf(spec, context)?).ok_or_else(|| {
-        Failure::usage(format!("--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"))
+        Failure::usage(format!(
+            "--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"
+        ))
     })?;
     let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
     let radial = radial.ok_or_else(|| {
-        Failure::usage(format!("--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"))
+        Failure::usage(format!(
+            "--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"
+        ))
     })?;
     Ok(Kernel::Radial(Arc::new(radial)))
 }
@@ -383,11 +387,14 @@ impl Job<'_> {
         let mut by = None;
         let filtered = match (&filter.lobe, self.method.0) {
             (Some(lobe), Some(way)) => {
-                let (made, work) = method::filter(way, self.light, lobe.zonal(), shape, self.tolerance, context)?;
+                let (made, work) =
+                    method::filter(way, self.light, lobe.zonal(), shape, self.tolerance, context)?;
                 by = Some(work);
                 made
             }
-            (Some(lobe), None) => filter_image(self.light, lobe.zonal(), shape, self.tolerance, &context.task)?,
+            (Some(lobe), None) => {
+                filter_image(self.light, lobe.zonal(), shape, self.tolerance, &context.task)?
+            }
             (None, _) => mirror_image(self.light, shape),
         };
         let seconds = start.elapsed().as_secs_f64();

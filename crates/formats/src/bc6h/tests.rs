@@ -31,7 +31,7 @@ fn log_error(a: &[f32], b: &[f32]) -> f64 {
         sum.0 += (f64::from(a.max(1e-4)).log2() - f64::from(b.max(1e-4)).log2()).powi(2);
         sum.1 += 1.0;
     }
-    (sum.0 / sum.1 as f64).sqrt()
+    (sum.0 / sum.1).sqrt()
 }
 
 #[test]

@@ -344,7 +344,9 @@ fn sun_line(d: &DiskLight, share: f64) -> String {
     let [x, y, z] = d.direction.to_array();
     let radius = d.angular_radius.to_degrees();
     let percent = 100.0 * share;
-    format!("at ({x:.3}, {y:.3}, {z:.3}), radius {radius:.3}°, {percent:.1} % of the flux (convert --extract-sun)")
+    format!(
+        "at ({x:.3}, {y:.3}, {z:.3}), radius {radius:.3}°, {percent:.1} % of the flux (convert --extract-sun)"
+    )
 }
 
 fn disk_json(d: &DiskLight) -> Value {
