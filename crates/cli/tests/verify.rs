@@ -46,11 +46,11 @@ fn faults(v: &Value) -> String {
 /// Nominal roughness, identity, scale 1, small errors.
 fn is_right(v: &Value, error: f64) {
     assert_eq!(faults(v), "", "{v:#}");
-    for l in v["levels"].as_array().unwrap() {
-        assert!(l["kernel_as_expected"].as_bool().unwrap(), "{l:#}");
+    for l in v["levels"].as_array().expect("an array") {
+        assert!(l["kernel_as_expected"].as_bool().expect("a verdict"), "{l:#}");
         assert_eq!(l["orientation"]["name"], "identity", "{l:#}");
-        assert!((l["scale"].as_f64().unwrap() - 1.0).abs() < 5e-3, "{l:#}");
-        assert!(l["error"]["rms"].as_f64().unwrap() < error, "{l:#}");
+        assert!((l["scale"].as_f64().expect("a number") - 1.0).abs() < 5e-3, "{l:#}");
+        assert!(l["error"]["rms"].as_f64().expect("a number") < error, "{l:#}");
         let (found, want) = (&l["found"]["perceptual_roughness"], &l["expected"]["perceptual_roughness"]);
         if let (Some(a), Some(b)) = (found.as_f64(), want.as_f64()) {
             assert!((a - b).abs() < 0.04, "{l:#}");
@@ -126,12 +126,13 @@ fn chain(dir: &Path) -> TextureLevels {
         "-q",
     ];
     done(dir, &a);
-    read_ktx2(&dir.join("good/sky_specular.ktx2"), &Limits::default()).unwrap()
+    read_ktx2(&dir.join("good/sky_specular.ktx2"), &Limits::default()).expect("our own file")
 }
 
 fn spoilt(dir: &Path, t: &TextureLevels) -> String {
     let plain = TextureLevels { metadata: Vec::new(), ..t.clone() };
-    write_ktx2_as(&dir.join("bad.ktx2"), &plain, TexelFormat::Rgba32f, Supercompression::None).unwrap();
+    write_ktx2_as(&dir.join("bad.ktx2"), &plain, TexelFormat::Rgba32f, Supercompression::None)
+        .expect("the folder is writable");
     faults(&verify(dir, "bad.ktx2", "raw", "sky.exr", &[]))
 }
 

@@ -22,10 +22,13 @@ fn inflated(data: &[u8], compression: Supercompression) -> Vec<u8> {
     match compression {
         Supercompression::None => out.extend(data),
         Supercompression::Zstd => {
-            ruzstd::decoding::StreamingDecoder::new(data).unwrap().read_to_end(&mut out).map(|_| ()).unwrap();
+            ruzstd::decoding::StreamingDecoder::new(data)
+                .expect("a frame")
+                .read_to_end(&mut out)
+                .expect("whole data");
         }
         Supercompression::Zlib => {
-            flate2::read::ZlibDecoder::new(data).read_to_end(&mut out).map(|_| ()).unwrap();
+            flate2::read::ZlibDecoder::new(data).read_to_end(&mut out).expect("whole data");
         }
     }
     out

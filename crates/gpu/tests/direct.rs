@@ -181,7 +181,8 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     assert!(largest_difference(&bare, &dark) < 1e-6);
     let mut many = lit.scene();
     many.direct.points = vec![many.direct.points[0]; 65];
-    let why = Renderer::new(gpu, many.clone(), &settings).map(|_| ()).unwrap_err().to_string();
+    let why =
+        Renderer::new(gpu, many.clone(), &settings).map(|_| ()).expect_err("there are too many").to_string();
     assert!(why.contains("direct lights; 64 at most"), "{why}");
     let mut live = Renderer::new(gpu, lit.scene(), &settings)?;
     assert!(live.set_direct(gpu, many.direct).is_err());

@@ -9,9 +9,10 @@ use steradian_sphere::SphereImage;
 /// How far an image is from the sum over all texels, at some of its texels.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
-    /// RMS(error)/RMS(reference).
+    /// RMS of the error at the texels compared, over the RMS of the whole image: in an image of a few lamps most texels
+    /// are dark, and an error there counts for what it is.
     pub rms: f64,
-    /// Σ error / Σ reference.
+    /// Mean error at the texels compared, over the mean of the whole image.
     pub bias: f64,
     /// Largest |error|/reference of a channel.
     pub worst: f64,
@@ -39,22 +40,30 @@ pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: us
     };
     let pairs: Vec<_> = (0..n).into_par_iter().map_init(Scratch::default, pair).collect();
     let pairs: Vec<_> = pairs.into_iter().flatten().collect();
-    summary(&pairs)
+    summary(&pairs, &image.planes)
 }
 
-fn summary(pairs: &[([f64; 3], [f64; 3])]) -> Deviation {
-    let (mut error2, mut energy, mut error, mut sum) = (0.0, 0.0, 0.0, 0.0);
+fn summary(pairs: &[([f64; 3], [f64; 3])], planes: &[Vec<f32>; 3]) -> Deviation {
+    let mean = |f: fn(f64) -> f64| {
+        let sum: f64 = planes.iter().flatten().map(|v| f(f64::from(*v))).sum();
+        sum / (3 * planes[0].len()).max(1) as f64
+    };
+    let (root, level) = (mean(|v| v * v).sqrt(), mean(|v| v));
+    let (mut error2, mut error, mut worst) = (0.0, 0.0, 0.0_f64);
+    let floor = (1e-6 * root).max(f64::MIN_POSITIVE);
     for (got, exact) in pairs.iter().flat_map(|(g, e)| g.iter().zip(e)) {
         error2 += (got - exact).powi(2);
-        energy += exact * exact;
         error += got - exact;
-        sum += exact;
+        worst = worst.max((got - exact).abs() / exact.abs().max(floor));
     }
-    let floor = 1e-6 * (energy / (3 * pairs.len()).max(1) as f64).sqrt();
-    let relative = |(g, e): (&f64, &f64)| (g - e).abs() / e.abs().max(floor).max(f64::MIN_POSITIVE);
-    let worst = pairs.iter().flat_map(|(g, e)| g.iter().zip(e)).map(relative).fold(0.0, f64::max);
+    let n = (3 * pairs.len()).max(1) as f64;
     let ratio = |a: f64, b: f64| if b == 0.0 { 0.0 } else { a / b };
-    Deviation { rms: ratio(error2, energy).sqrt(), bias: ratio(error, sum), worst, texels: pairs.len() }
+    Deviation {
+        rms: ratio((error2 / n).sqrt(), root),
+        bias: ratio(error / n, level),
+        worst,
+        texels: pairs.len(),
+    }
 }
 
 #[cfg(test)]

@@ -225,7 +225,7 @@ fn order(rows: usize, capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -
         k.iter().rposition(|k| k.abs() > limit).unwrap_or(0)
     };
     let highest = kernels.par_iter().map(needed).max().unwrap_or(0);
-    highest.clamp(8, top)
+    highest.max(8).min(top)
 }
 
 /// What is left when the brightest texels are capped.

@@ -1,8 +1,7 @@
 //! Normal maps from afar, in three ways, against 16 × 16 samples a pixel of the finest map.
 
-#![expect(clippy::print_stdout, reason = "tests report what they measure")]
-
 use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_render::maps::Maps;
@@ -51,7 +50,8 @@ fn scene(shape: &str, texels: f32) -> Scene {
     let camera = Camera::Pinhole { from: away * distance, at: Vec3::ZERO, up: Vec3::Y, fov_y };
     let metres = 2.0 * (0.5 * fov_y).tan() * distance / SIDE as f32;
     // Texture coordinates per metre: 1/6 on the plane, 1/2π by 1/π on the sphere.
-    let per_metre = if shape == "plane" { Vec2::splat(1.0 / 6.0) } else { Vec2::new(0.159, 0.318) };
+    let per_metre =
+        if shape == "plane" { Vec2::splat(1.0 / 6.0) } else { Vec2::new(FRAC_1_PI / 2.0, FRAC_1_PI) };
     let scale = Vec2::splat(texels / (metres * TEXELS as f32)) / per_metre;
     // Whole copies around the sphere.
     let scale = if shape == "plane" { scale } else { scale.round().max(Vec2::ONE) };

@@ -94,7 +94,7 @@ impl Taps {
         let alpha = alpha_of(&q.lobe, own);
         let round = (alpha * alpha + q.lobe.widen).max(q.lobe.least * q.lobe.least);
         let [tt, tb, bb] = q.lobe.spread;
-        if !(tt + bb > 0.0) {
+        if tt + bb <= 0.0 {
             return Self { axis: [0.0; 3], side: 0, alpha: round.sqrt() };
         }
         // The plane of incidence: p along it, s across, both in the tangent plane.
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn no_lookup_is_wider_apart_than_its_lobe() {
         for spread in [[0.2, 0.0, 0.0], [0.01, 0.01, 0.01], [1e-5, 0.0, 0.3], [0.5, -0.2, 0.4]] {
-            for theta in [0.0, 0.8, 1.5, 1.5707] {
+            for theta in [0.0, 0.8, 1.5, 1.57] {
                 let q = point(theta, 0.9, spread);
                 let taps = Taps::new(&q, 0.001, 0.004);
                 let r = |k| taps.tap(&q, k).r;
