@@ -153,6 +153,26 @@ fn columns_convolve_and_come_back() {
     }
 }
 
+/// Σ c · analysis(f) = Σ w f · synthesis(c) for any samples f: the grid's own weighted sum is what band 0 is made of.
+#[test]
+fn analysis_is_adjoint_to_synthesis() {
+    let c = noise(60);
+    for grid in [Grid::GaussLegendre, Grid::Equirectangular, Grid::ClenshawCurtis, Grid::Cells] {
+        let plan = ShTransform::new(60, 130, 71, grid);
+        let f: Vec<f64> = (0..130 * 71).map(|i| (i as f64 * 0.7).sin().powi(3) + 0.2).collect();
+        let g = synthesized(&c, &plan);
+        let products: [Vec<f64>; 3] =
+            std::array::from_fn(|k| f.iter().zip(&g[k]).map(|(f, g)| f * g).collect());
+        let coefficients = plan.analyze([&f[..]; 3]);
+        let sums = plan.analyze(products.each_ref().map(Vec::as_slice));
+        for k in 0..3 {
+            let inner: f64 = coefficients.c[k].iter().zip(&c.c[k]).map(|(a, b)| a * b).sum();
+            let sum = sums.c[k][0] * (4.0 * PI).sqrt();
+            assert!((inner - sum).abs() < 1e-12 * (1.0 + sum.abs()), "{grid:?}: {inner} {sum}");
+        }
+    }
+}
+
 /// ∫ f² = Σ c².
 #[test]
 fn parseval() {
