@@ -11,7 +11,7 @@ const COUNT: usize = 25;
 /// Rotations whose results lie side by side.
 pub const TURNS: usize = 16;
 
-/// Coefficients of [`TURNS`] rotated functions: [channel][l² + l + m][rotation].
+/// Coefficients of [`TURNS`] rotated functions: by channel, then l² + l + m, then rotation.
 pub type TurnedBlock = [[[f32; TURNS]; COUNT]; 3];
 
 /// Blocks that a thread takes at a time.
