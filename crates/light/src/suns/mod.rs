@@ -1,7 +1,7 @@
 //! Taking suns and lamps out of an image: a sunless image and disk lights that together hold the same light.
 //!
 //! A sun is a small, round, connected region that is far brighter than what lies around it and holds a part of the
-//! whole flux ([`region`]). Its texels are replaced by a harmonic function of those around it ([`inpaint`]); the light
+//! whole flux (`region`). Its texels are replaced by a harmonic function of those around it (`inpaint`); the light
 //! taken away becomes a disk of constant radiance with the same flux and the same vector flux ∫ L ω dω, which fixes
 //! direction, irradiance and radius: over a disk the mean cosine is (1 + cos ρ)/2. So everything that depends on the
 //! light's zeroth and first moment, such as the irradiance of a surface that faces it, is unchanged.
