@@ -6,6 +6,7 @@
 mod commands;
 mod context;
 mod csv;
+mod destinations;
 mod engine;
 mod failure;
 mod inputs;

@@ -2,6 +2,7 @@
 
 use crate::commands::render::{save_display, tone_mapper};
 use crate::context::{Context, IMAGES, check_output};
+use crate::destinations::Destinations;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
@@ -43,7 +44,8 @@ pub struct Options {
     /// Write an .exr or a texture in half floats
     #[arg(long)]
     half: bool,
-    /// Texels of a texture: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h [default: rgba32f, or rgba16f with --half]
+    /// Texels of a texture: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h, bc6h-signed [default: rgba32f, or rgba16f with
+    /// --half]
     #[arg(long, value_name = "NAME", value_parser = textures::texel_format, conflicts_with = "half")]
     format: Option<TexelFormat>,
 }
@@ -53,6 +55,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     textures::check_format(o.format, &o.output)?;
     let texture = Container::of_name(&o.output).is_some();
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
+    let mut places = Destinations::default();
+    for path in if six { faces(&o.output) } else { vec![o.output.clone()] } {
+        places.file("--output", &path)?;
+    }
+    if let Some(path) = &o.extract_sun {
+        places.file("--extract-sun", path)?;
+    }
     let image = match &o.extract_sun {
         Some(path) => sunless(&o, path, context)?,
         None => {
@@ -143,11 +152,16 @@ fn write(
     context.write_image_counted(path, &raster, options)
 }
 
+/// The files of the six faces.
+fn faces(output: &Path) -> Vec<PathBuf> {
+    let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let parts = ["px", "nx", "py", "ny", "pz", "nz"];
+    parts.map(|part| output.with_file_name(name.replacen("{}", part, 1))).into()
+}
+
 fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<Done, Failure> {
-    let name = o.output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let mut all = WriteReport::default();
-    for (face, part) in ["px", "nx", "py", "ny", "pz", "nz"].into_iter().enumerate() {
-        let path = o.output.with_file_name(name.replacen("{}", part, 1));
+    for (face, path) in faces(&o.output).into_iter().enumerate() {
         let r = write(o, &path, layouts::face(image, face), Target::Cube, context)?;
         all.merge(r);
     }

@@ -1,5 +1,6 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
+mod asked;
 pub mod engines;
 mod files;
 mod method;
@@ -37,16 +38,16 @@ pub struct Options {
     #[arg(long, value_name = "NAME|brdf:SPEC", default_value = "ggx", value_parser = kernel_name)]
     kernel: String,
     /// Perceptual roughness of ggx, beckmann and charlie, 0 to 1; 0 is a mirror
-    #[arg(long, value_name = "R", value_parser = unit)]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = unit)]
     perceptual_roughness: Option<f64>,
     /// Width of ggx, beckmann and charlie: perceptual roughness squared
-    #[arg(long, value_name = "A", value_parser = unit, conflicts_with = "perceptual_roughness")]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, value_parser = unit, conflicts_with = "perceptual_roughness")]
     alpha: Option<f64>,
     /// Exponent of phong and blinn-phong
-    #[arg(long, value_name = "N", value_parser = inputs::positive)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = inputs::positive)]
     exponent: Option<f64>,
     /// Standard deviation of gaussian and spherical-gaussian, degrees
-    #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
     sigma: Option<f64>,
     /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
     #[arg(long, value_name = "NAME", value_parser = Engine::parse)]
@@ -61,10 +62,10 @@ pub struct Options {
     #[arg(long, value_name = "NAME", value_parser = texel_format)]
     format: Option<TexelFormat>,
     /// Relative RMS error [default: 2e-3]; with it a miss exits with 4
-    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Texels of each level that are compared with the sum over all texels of the light
-    #[arg(long, value_name = "N", default_value_t = 6)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 6)]
     check: u16,
     /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
     /// per-face, box-mip, dual-paraboloid or frequency
@@ -77,7 +78,7 @@ pub struct Options {
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
     /// Name in the files' names [default: that of the input]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = asked::file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
     #[arg(long, value_name = "NAME", value_parser = layout)]
@@ -279,10 +280,8 @@ fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
             size.0
         )));
     }
-    if o.profile.is_some_and(|e| e.name == "three") && (size.0 < 256 || size.0 >> (levels - 1) != 8) {
-        return Err(Failure::usage(
-            "--profile three: its first level has 256 texels a side or more and its last one 8; leave --levels out",
-        ));
+    if o.profile.is_some_and(|e| e.name == "three") {
+        asked::three(size.0, levels)?;
     }
     let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
     Ok(Plan { engine, filters, size, layout: Layout::Cube })
@@ -307,8 +306,11 @@ fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     o.method.verify(o.check)?;
+    asked::options(&o)?;
     let given = o.kernel.strip_prefix(BRDF).map(|spec| normal_incidence(spec, context)).transpose()?;
     let mut plan = plan(&o, given)?;
+    asked::destinations(&o)?;
+    asked::memory(&plan, context)?;
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
@@ -331,6 +333,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let light = Sampled::of(lights, &lobes, tolerance, &context.task)?;
     if plan.size.0 == 0 {
         plan.size = (light.image.width, light.image.height);
+        asked::memory(&plan, context)?;
     }
     let analysis = start.elapsed().as_secs_f64();
     let job = Job { light: &light, tolerance, check: o.check.into(), method: o.method };

@@ -1,0 +1,122 @@
+//! Where outputs go, looked at before any work: a destination that cannot be written leaves nothing half done.
+
+use crate::failure::{Failure, Outcome};
+use std::path::{Path, PathBuf};
+
+/// The destinations of one command.
+#[derive(Default)]
+pub struct Destinations {
+    files: Vec<(String, PathBuf)>,
+    folders: Vec<PathBuf>,
+}
+
+impl Destinations {
+    /// A folder that is made where it is missing; with `deep` the folders above it too.
+    pub fn folder(&mut self, path: &Path, deep: bool) -> Outcome {
+        if path.exists() && !path.is_dir() {
+            return Err(unwritable(path, "exists and is not a folder"));
+        }
+        if deep {
+            let above = path.ancestors().skip(1).find(|a| a.as_os_str().is_empty() || a.exists());
+            if let Some(a) = above.filter(|a| !a.as_os_str().is_empty() && !a.is_dir()) {
+                return Err(unwritable(path, format_args!("{} is not a folder", a.display())));
+            }
+        } else {
+            has_parent(path)?;
+        }
+        self.folders.push(place(path));
+        Ok(())
+    }
+
+    /// A file. One inside a folder of outputs is not mistaken for one of them if it ends in .json.
+    pub fn file(&mut self, option: &str, path: &Path) -> Outcome {
+        if path == Path::new("-") {
+            return Ok(());
+        }
+        let spot = place(path);
+        let inside = spot.parent().is_some_and(|p| self.folders.iter().any(|f| f == p));
+        if self.folders.contains(&spot) {
+            return Err(Failure::usage(format!("{option} {}: is the folder of outputs", path.display())));
+        }
+        if inside && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
+            let why = "lies in the folder of outputs: give it the extension .json";
+            return Err(Failure::usage(format!("{option} {}: {why}", path.display())));
+        }
+        if !inside {
+            has_parent(path)?;
+        }
+        match std::fs::metadata(path) {
+            Ok(m) if m.is_dir() => return Err(unwritable(path, "is a folder")),
+            // Devices take any number of outputs.
+            Ok(m) if !m.is_file() => return Ok(()),
+            Ok(m) if m.permissions().readonly() => return Err(unwritable(path, "the file is read-only")),
+            _ => {}
+        }
+        if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
+            let why = format!("is what {other} writes too: name two files");
+            return Err(Failure::usage(format!("{option} {}: {why}", path.display())));
+        }
+        self.files.push((option.into(), spot));
+        Ok(())
+    }
+}
+
+fn unwritable(path: &Path, why: impl std::fmt::Display) -> Failure {
+    Failure::failed(format!("{}: cannot write: {why}", path.display()))
+}
+
+/// The folder that a path lies in.
+fn parent(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn has_parent(path: &Path) -> Outcome {
+    if path.exists() {
+        return Ok(());
+    }
+    let folder = parent(path);
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let what = if folder.exists() { "is not a folder" } else { "does not exist" };
+    Err(unwritable(path, format_args!("the folder {} {what}", folder.display())))
+}
+
+/// The same for every name of one place.
+fn place(path: &Path) -> PathBuf {
+    if let Ok(p) = path.canonicalize() {
+        return p;
+    }
+    match (path.file_name(), parent(path)) {
+        (Some(name), folder) if folder != path => place(folder).join(name),
+        _ => path.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn destinations_are_judged_before_the_work() {
+        let d = tempfile::tempdir().unwrap();
+        let at = |name: &str| d.path().join(name);
+        std::fs::write(at("file"), "").unwrap();
+        let code = |r: Outcome| r.err().map_or(0, |f| f.code);
+        let mut all = Destinations::default();
+        assert_eq!(code(all.file("-o", &at("none/a.exr"))), 1);
+        assert_eq!(code(all.file("-o", &at("file/a.exr"))), 1);
+        assert_eq!(code(all.file("-o", d.path())), 1);
+        assert_eq!(code(all.file("-o", &at("a.exr"))), 0);
+        assert_eq!(code(all.file("--extract-sun", &at("./a.exr"))), 2);
+        assert_eq!(code(all.folder(&at("file"), true)), 1);
+        assert_eq!(code(all.folder(&at("file/deep"), true)), 1);
+        assert_eq!(code(all.folder(&at("none/out"), false)), 1);
+        assert_eq!(code(all.folder(&at("none/out"), true)), 0);
+        assert_eq!(code(all.folder(&at("out"), false)), 0);
+        assert_eq!(code(all.file("--extract-sun", &at("out/suns.json"))), 0);
+        assert_eq!(code(all.file("--extract-sun", &at("out/suns.ktx2"))), 2);
+        assert_eq!(code(all.file("--extract-sun", &at("out"))), 2);
+        assert_eq!(code(all.file("--extract-sun", Path::new("-"))), 0);
+    }
+}
