@@ -3,7 +3,9 @@
 //! Kautz, course notes (2006), *How to filter a cube map*: "for each target pixel, go over the full input map (take
 //! solid angle of each pixel into account)".
 //!
-//!     B(d) = ∫K · Σ_i L_i K(d·w_i) Ω_i / Σ_i K(d·w_i) Ω_i
+//! ```text
+//! B(d) = ∫K · Σ_i L_i K(d·w_i) Ω_i / Σ_i K(d·w_i) Ω_i
+//! ```
 
 use super::grid::each;
 use super::{Card, Cost, Made, Shape};

@@ -4,7 +4,9 @@
 //! Σ_i L_i K(θ, θ_j, φ − φ_i) is a periodic convolution, hence a product of Fourier coefficients (Driscoll & Healy
 //! 1994 separate the sphere so):
 //!
-//!     B(θ, φ) = Σ_m e^{imφ} Σ_j Ω_j κ_m(θ, θ_j) L̂_m(θ_j),   κ_m = 1/n Σ_q K(θ, θ_j, 2πq/n) cos(2πmq/n)
+//! ```text
+//! B(θ, φ) = Σ_m e^{imφ} Σ_j Ω_j κ_m(θ, θ_j) L̂_m(θ_j),   κ_m = 1/n Σ_q K(θ, θ_j, 2πq/n) cos(2πmq/n)
+//! ```
 //!
 //! A kernel of band F has azimuthal frequencies up to F, and near the poles up to F sin θ and a little more, so that
 //! n ≈ 2 F sin θ samples of it do. The cost is that of S² row pairs times F, not S⁴ W: the angular way at its best.
