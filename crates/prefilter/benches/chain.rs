@@ -12,7 +12,7 @@ mod shared;
 use glam::DVec3;
 use shared::{lights, on_one_thread, sampled, seconds};
 use steradian_base::Task;
-use steradian_formats::{Raster, TexelFormat, TextureLevels, WriteOptions, write_image, write_ktx2};
+use steradian_formats::{Raster, TextureLevels, WriteOptions, write_image, write_ktx2};
 use steradian_light::{Environment, Lights, load};
 use steradian_prefilter::{Lobe, Sampled, Zonal, deviation, filter_image, mirror_image};
 use steradian_sphere::{Layout, SphereImage};
@@ -123,5 +123,5 @@ fn write(images: &[SphereImage], folder: &std::path::Path) {
     let n = images[0].width;
     let levels = images.iter().map(level).collect();
     let t = TextureLevels { width: n, height: n, faces: 6, levels, metadata: Vec::new() };
-    write_ktx2(&folder.join("map.ktx2"), &t, TexelFormat::Rgba32f).expect("the folder is writable");
+    write_ktx2(&folder.join("map.ktx2"), &t, false).expect("the folder is writable");
 }
