@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (usize, f64) {
     let (top, rows) = (light.order(), light.image.height);
     let bands = light.base_bands();
-    let result: f64 = whole.iter().zip(&bands).map(|(k, b)| k * k * b).sum();
+    let result: f64 = whole.iter().zip(bands).map(|(k, b)| k * k * b).sum();
     if result <= 0.0 {
         return (0, 0.0);
     }
@@ -112,7 +112,7 @@ pub(crate) mod cost {
     /// the interpolation.
     pub(crate) fn series(order: usize, texels: usize) -> f64 {
         let n = order as f64 + 16.0;
-        0.25 * n.powi(3) + 80.0 * n * n + 60.0 * texels as f64
+        0.25 * n.powi(3) + 80.0 * n * n + 30.0 * texels as f64
     }
 
     /// The harmonics of so many directions.

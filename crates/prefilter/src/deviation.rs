@@ -2,8 +2,8 @@
 
 use crate::Zonal;
 use crate::sampled::{Sampled, beams_at};
-use crate::texels::{Scratch, Texels};
-use rayon::prelude::*;
+use crate::texels::Texels;
+use glam::DVec3;
 use steradian_sphere::SphereImage;
 
 /// How far an image is from the sum over all texels, at some of its texels.
@@ -26,20 +26,22 @@ pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: us
     let all = image.planes[0].len();
     let n = n.min(all);
     let sums = Texels::new(&light.image);
-    let pair = |scratch: &mut Scratch, i: usize| {
-        // Steps of the golden ratio meet faces, rows and columns evenly.
-        let k = ((i as f64 * 0.618_033_988_749_894_9).fract() * all as f64) as usize;
-        let (face, j, i) =
-            (k / (image.width * image.height), k / image.width % image.height, k % image.width);
+    // Steps of the golden ratio meet faces, rows and columns evenly.
+    let texel = |i: usize| ((i as f64 * 0.618_033_988_749_894_9).fract() * all as f64) as usize;
+    let place = |k: usize| {
+        let (i, row) = (k % image.width, k / image.width);
+        let (face, j) = (row / image.height, row % image.height);
         let d = image.layout.texel_direction(image.width, image.height, face, i, j)?;
-        let (sum, weight) = sums.all(kernel, d, scratch);
-        let scale = if weight > 0.0 { k0 / weight } else { 0.0 };
-        let suns = beams_at(light.suns(), kernel, d);
-        let exact = std::array::from_fn(|c| sum[c] * scale + suns[c]);
-        Some((image.texel(face, i, j).map(f64::from), exact))
+        Some((d, image.texel(face, i, j).map(f64::from)))
     };
-    let pairs: Vec<_> = (0..n).into_par_iter().map_init(Scratch::default, pair).collect();
-    let pairs: Vec<_> = pairs.into_iter().flatten().collect();
+    let (directions, got): (Vec<DVec3>, Vec<[f64; 3]>) = (0..n).map(texel).filter_map(place).unzip();
+    let exact = |(d, (sum, weight)): (&DVec3, ([f64; 3], f64))| {
+        let scale = if weight > 0.0 { k0 / weight } else { 0.0 };
+        let suns = beams_at(light.suns(), kernel, *d);
+        std::array::from_fn(|c| sum[c] * scale + suns[c])
+    };
+    let pairs: Vec<_> =
+        got.into_iter().zip(directions.iter().zip(sums.all(kernel, &directions)).map(exact)).collect();
     summary(&pairs, &image.planes)
 }
 
@@ -70,7 +72,6 @@ fn summary(pairs: &[([f64; 3], [f64; 3])], planes: &[Vec<f32>; 3]) -> Deviation 
 mod tests {
     use super::*;
     use crate::Lobe;
-    use glam::DVec3;
     use steradian_light::{Environment, Lights};
     use steradian_sphere::Layout;
 
@@ -86,11 +87,11 @@ mod tests {
             [Lobe::ggx(0.03), Lobe::ggx(1.0), Lobe::phong(200.0), Lobe::charlie(0.5), Lobe::gaussian(0.5)]
         {
             let light = Sampled::new(&lights, &[&kernel], 1e-3, &task).unwrap();
-            let (sums, mut scratch) = (Texels::new(&light.image), Scratch::default());
-            for d in
-                [DVec3::Y, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::new(-1.0, 0.02, 0.0).normalize()]
-            {
-                let (sum, weight) = sums.all(&kernel, d, &mut scratch);
+            let sums = Texels::new(&light.image);
+            let directions =
+                [DVec3::Y, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::new(-1.0, 0.02, 0.0).normalize()];
+            for (d, (sum, weight)) in directions.iter().zip(sums.all(&kernel, &directions)) {
+                let d = *d;
                 let exact = light.brute_force(&kernel, 1.0, d);
                 for c in 0..3 {
                     let got = sum[c] / weight;

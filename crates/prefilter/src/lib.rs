@@ -20,6 +20,7 @@ mod polar;
 pub mod probe;
 mod profile;
 mod radial;
+mod rows;
 mod sampled;
 pub mod source;
 mod split;

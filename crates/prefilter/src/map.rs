@@ -7,6 +7,7 @@
 
 use crate::bands::{self, cost, with_sparks};
 use crate::measure::finish;
+use crate::rows::for_rows;
 use crate::sampled::{MAX_ORDER, Sampled, TAIL, beams_at};
 use crate::split::Split;
 use crate::synthesis::synthesize;
@@ -199,19 +200,27 @@ fn by_frequency(
     tolerance: f64,
 ) -> (SphereImage, Way, f64) {
     let Frequency { order, merged, tail } = plan;
-    let weights = Weights::new(light.image.height, &k[..=order.min(k.len() - 1)]);
-    let mut product = light.spectrum(order, merged);
-    product.convolve(k);
-    let mut image = synthesize(&product, shape, tolerance, |theta| weights.at(theta));
+    let k_used = &k[..=order.min(k.len() - 1)];
+    let weights = Weights::new(light.image.height, k_used);
+    let mut image = synthesize(&light.spectrum(order, merged), k_used, shape, tolerance);
     let direct: &[Beam] = if merged { &[] } else { light.sparks() };
-    if !(direct.is_empty() && light.suns().is_empty()) {
-        for_texels(&mut image, |_, d, texel| {
-            let scale = weights.at(d.y.clamp(-1.0, 1.0).acos());
-            let (more, suns) = (beams_at(direct, kernel, d), beams_at(light.suns(), kernel, d));
-            texel.into_iter().enumerate().for_each(|(c, t)| *t += (more[c] * scale + suns[c]) as f32);
+    let (suns, even) = (light.suns(), weights.are_one());
+    if !(direct.is_empty() && suns.is_empty() && even) {
+        for_rows(&mut image, |row, texels| {
+            let width = texels[0].len();
+            row.sums(direct, kernel);
+            for i in 0..width {
+                let Some(d) = row.direction(i) else { continue };
+                let scale = if even { 1.0 } else { weights.at(d.y.clamp(-1.0, 1.0).acos()) };
+                let suns = beams_at(suns, kernel, d);
+                for c in 0..3 {
+                    let sum = f64::from(texels[c][i]) + row.sum(c, i);
+                    texels[c][i] = (sum * scale + suns[c]) as f32;
+                }
+            }
         });
     }
-    (image, Way::Frequency { order, beams: direct.len() + light.suns().len() }, tail)
+    (image, Way::Frequency { order, beams: direct.len() + suns.len() }, tail)
 }
 
 fn by_parts(
@@ -223,9 +232,10 @@ fn by_parts(
     tolerance: f64,
     task: &Task,
 ) -> Result<(SphereImage, Way, f64), Cancelled> {
-    let mut product = light.spectrum(plan.order, plan.merged);
-    product.convolve(&plan.far);
-    let mut image = synthesize(&product, shape, tolerance, |_| 1.0);
+    let far = &plan.far[..=plan.order.min(plan.far.len() - 1)];
+    // Σ of the far part over all texels, which the image is divided by, from the same bands as the image.
+    let rest = Weights::sums(light.image.height, far);
+    let mut image = synthesize(&light.spectrum(plan.order, plan.merged), far, shape, tolerance);
     task.check()?;
     let near = Texels::new(&light.image);
     let direct: &[Beam] = if plan.merged { &[] } else { light.sparks() };
@@ -235,7 +245,8 @@ fn by_parts(
             let w = plan.split.far_value(d.dot(b.direction));
             (0..3).for_each(|c| sum[c] += w * b.flux[c]);
         }
-        let (weight, suns) = (weight + plan.far[0], beams_at(light.suns(), kernel, d));
+        let (weight, suns) =
+            (weight + rest.at(d.y.clamp(-1.0, 1.0).acos()), beams_at(light.suns(), kernel, d));
         // Far narrower than a texel no weight is left: what it would see is the nearest one.
         let nearest = light.image.nearest(d);
         for (c, t) in texel.into_iter().enumerate() {
@@ -344,6 +355,50 @@ mod tests {
         for c in 0..3 {
             let ratio = m.energy_out[c] / m.energy_in[c];
             assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn enlarged_mirrors_are_not_negative_and_keep_the_flux() {
+        let light = Sampled::new(&lights(), &[], 1e-3, &Task::quiet()).unwrap();
+        for (layout, w, h) in [(Layout::Cube, 96, 96), (Layout::Cube, 200, 200), (Layout::LatLong, 400, 200)]
+        {
+            let m = mirror_image(&light, (layout, w, h));
+            assert!(m.image.planes.iter().flatten().all(|v| *v >= 0.0));
+            for c in 0..3 {
+                let ratio = m.energy_out[c] / m.energy_in[c];
+                assert!((ratio - 1.0).abs() < 2e-3, "{layout:?} {w}: {ratio}");
+            }
+        }
+    }
+
+    /// The sum over texels divides by itself, whichever way it is taken.
+    #[test]
+    fn coarse_constants_stay() {
+        let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [2.0, 1.0, 0.5]);
+        let lights = Lights::from(Environment { image });
+        for kernel in [
+            Lobe::lambert(),
+            Lobe::ggx(0.03),
+            Lobe::ggx(0.05),
+            Lobe::ggx(0.3),
+            Lobe::charlie(0.5),
+            Lobe::phong(40.0),
+            Lobe::gaussian(0.1),
+        ] {
+            for tolerance in [2e-3, 1e-4, 1e-5] {
+                let light = Sampled::new(&lights, &[&kernel], tolerance, &Task::quiet()).unwrap();
+                for (layout, w, h) in
+                    [(Layout::Cube, 24, 24), (Layout::LatLong, 64, 32), (Layout::Octahedral, 32, 32)]
+                {
+                    let got =
+                        filter_image(&light, &kernel, (layout, w, h), tolerance, &Task::quiet()).unwrap();
+                    for (plane, l) in got.image.planes.iter().zip([2.0_f32, 1.0, 0.5]) {
+                        let worst = plane.iter().map(|v| (v / l - 1.0).abs()).fold(0.0, f32::max);
+                        assert!(worst < 1e-5, "{kernel:?} {tolerance} {layout:?}: {worst:e} {:?}", got.way);
+                    }
+                }
+            }
         }
     }
 

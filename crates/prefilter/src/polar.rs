@@ -60,12 +60,6 @@ pub(crate) fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
     out
 }
 
-/// Energy of each band, all channels.
-pub(crate) fn bands(sh: &ShRgb) -> Vec<f64> {
-    let band = |l: usize| sh.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum::<f64>();
-    (0..=sh.order).map(band).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

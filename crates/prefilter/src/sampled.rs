@@ -5,20 +5,25 @@
 //! instead.)
 
 use crate::source::{self, Statistics, sparks};
+use crate::synthesis::precision;
 use crate::{Beam, Zonal, polar};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
-use steradian_sphere::sh::{Grid, ShRgb, ShTransform};
+use steradian_sphere::sh::{ColumnsRgb, Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Highest band of the analysis.
 pub(crate) const MAX_ORDER: usize = 1023;
 /// Rows of the image at most; larger ones are first reduced, area-exact.
 const MAX_ROWS: usize = 2048;
+
+/// Texels of an image that is still refined.
+const REFINED: usize = 1 << 22;
 
 /// Prepared light.
 pub struct Sampled {
@@ -28,7 +33,9 @@ pub struct Sampled {
     beams: Vec<Beam>,
     suns: usize,
     /// Spectrum of the image with its brightest texels capped, about the pole y.
-    spectrum: ShRgb,
+    spectrum: ColumnsRgb,
+    /// Energy of each of its bands, all channels.
+    bands: Vec<f64>,
     /// ∫ of the square of the capped image.
     energy: f64,
     /// ∫ L dω of the image.
@@ -71,14 +78,17 @@ impl Sampled {
         beams.extend(sparks.iter().map(|s| Beam { radius: 0.0, ..s.beam }));
         let capped = statistics.without(&image, &sparks, &whole);
         let order = order(image.height, &capped, kernels, tolerance);
-        let plan = ShTransform::new(order, image.width, image.height, Grid::Cells);
-        let spectrum = plan.analyze_polar(image.planes.each_ref().map(Vec::as_slice));
+        let (width, height) = (image.width, image.height);
+        let plan = ShTransform::with_precision(order, width, height, Grid::Cells, precision(tolerance));
+        let mut spectrum = ColumnsRgb::default();
+        plan.analyze_columns(image.planes.each_ref().map(Vec::as_slice), &mut spectrum);
+        let bands = spectrum.band_energies().iter().map(|e| e.iter().sum()).collect();
         for (s, whole) in sparks.iter().zip(whole) {
             (0..3).for_each(|c| image.planes[c][s.k] = whole[c]);
         }
         task.check()?;
         let (flux, negative) = (statistics.flux, statistics.negative);
-        Ok(Self { image, beams, suns, spectrum, energy: capped.energy, flux, negative })
+        Ok(Self { image, beams, suns, spectrum, bands, energy: capped.energy, flux, negative })
     }
 
     /// Suns and directional lights.
@@ -93,7 +103,7 @@ impl Sampled {
 
     /// Highest band of the analysis.
     pub fn order(&self) -> usize {
-        self.spectrum.order
+        self.spectrum.order()
     }
 
     /// Does the image hold negative texels?
@@ -101,19 +111,20 @@ impl Sampled {
         self.negative
     }
 
-    /// Spectrum of the capped image up to `order` about the pole y, zero beyond the analysis; with the brightest
-    /// texels' if asked.
-    pub(crate) fn spectrum(&self, order: usize, with_sparks: bool) -> ShRgb {
-        let mut sh = polar::truncated(&self.spectrum, order);
-        if with_sparks {
-            polar::add_beams(&mut sh, self.sparks());
+    /// Spectrum of the capped image about the pole y: all of the analysis, or with the brightest texels' up to
+    /// `order`.
+    pub(crate) fn spectrum(&self, order: usize, with_sparks: bool) -> Cow<'_, ColumnsRgb> {
+        if !with_sparks || self.sparks().is_empty() {
+            return Cow::Borrowed(&self.spectrum);
         }
-        sh
+        let mut sh = polar::truncated(&self.spectrum.to_sh(), order);
+        polar::add_beams(&mut sh, self.sparks());
+        Cow::Owned(ColumnsRgb::from_sh(&sh))
     }
 
     /// Energy of each band of the capped image, all channels.
-    pub(crate) fn base_bands(&self) -> Vec<f64> {
-        polar::bands(&self.spectrum)
+    pub(crate) fn base_bands(&self) -> &[f64] {
+        &self.bands
     }
 
     /// ∫ of the square of the capped image, all channels.
@@ -123,7 +134,7 @@ impl Sampled {
 
     /// Coefficients of everything, suns included, up to `order` (at most the analysis').
     pub fn coefficients(&self, order: usize) -> ShRgb {
-        let mut sh = polar::truncated(&self.spectrum, order.min(self.order()));
+        let mut sh = polar::truncated(&self.spectrum.to_sh(), order.min(self.order()));
         polar::add_beams(&mut sh, &self.beams);
         polar::to_world(&sh)
     }
@@ -142,7 +153,7 @@ impl Sampled {
         let mut out = if layout == Layout::Cube && self.covers(width) {
             self.image.cube_means(width)
         } else {
-            self.image.resample(layout, width, height)
+            self.enlarged(layout, width, height)
         };
         let texel = (4.0 * PI / (layout.faces() * width * height) as f64).sqrt();
         for b in self.suns() {
@@ -154,6 +165,24 @@ impl Sampled {
                 (0..3).for_each(|c| out.planes[c][k] += (b.flux[c] * w / omega) as f32);
             });
         }
+        out
+    }
+
+    /// The image in texels that may be smaller than its own. Cubic lookup undershoots beside what is bright; where that
+    /// goes below zero for light that does not, the image is first refined within its texels' means.
+    fn enlarged(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
+        let below = |image: &SphereImage| image.planes.iter().flatten().any(|&v| v < 0.0);
+        let mut out = self.image.resample(layout, width, height);
+        if self.negative || !below(&out) {
+            return out;
+        }
+        let mut fine = self.image.refined();
+        out = fine.resample(layout, width, height);
+        while below(&out) && fine.planes[0].len() <= REFINED {
+            fine = fine.refined();
+            out = fine.resample(layout, width, height);
+        }
+        out.planes.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
         out
     }
 

@@ -7,8 +7,10 @@
 use crate::Zonal;
 use crate::split::{Split, step};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::PI;
-use steradian_simd::{Arch, Kernel, run};
+use std::mem::take;
+use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
 
 /// An image and its rows.
@@ -59,20 +61,44 @@ impl<'a> Texels<'a> {
         Self { image, rows: (0..height).map(row).collect() }
     }
 
-    /// Σ L K Ω and Σ K Ω over all texels.
-    pub(crate) fn all(&self, kernel: &dyn Zonal, d: DVec3, scratch: &mut Scratch) -> ([f64; 3], f64) {
+    /// Σ L K Ω and Σ K Ω over all texels, for every direction. A few rows at a time serve all directions, so that the
+    /// image passes through memory once.
+    pub(crate) fn all(&self, kernel: &dyn Zonal, directions: &[DVec3]) -> Vec<([f64; 3], f64)> {
+        const ROWS: usize = 16;
         let farthest = (0.5 * kernel.support()).sin().powi(2);
-        let place = self.place(d);
-        scratch.spans.clear();
-        for j in 0..self.rows.len() {
-            let (base, slope) = self.distance(&place, j);
-            if base <= farthest {
-                let len = self.image.width;
-                let first = -(len as i64 / 2);
-                scratch.spans.push(Span { row: j, first, len, base: base as f32, slope: slope as f32 });
+        let width = self.image.width;
+        let first = -(width as i64 / 2);
+        let place = |d: &DVec3| {
+            let (place, mut turns) = (self.place(*d), Vec::new());
+            self.turns(first, width, place.beyond, &mut turns);
+            (place, turns)
+        };
+        let places: Vec<(Place, Vec<f32>)> = directions.par_iter().map(place).collect();
+        let starts: Vec<usize> = (0..self.rows.len()).step_by(ROWS).collect();
+        let block = |scratch: &mut Scratch, &start: &usize| -> Vec<([f64; 3], f64)> {
+            let end = (start + ROWS).min(self.rows.len());
+            let sum = |(place, turns): &(Place, Vec<f32>)| {
+                scratch.spans.clear();
+                for row in start..end {
+                    let (base, slope) = self.distance(place, row);
+                    if base <= farthest {
+                        let (base, slope) = (base as f32, slope as f32);
+                        scratch.spans.push(Span { row, first, len: width, base, slope });
+                    }
+                }
+                self.sum(kernel, place, (first, turns), scratch, None)
+            };
+            places.iter().map(sum).collect()
+        };
+        let blocks: Vec<_> = starts.par_iter().map_init(Scratch::default, block).collect();
+        let mut all = vec![([0.0; 3], 0.0); directions.len()];
+        for block in &blocks {
+            for (to, (sum, weight)) in all.iter_mut().zip(block) {
+                to.1 += weight;
+                (0..3).for_each(|c| to.0[c] += sum[c]);
             }
         }
-        self.sum(kernel, &place, scratch, None)
+        all
     }
 
     /// Σ L K χ Ω and Σ K χ Ω.
@@ -98,7 +124,14 @@ impl<'a> Texels<'a> {
                 scratch.spans.push(Span { row: j, first, len, base: base as f32, slope: slope as f32 });
             }
         }
-        self.sum(kernel, &place, scratch, Some((4.0 / split.reach2()) as f32))
+        let first = scratch.spans.iter().map(|s| s.first).min().unwrap_or(0);
+        let end = scratch.spans.iter().map(|s| s.first + s.len as i64).max().unwrap_or(0);
+        let mut turns = take(&mut scratch.turns);
+        self.turns(first, (end - first).max(0) as usize, place.beyond, &mut turns);
+        let scale = (4.0 / split.reach2()) as f32;
+        let sum = self.sum(kernel, &place, (first, &turns), scratch, Some(scale));
+        scratch.turns = turns;
+        sum
     }
 
     fn place(&self, d: DVec3) -> Place {
@@ -127,18 +160,17 @@ impl<'a> Texels<'a> {
         (-(width as i64 / 2), width)
     }
 
-    /// Σ L w Ω and Σ w Ω over the spans, w = K or K χ with χ's argument `scale` s².
+    /// Σ L w Ω and Σ w Ω over the spans, w = K or K χ with χ's argument `scale` s²; `turns` are sin²(Δφ/2) from column
+    /// `first` on.
     fn sum(
         &self,
         kernel: &dyn Zonal,
         place: &Place,
+        (first, turns): (i64, &[f32]),
         scratch: &mut Scratch,
         scale: Option<f32>,
     ) -> ([f64; 3], f64) {
-        let Scratch { turns, spans, s2, weights } = scratch;
-        let first = spans.iter().map(|s| s.first).min().unwrap_or(0);
-        let end = spans.iter().map(|s| s.first + s.len as i64).max().unwrap_or(0);
-        self.turns(first, (end - first).max(0) as usize, place.beyond, turns);
+        let Scratch { spans, s2, weights, .. } = scratch;
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         let mut rest = spans.as_slice();
         while !rest.is_empty() {
@@ -259,27 +291,34 @@ impl Kernel for Products<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) -> [f64; 4] {
-        const N: usize = 16;
-        let mut sums = [[0.0_f32; N]; 4];
-        let (chunks, rest) = self.weights.as_chunks::<N>();
-        for (k, w) in chunks.iter().enumerate() {
-            for c in 0..3 {
-                let l = &self.planes[c][k * N..(k + 1) * N];
-                for i in 0..N {
-                    sums[c][i] += w[i] * l[i];
+        /// Registers of each sum, so that one addition need not wait for the last.
+        const SETS: usize = 2;
+        let step = SETS * A::F32::LANES;
+        let mut sums = [[A::F32::splat(0.0); SETS]; 4];
+        let whole = self.weights.len() / step * step;
+        for from in (0..whole).step_by(step) {
+            for set in 0..SETS {
+                let at = from + set * A::F32::LANES;
+                let w = A::F32::load(&self.weights[at..]);
+                for c in 0..3 {
+                    sums[c][set] = w.fma(A::F32::load(&self.planes[c][at..]), sums[c][set]);
                 }
-            }
-            for i in 0..N {
-                sums[3][i] += w[i];
+                sums[3][set] = sums[3][set].add(w);
             }
         }
-        let from = chunks.len() * N;
-        for (i, w) in rest.iter().enumerate() {
-            for c in 0..3 {
-                sums[c][i] += w * self.planes[c][from + i];
-            }
-            sums[3][i] += w;
+        let mut all = sums.map(|sets| {
+            let mut lanes = [0.0_f32; 16];
+            sets.iter()
+                .map(|s| {
+                    s.store(&mut lanes[..A::F32::LANES]);
+                    lanes.iter().map(|&v| f64::from(v)).sum::<f64>()
+                })
+                .sum::<f64>()
+        });
+        for (i, &w) in self.weights.iter().enumerate().skip(whole) {
+            (0..3).for_each(|c| all[c] += f64::from(w * self.planes[c][i]));
+            all[3] += f64::from(w);
         }
-        sums.map(|s| s.iter().map(|&v| f64::from(v)).sum())
+        all
     }
 }
