@@ -85,6 +85,11 @@ pub fn decode_r11g11b10(texel: u32) -> [f32; 3] {
     [decode_small(texel & 2047, 6), decode_small(texel >> 11 & 2047, 6), decode_small(texel >> 22, 5)]
 }
 
+/// A colour as it comes back from a Radiance picture (.hdr).
+pub fn round_trip_rgbe(rgb: [f32; 3]) -> [f32; 3] {
+    crate::hdr::round_trip(rgb)
+}
+
 /// RGBD of eight bits: value = rgb / a, where a is as large as the colour allows. Values reach 255.
 pub fn encode_rgbd(rgb: [f32; 3], report: &mut WriteReport) -> [u8; 4] {
     let rgb = rgb.map(|v| fit(v, 255.0, report));

@@ -64,6 +64,13 @@ impl TexelFormat {
         if self.is_plain() { width * height * self.bytes() } else { bc6h::image_bytes(width, height) }
     }
 
+    /// Images of `size`, given as R G B A, as they come back from a file of this format.
+    pub fn round_trip(self, rgba: &[f32], size: (usize, usize)) -> Vec<f32> {
+        let mut bytes = Vec::new();
+        self.encode(rgba, size, &mut bytes, &mut WriteReport::default());
+        self.decode(&bytes, size)
+    }
+
     /// Appends images of `size`, given as R G B A; what does not fit is counted.
     pub(crate) fn encode(
         self,
@@ -127,4 +134,27 @@ fn half(v: f32, report: &mut WriteReport) -> f16 {
         report.lost += f64::from(v);
     }
     h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_come_back_to_the_format_s_precision() {
+        let rgba: Vec<f32> =
+            (0..6 * 64).map(|i| if i % 4 == 3 { 1.0 } else { 1.0 + 0.01 * i as f32 }).collect();
+        for (format, step) in [
+            (TexelFormat::Rgba32f, 0.0),
+            (TexelFormat::Rgba16f, 5e-4),
+            (TexelFormat::Rgb9e5, 4e-3),
+            (TexelFormat::R11g11b10, 2e-2),
+            (TexelFormat::Bc6h, 2e-2),
+        ] {
+            let back = format.round_trip(&rgba, (4, 4));
+            assert_eq!(back.len(), rgba.len());
+            let worst = rgba.iter().zip(&back).map(|(a, b)| (a - b).abs() / a).fold(0.0, f32::max);
+            assert!(worst <= step && (step == 0.0 || worst > 0.0), "{}: {worst}", format.name());
+        }
+    }
 }

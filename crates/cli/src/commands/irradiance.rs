@@ -26,13 +26,14 @@ pub struct Options {
     environment: String,
     #[command(flatten)]
     adjust: Adjust,
-    /// Bands of spherical harmonics; 3 bands are orders 0 to 2, 9 coefficients
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=512))]
-    bands: u16,
-    /// Window over the bands: none, hann, lanczos or gauss, as hann:W with a width in bands [default: none]
+    /// Bands of spherical harmonics of the coefficients; 3 bands are orders 0 to 2, 9 coefficients. A map is of the
+    /// whole light, whatever --bands, --window and --dering say [default: 3]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=512))]
+    bands: Option<u16>,
+    /// Window over the coefficients' bands: none, hann, lanczos or gauss, as hann:W with a width in bands [default: none]
     #[arg(long, value_name = "NAME[:W]", value_parser = WindowSpec::parse)]
     window: Option<WindowSpec>,
-    /// Change the bands as little as possible such that the irradiance is nowhere negative, at any number of bands
+    /// Change the coefficients as little as possible such that the irradiance is nowhere negative, at any number of bands
     #[arg(long)]
     dering: bool,
     /// Add ZH3 to the JSON document: linear coefficients and one zonal number per channel, stored and hallucinated
@@ -51,6 +52,12 @@ pub struct Options {
     /// Tone mapper of a .png [default: linear, which clips]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
+}
+
+impl Options {
+    fn bands(&self) -> u16 {
+        self.bands.unwrap_or(3)
+    }
 }
 
 /// Extensions of coefficients.
@@ -73,6 +80,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if let Some(path) = map {
         write_map(&o, path, context)?;
+        if o.bands.is_some() || o.window.is_some() || o.dering {
+            context.say("the map is of the whole light; --bands, --window, --dering concern the coefficients");
+        }
     }
     let json = context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"]));
     if o.zh3 && !json {
@@ -92,7 +102,7 @@ struct Coefficients {
 }
 
 fn coefficients(o: &Options, context: &mut Context) -> Result<Coefficients, Failure> {
-    let bands = usize::from(o.bands);
+    let bands = usize::from(o.bands());
     let order = if o.zh3 { shape::ZH3_ORDER.max(bands - 1) } else { bands - 1 };
     let light = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
     let zh3 = o.zh3.then(|| shape::zh3_json(&light));
@@ -117,13 +127,13 @@ fn coefficients(o: &Options, context: &mut Context) -> Result<Coefficients, Fail
 impl Coefficients {
     fn json(&self, o: &Options) -> Value {
         let mut document = json!({
-            "bands": o.bands,
-            "order": o.bands - 1,
+            "bands": o.bands(),
+            "order": o.bands() - 1,
             "radiance": rows(&self.radiance),
             "irradiance": rows(&self.irradiance),
         });
         if let Some(w) = o.window {
-            document["window"] = json!(w.window(o.bands.into()).factors(usize::from(o.bands) - 1));
+            document["window"] = json!(w.window(o.bands().into()).factors(usize::from(o.bands()) - 1));
         }
         if let Some(d) = &self.dering {
             document["dering"] = shape::dering_json(d);

@@ -61,7 +61,7 @@ pub struct Options {
     /// Texels of a cube: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h or bc6h-signed [default: rgba32f, or the profile's]
     #[arg(long, value_name = "NAME", value_parser = texel_format)]
     format: Option<TexelFormat>,
-    /// Relative RMS error [default: 2e-3]; with it a miss exits with 4
+    /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels included
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Texels of each level that are compared with the sum over all texels of the light
@@ -168,6 +168,8 @@ struct Level {
     filter: Filter,
     filtered: FilteredImage,
     measured: Option<Deviation>,
+    /// What the format of the file's texels changes, relative RMS.
+    format_error: f64,
     seconds: f64,
     /// Where a way was asked for by name.
     by: Option<method::Work>,
@@ -342,9 +344,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let size = ((plan.size.0 >> m).max(1), (plan.size.1 >> m).max(1));
         levels.push(job.level(filter.clone(), (plan.layout, size.0, size.1), context)?);
     }
+    let changes = files::format_errors(&o, &plan, &levels, context);
+    levels.iter_mut().zip(changes).for_each(|(l, e)| l.format_error = e);
     let worst = levels.iter().map(Level::error).fold(0.0, f64::max);
     let how = if o.check > 0 { "measured" } else { "bound" };
-    context.note_error(format!("relative RMS error {worst:.2e} ({how})"));
+    let packing = levels.iter().map(|l| l.format_error).fold(0.0, f64::max);
+    let packing = if packing > 0.0 { format!(", {packing:.2e} of the texels' format") } else { String::new() };
+    context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
     let name = o.name.clone().unwrap_or_else(|| stem(&o.environment));
     let written = files::write(&o, &plan, &job, &levels, &name, context)?;
     if let Some(folder) = &o.dump_levels {
@@ -366,7 +372,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         }
     }
     if o.tolerance.is_some() && worst > tolerance {
-        return Err(Failure::missed(format!("relative RMS error {worst:.2e} is above {tolerance:.2e}")));
+        return Err(Failure::missed(format!("relative RMS error {worst:.2e} is above {tolerance:.2e} ({how}{packing})")));
     }
     Ok(())
 }
@@ -404,14 +410,15 @@ impl Job<'_> {
         context.task.check()?;
         let lobe = filter.lobe.as_ref().filter(|_| self.check > 0);
         let measured = lobe.map(|l| deviation(self.light, l.zonal(), &filtered.image, self.check));
-        Ok(Level { filter, filtered, measured, seconds, by })
+        Ok(Level { filter, filtered, measured, format_error: 0.0, seconds, by })
     }
 }
 
 impl Level {
-    /// Relative RMS error: measured where it was.
+    /// Relative RMS error of the file: the filter's, measured where it was, and the texel format's, which are
+    /// independent.
     fn error(&self) -> f64 {
-        self.measured.map_or(self.filtered.predicted, |m| m.rms)
+        self.measured.map_or(self.filtered.predicted, |m| m.rms).hypot(self.format_error)
     }
 }
 
@@ -470,6 +477,9 @@ fn report(
     })
 }
 
+/// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter, `format_error`
+/// of the texels' format (what comes back from the file less what was given), `error` of the file, which is the root of
+/// the sum of squares of the last two.
 fn row(m: usize, l: &Level) -> Value {
     let f = &l.filtered;
     let measured =
@@ -485,6 +495,8 @@ fn row(m: usize, l: &Level) -> Value {
         "kernel_accuracy": l.filter.lobe.as_ref().map(Kernel::accuracy),
         "predicted_error": f.predicted,
         "measured_error": measured,
+        "format_error": l.format_error,
+        "error": l.error(),
         "energy_in": f.energy_in,
         "energy_out": f.energy_out,
         "raised_to_zero": f.clipped,

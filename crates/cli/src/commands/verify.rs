@@ -39,10 +39,10 @@ pub struct Options {
     #[arg(long, value_name = "NAME", value_parser = family)]
     kernel: Option<Family>,
     /// Perceptual roughness of a file of one level [default: what the file says, else 0]
-    #[arg(long, value_name = "R", value_parser = roughness)]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = roughness)]
     perceptual_roughness: Option<f64>,
     /// Largest relative RMS error of a level against what the profile expects; above it the command exits with 4
-    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Arrangement of the file: latlong, cross, strip, octahedral, … [default: by its shape]
     #[arg(long, value_name = "NAME", value_parser = layout)]

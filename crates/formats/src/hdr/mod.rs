@@ -17,7 +17,7 @@ mod encode;
 mod header;
 
 pub(crate) use decode::decode;
-pub(crate) use encode::encode;
+pub(crate) use encode::{encode, round_trip};
 
 /// Does `bytes` begin like a Radiance picture?
 pub(crate) fn is_hdr(bytes: &[u8]) -> bool {

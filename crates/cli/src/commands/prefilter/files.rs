@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::Path;
 use steradian_brdf::dfg::DfgTable;
-use steradian_formats::packed::encode_rgbd;
+use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
 use steradian_formats::{
     Channel, ExrSamples, FormatError, Raster, Supercompression, TexelFormat, TextureLevels, WriteOptions,
     WriteReport, write_atomic, write_dds, write_dir_atomic, write_image, write_ktx1, write_ktx2_as,
@@ -62,6 +62,47 @@ pub fn write(
         ));
     }
     Ok(written)
+}
+
+/// What the texels' format changes in each level as it lies in the file: RMS of what comes back less what was given,
+/// over the RMS of the level.
+pub fn format_errors(o: &Options, plan: &Plan, levels: &[Level], context: &Context) -> Vec<f64> {
+    let engine = Engine { format: o.format.unwrap_or(plan.engine.format), ..*plan.engine };
+    let hdr = o.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
+    let back = |(texels, side): (&[f32], usize)| match engine.files {
+        Files::Gltf => colours(texels, |c| decode_rgbd(encode_rgbd(c, &mut WriteReport::default()))),
+        Files::LatLong { cube: None, half, .. } if half && o.format != Some(TexelFormat::Rgba32f) => {
+            TexelFormat::Rgba16f.round_trip(texels, (side, side))
+        }
+        Files::LatLong { cube: None, .. } => texels.to_vec(),
+        _ if plan.layout == Layout::Cube => engine.format.round_trip(texels, (side, side)),
+        _ if hdr => colours(texels, round_trip_rgbe),
+        _ => texels.to_vec(),
+    };
+    let error = |l: &Level| {
+        let cube = cubes(&engine, &[&l.filtered.image], context);
+        cube.levels.iter().map(|texels| change(texels, &back((texels, cube.width)))).fold(0.0, f64::max)
+    };
+    levels.iter().map(error).collect()
+}
+
+/// Every colour of texels that lie as R G B A, by `f`.
+fn colours(texels: &[f32], f: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<f32> {
+    let texels = texels.as_chunks::<4>().0.iter();
+    texels.flat_map(|t| f([t[0], t[1], t[2]]).into_iter().chain([t[3]])).collect()
+}
+
+/// RMS(after − before)/RMS(before) of the colours of texels that lie as R G B A.
+fn change(before: &[f32], after: &[f32]) -> f64 {
+    let (mut error, mut whole) = (0.0, 0.0);
+    for (b, a) in before.as_chunks::<4>().0.iter().zip(after.as_chunks::<4>().0) {
+        for c in 0..3 {
+            let v = f64::from(b[c]);
+            error += (f64::from(a[c]) - v).powi(2);
+            whole += v * v;
+        }
+    }
+    if whole == 0.0 { 0.0 } else { (error / whole).sqrt() }
 }
 
 fn one_file(o: &Options, engine: &Engine, levels: &[Level], context: &Context) -> Result<Written, Failure> {
@@ -372,7 +413,6 @@ fn rgbd(face: &Raster) -> (Raster, WriteReport) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use steradian_formats::packed::decode_rgbd;
 
     /// The nine numbers give E/π of a function of bands 0 to 2 at any normal.
     #[test]

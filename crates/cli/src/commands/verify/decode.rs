@@ -57,7 +57,13 @@ pub fn decode(spec: &str, reading: &Reading, context: &mut Context) -> Result<He
         return Ok(Held { levels, metadata: texture.metadata, sh });
     }
     context.note_input(path);
-    let loaded = load::load(path, &options)?;
+    let loaded = load::load(path, &options).map_err(|e| match Failure::from(e) {
+        // Every image is told by its first bytes, whatever its name.
+        f if f.code == 3 && path.is_file() && Container::of_name(path).is_some() => Failure::input(format!(
+            "{spec}: is no texture (.ktx2, .ktx, .dds) by its first bytes, and no image that is read here"
+        )),
+        f => f,
+    })?;
     loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
     Ok(Held { levels: vec![loaded.image], metadata: loaded.report.metadata, sh: None })
 }
