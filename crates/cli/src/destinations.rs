@@ -24,7 +24,12 @@ impl Destinations {
         } else {
             has_parent(path)?;
         }
-        self.folders.push(place(path));
+        let spot = place(path);
+        if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
+            let why = format!("is the file of {other}: name a folder");
+            return Err(Failure::usage(format!("{}: {why}", path.display())));
+        }
+        self.folders.push(spot);
         Ok(())
     }
 

@@ -69,3 +69,41 @@ fn what_clips_or_vanishes_is_counted() {
     let a = ["convert", "a.ktx2", "-o", "b.exr", "--half", "--light-exposure", "-40", "--json", "-q"];
     assert_eq!(json(dir, &a)["vanished"], 6 * 16 * 3);
 }
+
+/// The stated error is that of the file: what the texels' format changes is part of it, and of the verdict.
+#[test]
+fn the_certificate_counts_the_texel_format() {
+    let d = tempfile::tempdir().unwrap();
+    let base = ["prefilter", "studio", "--perceptual-roughness", "0.3", "--size", "16", "--check", "2"];
+    let with = |more: &[&'static str]| [base.as_slice(), more].concat();
+    let level = |format| {
+        let report = json(d.path(), &with(&["--format", format, "-o", "a.ktx2", "--json"]));
+        report["levels"][0].clone()
+    };
+    let number = |v: &serde_json::Value| v.as_f64().unwrap();
+    assert_eq!(number(&level("rgba32f")["format_error"]), 0.0);
+    let half = level("rgba16f");
+    assert!((5e-5..5e-4).contains(&number(&half["format_error"])), "{half}");
+    let both = number(&half["measured_error"]["rms"]).hypot(number(&half["format_error"]));
+    assert!((number(&half["error"]) - both).abs() < 1e-12);
+    let o = run(d.path(), &with(&["--format", "bc6h", "--tolerance", "1e-5", "-o", "b.ktx2"]));
+    assert_eq!(o.status.code(), Some(4));
+}
+
+#[test]
+fn destinations_are_checked_before_the_work() {
+    let d = tempfile::tempdir().unwrap();
+    let base = ["prefilter", "studio", "--perceptual-roughness", "0.3", "--size", "16", "-o", "a.ktx2"];
+    for (more, code) in [
+        (["--extract-sun", "a.ktx2"], 2),
+        (["--extract-sun", "none/s.json"], 1),
+        (["--dump-levels", "a.ktx2"], 2),
+        (["--name", "../b"], 2),
+        (["--levels", "3"], 2),
+        (["--tolerance", "-1"], 2),
+    ] {
+        let o = run(d.path(), &[base.as_slice(), &more].concat());
+        assert_eq!(o.status.code(), Some(code), "{more:?}: {}", String::from_utf8_lossy(&o.stderr));
+        assert_eq!(std::fs::read_dir(d.path()).unwrap().count(), 0, "{more:?}");
+    }
+}
