@@ -15,12 +15,13 @@ use steradian_techniques::direct::Suns;
 /// Lights beside the environment, and how they are shaded.
 #[derive(Debug, Clone, Args)]
 pub struct Beside {
-    /// Disk, directional and point lights beside the environment, as --extract-sun writes them; they turn and scale
-    /// with it
+    /// Disk, directional and point lights beside the environment, as --extract-sun writes them; the first two turn and
+    /// scale with it
     #[arg(long, value_name = "FILE.json")]
     sun_lights: Option<PathBuf>,
     /// A light beside the environment: disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B,
-    /// directional:direction=X/Y/Z,irradiance=R/G/B or point:position=X/Y/Z,intensity=R/G/B
+    /// directional:direction=X/Y/Z,irradiance=R/G/B or point:position=X/Y/Z,intensity=R/G/B; as it stands, whatever
+    /// --rotate and --light-exposure do to the environment
     #[arg(long, value_name = "SPEC", value_parser = spec)]
     light: Vec<Lamp>,
     /// Disks and directional lights by the exact reflectance, or folded into the technique's data; the reference
@@ -80,7 +81,7 @@ impl Beside {
     }
 }
 
-/// Adds the lights of a file, turned and scaled as the environment is.
+/// Adds the lights of a file, distant ones turned and scaled as the environment is.
 pub fn join_file(path: &Path, lights: &mut Lights, adjust: &Adjust, context: &mut Context) -> Outcome {
     let (turn, gain) = (adjust.rotation(), adjust.gain());
     for lamp in read(path, context)? {
@@ -94,6 +95,7 @@ pub fn join_file(path: &Path, lights: &mut Lights, adjust: &Adjust, context: &mu
                 direction: (turn * d.direction).normalize(),
                 irradiance: d.irradiance.map(|v| v * gain),
             }),
+            // A point has a place in the scene, which stands still.
             point => point,
         }
         .join(lights);

@@ -81,7 +81,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(path) = map {
         write_map(&o, path, context)?;
         if o.bands.is_some() || o.window.is_some() || o.dering {
-            context.say("the map is of the whole light; --bands, --window, --dering concern the coefficients");
+            context
+                .say("the map is of the whole light; --bands, --window, --dering concern the coefficients");
         }
     }
     let json = context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"]));

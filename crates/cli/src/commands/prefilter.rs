@@ -349,7 +349,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let worst = levels.iter().map(Level::error).fold(0.0, f64::max);
     let how = if o.check > 0 { "measured" } else { "bound" };
     let packing = levels.iter().map(|l| l.format_error).fold(0.0, f64::max);
-    let packing = if packing > 0.0 { format!(", {packing:.2e} of the texels' format") } else { String::new() };
+    let packing =
+        if packing > 0.0 { format!(", {packing:.2e} of the texels' format") } else { String::new() };
     context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
     let name = o.name.clone().unwrap_or_else(|| stem(&o.environment));
     let written = files::write(&o, &plan, &job, &levels, &name, context)?;
@@ -372,7 +373,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         }
     }
     if o.tolerance.is_some() && worst > tolerance {
-        return Err(Failure::missed(format!("relative RMS error {worst:.2e} is above {tolerance:.2e} ({how}{packing})")));
+        return Err(Failure::missed(format!(
+            "relative RMS error {worst:.2e} is above {tolerance:.2e} ({how}{packing})"
+        )));
     }
     Ok(())
 }

@@ -42,12 +42,18 @@ pub struct Direct {
     pub points: Vec<PointLight>,
 }
 
-/// The lights that a technique bakes, and those that are shaded exactly. Point lights are among the latter always.
+/// Disks of a larger angular radius, radians, are skies and not suns: techniques bake them. The rules for exact shading
+/// are made for lights that are small beside the hemisphere, and on GPUs beside the lobe.
+const WIDEST: f64 = 0.35;
+
+/// The lights that a technique bakes, and those that are shaded exactly: of the disks those of at most 20 degrees (0.35
+/// radians) radius, point lights always.
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
     let mut baked = lights.clone();
     let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
     if suns == Suns::Exact {
-        direct.disks = std::mem::take(&mut baked.disks);
+        (direct.disks, baked.disks) =
+            std::mem::take(&mut baked.disks).into_iter().partition(|d| d.angular_radius <= WIDEST);
         direct.directionals = std::mem::take(&mut baked.directionals);
     }
     (baked, direct)

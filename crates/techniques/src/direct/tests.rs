@@ -160,3 +160,13 @@ fn distant_lights_turn_and_points_stay() {
     let t = d.turned(&view);
     assert!((t.disks[0].direction - DVec3::NEG_Z).length() < 1e-6 && t.points == d.points);
 }
+
+#[test]
+fn wide_disks_are_skies() {
+    let disk = |angular_radius: f64| DiskLight { direction: DVec3::Y, angular_radius, radiance: [1.0; 3] };
+    let lights = Lights { disks: vec![disk(0.2), disk(1.0)], ..Lights::default() };
+    let (baked, direct) = split(&lights, Suns::Exact);
+    assert_eq!((baked.disks, direct.disks), (vec![disk(1.0)], vec![disk(0.2)]));
+    let (baked, direct) = split(&lights, Suns::Fold);
+    assert_eq!((baked.disks.len(), direct.disks.len()), (2, 0));
+}

@@ -128,6 +128,9 @@ impl<'a> Loader<'a, '_> {
         part.tangents = self.optional(p, "TANGENT", n)?;
         part.uvs = self.optional(p, &format!("TEXCOORD_{set}"), n)?;
         part.colors = self.optional(p, "COLOR_0", n)?;
+        if part.colors.iter().flatten().any(|c| !c.is_finite() || *c < 0.0) {
+            return Err("COLOR_0 holds a number that is negative or none".to_string().into());
+        }
         part.flat = part.normals.is_empty();
         let list = match p.indices {
             Some(i) => {
