@@ -35,7 +35,8 @@ pub fn source(object: &Object) -> String {
 
 /// The lights on the device, and group 2 of every object.
 pub struct DirectLights {
-    lights: wgpu::Buffer,
+    /// All lights, and the points among them.
+    lights: [wgpu::Buffer; 2],
     groups: Vec<wgpu::BindGroup>,
     /// Group 2 of pipelines that shade no object.
     pub group: wgpu::BindGroup,
@@ -50,17 +51,21 @@ impl DirectLights {
         scene: &Scene,
     ) -> Result<Self, GpuError> {
         check(&scene.direct)?;
-        let contents = contents(&scene.direct, scene.light_rotation);
+        let contents = both(&scene.direct, scene.light_rotation);
         gpu.scoped("lights", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let lights = filled(gpu, "lights", usage, &contents);
-            let group = |parameters: &[f32]| {
+            let lights = contents.map(|c| filled(gpu, "lights", usage, &c));
+            let group = |parameters: &[f32], lights: &wgpu::Buffer| {
                 let brdf = filled(gpu, "reflectance", wgpu::BufferUsages::UNIFORM, &bytes(parameters));
-                let all = [camera, &lights, &brdf].map(wgpu::Buffer::as_entire_binding);
+                let all = [camera, lights, &brdf].map(wgpu::Buffer::as_entire_binding);
                 layout::group(gpu, layout, &all)
             };
-            let of = |o: &Object| group(o.brdf.as_ref().map_or(&[0.0; 4], |b| b.uniforms().as_flattened()));
-            Self { groups: scene.objects.iter().map(of).collect(), group: group(&[0.0; 4]), lights }
+            let of = |o: &Object| {
+                let parameters = o.brdf.as_ref().map_or(&[0.0; 4][..], |b| b.uniforms().as_flattened());
+                group(parameters, &lights[usize::from(o.folds_suns)])
+            };
+            let groups = scene.objects.iter().map(of).collect();
+            Self { groups, group: group(&[0.0; 4], &lights[0]), lights }
         })
     }
 
@@ -71,7 +76,9 @@ impl DirectLights {
 
     /// Other lights, or the same ones turned.
     pub fn write(&self, gpu: &Gpu, direct: &Direct, rotation: Mat3) {
-        gpu.queue.write_buffer(&self.lights, 0, &contents(direct, rotation));
+        for (buffer, contents) in self.lights.iter().zip(both(direct, rotation)) {
+            gpu.queue.write_buffer(buffer, 0, &contents);
+        }
     }
 }
 
@@ -82,6 +89,12 @@ pub fn check(direct: &Direct) -> Result<(), GpuError> {
         return Err(GpuError::Memory(format!("{count} direct lights; {CAPACITY} at most")));
     }
     Ok(())
+}
+
+/// `struct GpuLights` of all lights, and of the points alone.
+fn both(direct: &Direct, rotation: Mat3) -> [Vec<u8>; 2] {
+    let points = Direct { points: direct.points.clone(), ..Direct::default() };
+    [contents(direct, rotation), contents(&points, rotation)]
 }
 
 /// `struct GpuLights`.

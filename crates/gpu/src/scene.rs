@@ -130,6 +130,8 @@ pub struct Object {
     pub room: GpuRoom,
     /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
+    /// Its room's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the points alone.
+    pub folds_suns: bool,
     /// Multiplies the radiance.
     pub base_colour: Option<Texture>,
     /// Normals and roughness that vary over the surface.

@@ -167,6 +167,28 @@ fn lights_change_live() -> Result<(), Failed> {
     Ok(())
 }
 
+/// An object whose data hold the suns gets the points alone, also where others beside it get all, and live.
+fn folded_suns_are_not_added_twice() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let lit = lit(0, "sh_irradiance", "lambert", 48)?;
+    let settings = Settings::new(48, 48);
+    let points = Direct { points: lit.direct.points.clone(), ..Direct::default() };
+    let mut folded = lit.scene();
+    folded.objects[0].folds_suns = true;
+    let expected = Scene { direct: points, ..lit.scene() };
+    let [expected, all] = [expected, lit.scene()].map(|s| Renderer::new(gpu, s, &settings)?.render(gpu));
+    let ((expected, _), (all, _)) = (expected?, all?);
+    let mut live = Renderer::new(gpu, folded, &settings)?;
+    let (first, _) = live.render(gpu)?;
+    live.set_direct(gpu, lit.direct.clone())?;
+    let (again, _) = live.render(gpu)?;
+    let (same, others) = (largest_difference(&first, &expected), largest_difference(&first, &all));
+    if same > 0.0 || others < 1e-2 || largest_difference(&again, &first) > 0.0 {
+        return Err(format!("{same} from the points alone, {others} from all lights").into());
+    }
+    Ok(())
+}
+
 fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lit = lit(0, "sh_irradiance", "lambert", 16)?;
@@ -198,6 +220,7 @@ fn main() {
         .map(|&(k, slug, spec)| Trial::test(format!("{slug}::{spec}"), move || picture(k, slug, spec)))
         .collect();
     trials.push(Trial::test("lights_change_live", lights_change_live));
+    trials.push(Trial::test("folded_suns_are_not_added_twice", folded_suns_are_not_added_twice));
     trials.push(Trial::test("what_cannot_be_is_an_error", what_cannot_be_is_an_error));
     let trials = trials.into_iter().map(|t| t.with_ignored_flag(ignored)).collect();
     libtest_mimic::run(&arguments, trials).exit();

@@ -138,6 +138,7 @@ fn several_objects_and_textures() -> Result<(), Failed> {
         triangles: Arc::new(triangles),
         room: rooms[1].gpu(),
         brdf: None,
+        folds_suns: false,
         base_colour: Some(common::texture(&texture)),
         maps: Default::default(),
         transform: map,

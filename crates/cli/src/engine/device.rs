@@ -114,25 +114,26 @@ impl Device {
     }
 }
 
-/// The lights that surfaces are shaded with beside their techniques, where there are any.
-fn lights<'a>(baked: &'a [&Baked]) -> impl Iterator<Item = &'a Direct> {
-    baked.iter().map(|b| &b.direct.1).filter(|d| !d.is_empty())
+/// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data have the
+/// points alone.
+fn lights(baked: &[&Baked]) -> Direct {
+    let all = || baked.iter().map(|b| &b.direct.1);
+    all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
+}
+
+fn has_suns(d: &Direct) -> bool {
+    !(d.disks.is_empty() && d.directionals.is_empty())
 }
 
 /// Why the GPU cannot shade the lights beside the techniques, where it cannot.
 fn unlit(baked: &[&Baked]) -> Option<String> {
     let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
-    if let Some(b) = without {
-        return Some(format!("{} has no GPU text for disks and points", b.direct.0.spec()));
-    }
-    let first = lights(baked).next()?;
-    let mixed = lights(baked).any(|d| d != first);
-    mixed.then(|| "surfaces with maps fold suns into their data and others do not".into())
+    without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
 }
 
 /// One object per material slot that has triangles.
 fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
-    let last = baked.len().saturating_sub(1);
+    let (last, direct) = (baked.len().saturating_sub(1), lights(baked));
     let object = |(k, b): (usize, &&Baked)| {
         let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
         let bake = &b.bake.as_ref()?.0;
@@ -145,14 +146,15 @@ fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
             triangles,
             room,
             brdf: if b.direct.1.is_empty() { None } else { b.direct.0.shader() },
+            folds_suns: !has_suns(&b.direct.1),
             base_colour,
             maps: mapped(maps),
             transform: Affine3A::IDENTITY,
         })
     };
     Scene {
-        direct: lights(baked).next().cloned().unwrap_or_default(),
         objects: baked.iter().enumerate().filter_map(object).collect(),
+        direct,
         backdrop: backdrop(stage.background),
         camera: stage.camera,
         light_rotation: Mat3::IDENTITY,

@@ -96,6 +96,7 @@ pub fn scene(case: &Case, room: GpuRoom) -> Scene {
             triangles,
             room,
             brdf: None,
+            folds_suns: false,
             base_colour: None,
             maps: Maps::default(),
             transform: Affine3A::IDENTITY,
