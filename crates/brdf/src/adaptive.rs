@@ -8,7 +8,7 @@ pub(crate) struct Estimate {
 }
 
 /// Kronrod 1965; Piessens et al. 1983, QUADPACK, qk15: nodes in (0, 1], from the end to the middle.
-const NODES: [f64; 8] = [
+pub(crate) const NODES: [f64; 8] = [
     0.991_455_371_120_812_6,
     0.949_107_912_342_758_5,
     0.864_864_423_359_769_1,
@@ -18,7 +18,7 @@ const NODES: [f64; 8] = [
     0.207_784_955_007_898_47,
     0.0,
 ];
-const KRONROD: [f64; 8] = [
+pub(crate) const KRONROD: [f64; 8] = [
     0.022_935_322_010_529_22,
     0.063_092_092_629_978_55,
     0.104_790_010_322_250_18,
@@ -29,7 +29,7 @@ const KRONROD: [f64; 8] = [
     0.209_482_141_084_727_83,
 ];
 /// Gauss's weights at every second node.
-const GAUSS: [f64; 4] =
+pub(crate) const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_93, 0.417_959_183_673_469_4];
 
 /// A part of the interval.

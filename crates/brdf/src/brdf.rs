@@ -1,5 +1,6 @@
 //! The trait that every reflectance model implements.
 
+use crate::model::lafortune::Lafortune;
 use crate::{BrdfShader, Peak};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
@@ -115,6 +116,11 @@ pub trait Brdf: Debug + Send + Sync {
         };
         let narrowest = self.lobes(DVec3::Z).iter().map(width).min_by(f64::total_cmp);
         narrowest.map_or(Peak::Smooth, |width| Peak::Anywhere { width })
+    }
+
+    /// The reflectance as generalised cosine lobes and a diffuse part, where that is what it is.
+    fn cosines(&self) -> Option<Lafortune> {
+        None
     }
 
     /// The same reflectance as plain data for a GPU; `None` where it has no WGSL text.

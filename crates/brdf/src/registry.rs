@@ -3,7 +3,7 @@
 use crate::error::nearest;
 use crate::scaled::Scaled;
 use crate::spec::{Args, Interval, SCALE};
-use crate::{Info, SharedBrdf, SpecError, model};
+use crate::{Info, SharedBrdf, SpecError, measured, model};
 use std::sync::Arc;
 
 /// One model: its page, whether `name:WORD` is allowed, and how it is made.
@@ -20,6 +20,13 @@ pub fn models() -> &'static [&'static Info] {
     &INFOS
 }
 
+/// Every reader of measurements, by its own page.
+pub fn measured_models() -> &'static [&'static Info] {
+    static INFOS: std::sync::LazyLock<Vec<&'static Info>> =
+        std::sync::LazyLock::new(|| measured::ENTRIES.iter().map(|e| e.info).collect());
+    &INFOS
+}
+
 /// Names that are reserved for files of measurements and fits.
 const RESERVED: [(&str, &str); 3] = [
     ("merl", "measured isotropic tables, .binary"),
@@ -33,8 +40,9 @@ pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
     let spec = spec.trim();
     let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
     let name = name.trim().to_ascii_lowercase().replace('_', "-");
-    let Some(entry) = model::ENTRIES.iter().find(|e| e.info.name == name) else {
-        let available: Vec<_> = models().iter().map(|i| i.name).collect();
+    let mut entries = model::ENTRIES.iter().chain(measured::ENTRIES);
+    let Some(entry) = entries.find(|e| e.info.name == name) else {
+        let available: Vec<_> = models().iter().chain(measured_models()).map(|i| i.name).collect();
         if let Some(&(name, what)) = RESERVED.iter().find(|r| r.0 == name) {
             return Err(SpecError::NotAvailable { name, what, available });
         }

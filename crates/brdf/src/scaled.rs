@@ -1,5 +1,6 @@
 //! A reflectance times a constant (`scale=` of any spec string).
 
+use crate::model::lafortune::Lafortune;
 use crate::spec::{SCALE, triple};
 use crate::{Brdf, BrdfShader, Domain, Info, Lobe, Peak, Sample, SharedBrdf};
 use glam::{DVec2, DVec3};
@@ -52,6 +53,16 @@ impl Brdf for Scaled {
 
     fn peak(&self) -> Peak {
         self.brdf.peak()
+    }
+
+    fn cosines(&self) -> Option<Lafortune> {
+        let mut own = self.brdf.cosines()?;
+        own.spec = self.spec();
+        own.kd = self.times(own.kd);
+        for lobe in &mut own.lobes {
+            lobe.iter_mut().zip(self.scale).for_each(|(l, s)| l.ks *= s);
+        }
+        Some(own)
     }
 
     fn shader(&self) -> Option<BrdfShader> {

@@ -1,5 +1,6 @@
 //! Inputs that several commands take: light, reflectance, geometry, technique.
 
+use crate::bakefile::BakeFile;
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::model::complete;
@@ -278,13 +279,15 @@ pub fn cosine(bands: usize) -> Vec<f64> {
     Cosine.coefficients(bands.saturating_sub(1))
 }
 
-/// A technique of the registry, or the judge.
-#[derive(Clone, Copy)]
+/// A technique of the registry, a saved bake of one, or the judge.
+#[derive(Clone)]
 pub enum Method {
     /// The judge.
     Reference,
     /// A room.
     Technique(&'static dyn AnyTechnique),
+    /// A room's saved bake: light and reflectance are what it was made of.
+    File(Arc<BakeFile>),
 }
 
 impl Method {
@@ -308,6 +311,15 @@ impl Method {
         match self {
             Self::Reference => "reference",
             Self::Technique(t) => t.card().slug,
+            Self::File(f) => f.technique.card().slug,
+        }
+    }
+
+    /// Its slug, with the file of a saved bake.
+    pub fn label(&self) -> String {
+        match self {
+            Self::File(f) => format!("{} {}", self.slug(), f.name()),
+            _ => self.slug().into(),
         }
     }
 }

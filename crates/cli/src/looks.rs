@@ -53,7 +53,7 @@ impl Wanted {
         self.brdf.spec() == other.brdf.spec()
             && self.params == other.params
             && self.maps.is_empty() == other.maps.is_empty()
-            && self.method.is_none_or(|m| m.slug() == other.method.slug())
+            && self.method.as_ref().is_none_or(|m| m.slug() == other.method.slug())
     }
 }
 
@@ -68,12 +68,12 @@ pub fn bake(
     let mut out: Vec<(Look, Baked)> = Vec::new();
     for w in wanted {
         let done = out.iter().find(|(look, _)| w.shades_like(look));
-        let next = match (done, w.method) {
+        let next = match (done, &w.method) {
             (Some((look, baked)), _) => {
-                (w.with(look.method), shared(baked, w.texture.clone(), w.maps.clone()))
+                (w.with(look.method.clone()), shared(baked, w.texture.clone(), w.maps.clone()))
             }
             (None, Some(method)) => {
-                let look = w.with(method);
+                let look = w.with(method.clone());
                 let baked = studio::bake(&look, lights, camera, tolerance, context)?;
                 (look, baked)
             }

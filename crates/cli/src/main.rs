@@ -3,10 +3,12 @@
 //! It reads the registry of techniques and knows none by name. Data go to standard output, progress and logs to
 //! standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance missed.
 
+mod bakefile;
 mod commands;
 mod context;
 mod csv;
 mod destinations;
+mod elevation;
 mod engine;
 mod failure;
 mod inputs;

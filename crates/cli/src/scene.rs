@@ -99,7 +99,7 @@ fn look(
     context: &mut Context,
 ) -> Result<Wanted, Failure> {
     let named = m.technique.as_ref().or(file.output.technique.as_ref());
-    let method = match (overrides.method, named) {
+    let method = match (overrides.method.clone(), named) {
         (Some(method), _) => Some(method),
         (None, Some(slug)) => Some(located(file, slug, Method::find(&slug.value))?),
         (None, None) if !m.params.0.is_empty() => {

@@ -12,7 +12,7 @@ use steradian_reference::{Judge, Lookup};
 use steradian_render::{BakeShader, DirectShader, JudgeShader, Maps, Shader, Surface, Texture};
 use steradian_scene::Camera;
 use steradian_techniques::direct::{Direct, Suns, split};
-use steradian_techniques::{BakeError, Material, Varies, View};
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Material, Varies, View};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
 pub const PICTURE_TOLERANCE: f64 = 2e-3;
@@ -30,6 +30,16 @@ pub struct Look {
     pub texture: Option<Arc<Texture>>,
     /// Normals and roughness that vary.
     pub maps: Maps,
+}
+
+impl Look {
+    /// The spec of its reflectance.
+    pub fn spec(&self) -> String {
+        match &self.method {
+            Method::File(f) => f.made.brdf.clone(),
+            _ => self.brdf.spec(),
+        }
+    }
 }
 
 /// A look that is ready to shade.
@@ -69,7 +79,7 @@ impl Baked {
     }
 }
 
-/// Bakes a look under `lights`, or makes the judge its shader.
+/// Bakes a look under `lights`, opens its bake, or makes the judge its shader.
 pub fn bake(
     look: &Look,
     lights: &Lights,
@@ -78,56 +88,93 @@ pub fn bake(
     context: &Context,
 ) -> Result<Baked, Failure> {
     let start = Instant::now();
-    let mut direct = Direct::default();
-    let (shader, judge, bake, certificate, bytes, varies): (Arc<dyn Shader>, _, _, _, _, _) =
-        match look.method {
-            Method::Reference => {
-                let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
-                let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
-                let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
-                (shader.clone(), Some(shader), None, None, 0, Varies::NONE)
-            }
-            Method::Technique(t) => {
-                let task = context.task.clone().with_tolerance(tolerance);
-                // Only what is part of a technique's data is filtered by maps.
-                let suns = if look.maps.is_empty() { context.suns } else { Suns::Fold };
-                let material = Material::new(look.brdf.clone());
-                let (baked, lit) = split(lights, suns);
-                direct = lit;
-                let mut bake = match t.bake(&baked, &material, None, &look.params, &task) {
-                    Err(BakeError::Light { .. }) if suns != context.suns => {
-                        let (baked, lit) = split(lights, context.suns);
-                        direct = lit;
-                        t.bake(&baked, &material, None, &look.params, &task)?
-                    }
-                    other => other?,
-                };
-                bake.frame(&view(camera));
-                let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
-                let bake = Arc::new(BakeShader(bake));
-                (bake.clone(), None, Some(bake), Some(certificate), bytes, varies)
-            }
-        };
-    let shader = match &bake {
-        Some(bake) if !direct.is_empty() => {
-            Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: look.brdf.clone() })
+    let mut view = view(camera);
+    let (bake, direct) = match &look.method {
+        Method::Reference => return reference(look, lights, tolerance, context),
+        Method::Technique(t) => link(*t, look, lights, tolerance, context)?,
+        Method::File(file) => {
+            view.light_rotation = file.turn;
+            (file.open()?, Direct::default())
         }
-        _ => shader,
     };
-    let surface = Surface { shader, base_colour: look.texture.clone(), maps: look.maps.clone() };
+    Ok(Baked { seconds: start.elapsed().as_secs_f64(), ..room(look, bake, direct, &view) })
+}
+
+/// The judge, who needs no bake but hierarchies of the lights.
+fn reference(
+    look: &Look,
+    lights: &Lights,
+    tolerance: Option<f64>,
+    context: &Context,
+) -> Result<Baked, Failure> {
+    let start = Instant::now();
+    let judge = Arc::new(Judge::new(lights, Lookup::Bilinear, &context.task)?);
+    let tolerance = tolerance.unwrap_or(PICTURE_TOLERANCE);
+    let shader = Arc::new(JudgeShader::new(judge, look.brdf.clone(), tolerance));
     Ok(Baked {
-        surface,
-        certificate,
-        judge,
+        surface: surface(look, shader.clone()),
+        certificate: None,
+        judge: Some(shader),
         #[cfg(feature = "gpu")]
-        bake,
+        bake: None,
+        varies: Varies::NONE,
+        lit: false,
+        #[cfg(feature = "gpu")]
+        direct: (look.brdf.clone(), Direct::default()),
+        bytes: 0,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// A technique's bake, and the lights that are no part of it.
+fn link(
+    technique: &'static dyn AnyTechnique,
+    look: &Look,
+    lights: &Lights,
+    tolerance: Option<f64>,
+    context: &Context,
+) -> Result<(Box<dyn AnyBake>, Direct), Failure> {
+    let task = context.task.clone().with_tolerance(tolerance);
+    // Only what is part of a technique's data is filtered by maps.
+    let suns = if look.maps.is_empty() { context.suns } else { Suns::Fold };
+    let material = Material::new(look.brdf.clone());
+    let with = |suns: Suns| {
+        let (baked, direct) = split(lights, suns);
+        technique.bake(&baked, &material, None, &look.params, &task).map(|b| (b, direct))
+    };
+    match with(suns) {
+        Err(BakeError::Light { .. }) if suns != context.suns => Ok(with(context.suns)?),
+        other => Ok(other?),
+    }
+}
+
+/// A bake in the light of a camera.
+fn room(look: &Look, mut bake: Box<dyn AnyBake>, direct: Direct, view: &View) -> Baked {
+    bake.frame(view);
+    let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+    let bake = Arc::new(BakeShader(bake));
+    let shader: Arc<dyn Shader> = if direct.is_empty() {
+        bake.clone()
+    } else {
+        Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: look.brdf.clone() })
+    };
+    Baked {
+        surface: surface(look, shader),
+        certificate: Some(certificate),
+        judge: None,
+        #[cfg(feature = "gpu")]
+        bake: Some(bake),
         varies,
         lit: !direct.is_empty(),
         #[cfg(feature = "gpu")]
         direct: (look.brdf.clone(), direct),
         bytes,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+        seconds: 0.0,
+    }
+}
+
+fn surface(look: &Look, shader: Arc<dyn Shader>) -> Surface {
+    Surface { shader, base_colour: look.texture.clone(), maps: look.maps.clone() }
 }
 
 fn view(camera: &Camera) -> View {

@@ -68,7 +68,8 @@ impl Subject {
 
 /// One technique's picture of a case.
 pub struct Shown {
-    pub slug: &'static str,
+    /// Technique, with the file of a saved bake.
+    pub label: String,
     /// Where it was computed: cpu or gpu.
     pub backend: &'static str,
     pub picture: Display,
@@ -87,7 +88,7 @@ pub struct Shown {
 /// A technique's answer to a case: a picture, or why there is none.
 pub enum Answer {
     Shown(Box<Shown>),
-    Refused { slug: &'static str, backend: &'static str, why: String },
+    Refused { label: String, backend: &'static str, why: String },
 }
 
 /// How pictures of a study are made.
@@ -96,6 +97,8 @@ pub struct Plan {
     pub tone_mapper: ToneMapper,
     /// Relative error of the reference at each sample.
     pub tolerance: f64,
+    /// Relative RMS error that techniques are asked for.
+    pub asked: Option<f64>,
 }
 
 /// The backdrop of a case.
@@ -122,19 +125,22 @@ pub fn run_subject(
     engines: &[Engine],
     context: &Context,
 ) -> Result<Vec<Answer>, Failure> {
-    let baked = bake(case, Method::Reference, plan, context)?;
+    let baked = bake(case, &Method::Reference, plan, context)?;
     let (reference, _, seconds) = film(case, &baked, plan, &Engine::Cpu, context)?;
     let develop =
         Develop { ev: case.ev + crate::commands::render::expose(&reference), mapper: plan.tone_mapper };
     let truth = develop.film(&reference);
     let mut out = Vec::new();
     for method in methods {
-        let slug = method.slug();
-        let baked = match bake(case, *method, plan, context) {
+        let label = method.label();
+        let baked = match bake(case, method, plan, context) {
             Ok(baked) => baked,
             Err(f) if f.code == 2 => {
-                let refused =
-                    |e: &Engine| Answer::Refused { slug, backend: e.name(), why: f.message.clone() };
+                let refused = |e: &Engine| Answer::Refused {
+                    label: label.clone(),
+                    backend: e.name(),
+                    why: f.message.clone(),
+                };
                 out.extend(engines.iter().map(refused));
                 continue;
             }
@@ -150,7 +156,7 @@ pub fn run_subject(
             }
             let (e, flip, difference) = compare(&film, &picture, &reference, &truth);
             out.push(Answer::Shown(Box::new(Shown {
-                slug,
+                label: label.clone(),
                 backend,
                 errors: Some((e, flip)),
                 difference: Some(difference),
@@ -164,7 +170,7 @@ pub fn run_subject(
         }
     }
     let shown = Shown {
-        slug: "reference",
+        label: Method::Reference.label(),
         backend: Engine::Cpu.name(),
         picture: truth,
         errors: None,
@@ -186,10 +192,17 @@ fn worst(baked: &[Baked]) -> Option<Certificate> {
 }
 
 /// Bakes `method` for the materials that it takes and the reference for the others; fails where it takes none.
-fn bake(case: &Subject, method: Method, plan: &Plan, context: &Context) -> Result<Vec<Baked>, Failure> {
-    let one = |look: &Wanted, method: Method| {
-        let tolerance = matches!(method, Method::Reference).then_some(plan.tolerance);
-        let look = look.with(method);
+fn bake(case: &Subject, method: &Method, plan: &Plan, context: &Context) -> Result<Vec<Baked>, Failure> {
+    let one = |look: &Wanted, method: &Method| {
+        let tolerance = match method {
+            Method::Reference => Some(plan.tolerance),
+            _ => plan.asked,
+        };
+        let mut look = look.with(method.clone());
+        if let Method::Technique(t) = method {
+            // What is given for several techniques goes to those that have it.
+            look.params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
+        }
         let baked = studio::bake(&look, &case.lights, &case.camera, tolerance, context)?;
         looks::say_left_out((&look, &baked), context);
         Ok::<_, Failure>(baked)
@@ -207,7 +220,7 @@ fn bake(case: &Subject, method: Method, plan: &Plan, context: &Context) -> Resul
         out.push(match one(look, method) {
             Err(f) if f.code == 2 => {
                 refused = Some(f);
-                one(look, Method::Reference)?
+                one(look, &Method::Reference)?
             }
             other => other?,
         });
@@ -254,11 +267,11 @@ fn compare(film: &Film, picture: &Display, reference: &Film, truth: &Display) ->
 impl Answer {
     /// The technique's slug, and the GPU where it computed.
     pub fn name(&self) -> String {
-        let (slug, backend) = match self {
-            Self::Shown(s) => (s.slug, s.backend),
-            Self::Refused { slug, backend, .. } => (*slug, *backend),
+        let (label, backend) = match self {
+            Self::Shown(s) => (&s.label, s.backend),
+            Self::Refused { label, backend, .. } => (label, *backend),
         };
-        if backend == "cpu" { slug.into() } else { format!("{slug} ({backend})") }
+        if backend == "cpu" { label.clone() } else { format!("{label} ({backend})") }
     }
 
     /// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
@@ -283,11 +296,11 @@ impl Answer {
     /// The entry of a JSON document.
     pub fn json(&self) -> Value {
         match self {
-            Self::Refused { slug, backend, why } => {
-                json!({"technique": slug, "backend": backend, "refused": why})
+            Self::Refused { label, backend, why } => {
+                json!({"technique": label, "backend": backend, "refused": why})
             }
             Self::Shown(s) => json!({
-                "technique": s.slug,
+                "technique": s.label,
                 "backend": s.backend,
                 "relative_rms": s.errors.as_ref().map(|e| e.0.relative_rms),
                 "rmse": s.errors.as_ref().map(|e| e.0.rmse),

@@ -35,7 +35,10 @@ pub use image::{
     read_image, read_image_with, write_image,
 };
 pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
-pub use ktx2::{Supercompression, TextureLevels, decode_ktx2, read_ktx2, write_ktx2, write_ktx2_as};
+pub use ktx2::{
+    Supercompression, TextureArray, TextureLevels, decode_ktx2, decode_ktx2_array, read_ktx2,
+    read_ktx2_array, write_ktx2, write_ktx2_array, write_ktx2_as,
+};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};

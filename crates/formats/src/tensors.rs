@@ -65,6 +65,14 @@ impl TensorData {
         }
     }
 
+    /// The elements as 16-bit floats; those beyond 65504 become infinite.
+    pub fn halved(&self) -> Self {
+        match self {
+            Self::F16(v) => Self::F16(v.clone()),
+            other => Self::F16(other.to_f64().iter().map(|&x| f16::from_f64(x)).collect()),
+        }
+    }
+
     /// The format's name and bytes per element.
     fn dtype(&self) -> (&'static str, usize) {
         match self {
@@ -248,6 +256,8 @@ mod tests {
         let f = sample();
         assert_eq!(*f.tensors["c"].data.to_f32(), [0.5; 3]);
         assert_eq!(*f.tensors["d"].data.to_f64(), [7.0]);
+        let halves = f.tensors["a"].data.halved();
+        assert_eq!((halves.bytes(), &halves.to_f32()[..5]), (12, &[1., 2., 3., -4., 5.][..]));
         assert!(f.require("x").unwrap_err().contains("a, b, c, d, e"));
     }
 }

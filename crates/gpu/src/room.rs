@@ -134,6 +134,9 @@ fn check_limits(gpu: &Gpu, room: &GpuRoom) -> Result<(), GpuError> {
         if side > limits.max_texture_dimension_2d as usize {
             return beyond(format!("table '{}' with {side} texels a side", t.name));
         }
+        if t.level.layers > limits.max_texture_array_layers as usize {
+            return beyond(format!("table '{}' with {} layers", t.name, t.level.layers));
+        }
     }
     for b in &room.buffers {
         if 4 * b.data.len() as u64 > limits.max_storage_buffer_binding_size {

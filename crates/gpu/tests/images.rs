@@ -55,8 +55,8 @@ fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Faile
     let gpu = gpu()?;
     let room = bake.gpu();
     let truth = cpu(case, bake, SIDE);
-    // A mirror's picture changes within a pixel: shaded once, it aliases.
-    let mirror = room.slug == "mirror_map";
+    // A mirror's picture changes within a pixel, and so does a product of factors: shaded once, they alias.
+    let sharp = matches!(room.slug, "mirror_map" | "factored_lighting");
     for (path, rate) in WAYS {
         let settings = Settings { path, rate, ..Settings::new(SIDE, SIDE) };
         let (picture, _) = Renderer::new(gpu, scene(case, room.clone()), &settings)?.render(gpu)?;
@@ -67,7 +67,7 @@ fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Faile
             return Err(format!("{path:?}: coverage {b}, on the CPU {a}").into());
         }
         let off = flip(&format!("{name}-{path:?}-{rate:?}"), &truth, &picture);
-        let bound = if mirror && rate == Rate::Pixel { 0.02 } else { BOUND };
+        let bound = if sharp && rate == Rate::Pixel { 0.02 } else { BOUND };
         within((path, rate), off, bound)?;
     }
     Ok(())

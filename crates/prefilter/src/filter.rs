@@ -73,7 +73,7 @@ pub fn filter(
         ShRgb { order, c: std::array::from_fn(|c| source.spectrum.c[c][..sh::count(order)].to_vec()) };
     product.convolve(&k[..=order]);
     task.check()?;
-    let (mut cube, clipped) = synthesize(&product, size, !source.negative);
+    let (mut cube, clipped) = synthesize(&product, size, !source.negative && !kernel.signed());
     if !source.beams.is_empty() {
         cube = add_beams(source, kernel, &cube);
     }

@@ -19,6 +19,10 @@ pub trait Zonal: Sync {
     fn support(&self) -> f64 {
         FRAC_PI_2
     }
+    /// Is K negative somewhere? Then a filtered map may be too, and is not clipped.
+    fn signed(&self) -> bool {
+        false
+    }
     /// K at many angles, given sin²(θ/2) (which keeps its digits near the axis), in single precision: what sums over
     /// texels take.
     fn fill(&self, s2: &[f32], out: &mut [f32]) {

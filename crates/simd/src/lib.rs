@@ -6,13 +6,15 @@
 
 mod lanes;
 mod vector;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub use lanes::Lanes;
 use std::sync::OnceLock;
 use vector::Plain;
-#[cfg(target_arch = "x86_64")]
-use vector::x86::{EightSingle, Sixteen};
 pub use vector::{Double, Single, Vector};
+#[cfg(target_arch = "x86_64")]
+use x86::{EightSingle, Sixteen};
 
 /// An instruction set that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,6 +102,10 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
 pub trait Arch: Copy {
     /// Eight f32.
     type F32x8: Lanes;
+    /// Four f64.
+    type F64x4: Vector<T = f64>;
+    /// Eight f32, with fused multiplication and addition where there is one.
+    type Octet: Vector<T = f32>;
     /// The widest register of f64.
     type F64: Double;
     /// The widest register of f32.
@@ -121,6 +127,14 @@ impl<V: Single> Arch for Fused<V> {
     type F32x8 = lanes::Avx;
     #[cfg(not(target_arch = "x86_64"))]
     type F32x8 = lanes::Plain;
+    #[cfg(target_arch = "x86_64")]
+    type F64x4 = x86::Four;
+    #[cfg(target_arch = "x86_64")]
+    type Octet = EightSingle;
+    #[cfg(not(target_arch = "x86_64"))]
+    type F64x4 = Plain<f64, 4, true>;
+    #[cfg(not(target_arch = "x86_64"))]
+    type Octet = Plain<f32, 8, true>;
     #[inline(always)]
     fn fma(a: f64, b: f64, c: f64) -> f64 {
         a.mul_add(b, c)
@@ -133,6 +147,8 @@ struct Separate;
 
 impl Arch for Separate {
     type F32x8 = lanes::Plain;
+    type F64x4 = Plain<f64, 4, false>;
+    type Octet = Plain<f32, 8, false>;
     type F64 = Plain<f64, 2, false>;
     type F32 = Plain<f32, 4, false>;
 
@@ -154,12 +170,23 @@ pub trait Kernel {
 /// Runs a kernel compiled for [`isa`].
 #[inline]
 pub fn run<K: Kernel>(kernel: K) -> K::Output {
-    run_on(isa(), kernel)
+    // SAFETY: `isa` returns what was detected, or less.
+    unsafe { run_unchecked(isa(), kernel) }
 }
 
 /// Runs a kernel compiled for `wanted`, or for the best that this machine has if that is less.
 #[inline]
 pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
+    // SAFETY: the features were detected.
+    unsafe { run_unchecked(wanted.min(detect()), kernel) }
+}
+
+/// Runs a kernel compiled for `isa`.
+///
+/// # Safety
+/// The machine must have the instruction set.
+#[inline]
+unsafe fn run_unchecked<K: Kernel>(isa: Isa, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
@@ -170,15 +197,15 @@ pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
         fn avx512<K: Kernel>(kernel: K) -> K::Output {
             kernel.run::<Fused<Sixteen>>()
         }
-        match wanted.min(detect()) {
-            // SAFETY: the features were detected.
+        match isa {
+            // SAFETY: the caller vouches for the features.
             Isa::Avx512 => return unsafe { avx512(kernel) },
             // SAFETY: as above.
             Isa::Avx2 => return unsafe { avx2(kernel) },
             Isa::Portable => {}
         }
     }
-    let _ = wanted;
+    let _ = isa;
     if cfg!(target_arch = "aarch64") {
         kernel.run::<Fused<Plain<f32, 4, true>>>()
     } else {
@@ -310,6 +337,56 @@ mod tests {
         for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
             let y = run_on(isa, Narrow(&x));
             assert!(y.iter().zip(&x).all(|(y, x)| *y == *x as f32), "{isa:?}");
+        }
+    }
+
+    /// A square of numbers, turned over its diagonal; c − a·b and a − b of its first two rows.
+    struct Square<'a, T>(&'a mut [T]);
+
+    macro_rules! square {
+        ($t:ident, $register:ident) => {
+            impl Kernel for Square<'_, $t> {
+                type Output = usize;
+                #[inline(always)]
+                fn run<A: Arch>(self) -> usize {
+                    let lanes = A::$register::LANES;
+                    let mut v = [A::$register::splat(0.0); 16];
+                    for k in 0..lanes {
+                        v[k] = A::$register::load(&self.0[k * lanes..]);
+                    }
+                    let other = v[0].fnma(v[1], v[0].sub(v[1]));
+                    A::$register::transpose(&mut v[..lanes]);
+                    let all = A::$register::view(self.0);
+                    for k in 0..lanes {
+                        all[k] = v[k];
+                    }
+                    all[lanes] = other;
+                    lanes
+                }
+            }
+        };
+    }
+
+    square!(f64, F64);
+    square!(f32, F32);
+
+    #[test]
+    fn squares_are_transposed() {
+        #[repr(align(64))]
+        struct Aligned<T>([T; 272]);
+        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+            let mut single = Aligned(std::array::from_fn(|k| k as f32));
+            let mut double = Aligned(std::array::from_fn(|k| k as f64));
+            let (n, m) = (run_on(isa, Square(&mut single.0[..])), run_on(isa, Square(&mut double.0[..])));
+            for i in 0..n * n {
+                assert_eq!(single.0[i], (i % n * n + i / n) as f32, "{isa:?}");
+            }
+            for i in 0..m * m {
+                assert_eq!(double.0[i], (i % m * m + i / m) as f64, "{isa:?}");
+            }
+            for i in 0..m {
+                assert_eq!(double.0[m * m + i], -(m as f64) - (i * (m + i)) as f64);
+            }
         }
     }
 }

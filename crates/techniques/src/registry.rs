@@ -1,6 +1,9 @@
 //! Every room, one line each.
 
-use crate::rooms::{diffuse_map, mirror_map, phong_diffuse_maps, sh_irradiance, split_sum};
+use crate::rooms::{
+    banks_env, diffuse_map, factored_lighting, lafortune_env, lobe_maps, mirror_map, paraboloid_filter,
+    phong_diffuse_maps, reflection_space_ibr, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
+};
 use crate::{AnyTechnique, Erased};
 
 const ROOMS: &[&dyn AnyTechnique] = &[
@@ -9,6 +12,15 @@ const ROOMS: &[&dyn AnyTechnique] = &[
     &Erased::<diffuse_map::DiffuseMap>::new(),
     &Erased::<phong_diffuse_maps::PhongDiffuseMaps>::new(),
     &Erased::<split_sum::SplitSum>::new(),
+    &Erased::<reflection_space_ibr::ReflectionSpaceIbr>::new(),
+    &Erased::<factored_lighting::FactoredLighting>::new(),
+    &Erased::<lobe_maps::LobeMaps>::new(),
+    &Erased::<lafortune_env::LafortuneEnv>::new(),
+    &Erased::<paraboloid_filter::ParaboloidFilter>::new(),
+    &Erased::<banks_env::BanksEnv>::new(),
+    &Erased::<shrm::Shrm>::new(),
+    &Erased::<shrm_global::ShrmGlobal>::new(),
+    &Erased::<shrm_slices::ShrmSlices>::new(),
 ];
 
 /// Every technique, in the order of menus.

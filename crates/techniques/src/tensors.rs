@@ -84,11 +84,13 @@ pub fn put_f64(t: &mut TensorFile, name: String, shape: Vec<usize>, data: Vec<f6
     t.tensors.insert(name, Tensor::f64(shape, data));
 }
 
-/// A tensor of f32 whose shape has `rank` dimensions and as many elements as it says.
+/// A tensor of f32, or of halves, whose shape has `rank` dimensions and as many elements as it says.
 pub fn get_f32(t: &TensorFile, name: &str, rank: usize) -> Result<(Vec<usize>, Vec<f32>), PartError> {
     let x = t.tensors.get(name).ok_or_else(|| PartError::Missing(name.into()))?;
     match &x.data {
-        TensorData::F32(v) if sound(&x.shape, rank, v.len()) => Ok((x.shape.clone(), v.clone())),
+        d @ (TensorData::F32(_) | TensorData::F16(_)) if sound(&x.shape, rank, d.len()) => {
+            Ok((x.shape.clone(), d.to_f32().into_owned()))
+        }
         _ => Err(PartError::Unexpected(name.into())),
     }
 }

@@ -1,10 +1,14 @@
-//! Generates the pages of the book that come from the code, and checks that they are fresh.
+//! Generates the pages of the book that come from the code, checks that they are fresh, and repeats published figures.
 //!
-//!     cargo run -p steradian-xtask -- pages     writes docs/
-//!     cargo run -p steradian-xtask -- check     fails where a page is stale
+//! ```text
+//! cargo run -p steradian-xtask -- pages                   writes docs/
+//! cargo run -p steradian-xtask -- check                   fails where a page is stale
+//! cargo run --release -p steradian-xtask -- figures 5.7   a figure of RH02, ours beside the paper's
+//! ```
 
 mod brdfs;
 mod commands;
+mod figures;
 mod techniques;
 
 use anyhow::{Context, Result, bail};
@@ -29,11 +33,13 @@ fn pages(root: &Path) -> Result<Vec<Page>> {
 
 fn main() -> Result<()> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let word = std::env::args().nth(1).unwrap_or_default();
+    let mut words = std::env::args().skip(1);
+    let word = words.next().unwrap_or_default();
     let write = match word.as_str() {
         "pages" => true,
         "check" => false,
-        _ => bail!("usage: cargo run -p steradian-xtask -- pages | check"),
+        "figures" => return figures::run(words),
+        _ => bail!("usage: cargo run -p steradian-xtask -- pages | check | figures NAME"),
     };
     let mut stale = Vec::new();
     for page in pages(&root)? {

@@ -26,7 +26,7 @@ impl Language {
     }
 }
 
-/// Channels that go into text: E_avg is left out, the functions do without.
+/// Channels of the table in text: E_avg, the same in a row, gets a row of its own ([`averages`]).
 fn channels(lut: &Lut) -> usize {
     match lut.layout {
         Layout::ScaleBias => 2,
@@ -83,6 +83,15 @@ fn numbers(lut: &Lut, item: impl Fn(&[f32]) -> String) -> String {
     out
 }
 
+/// E_avg of every row, where the layout has it.
+fn averages(lut: &Lut) -> Option<String> {
+    let row = lut.values.iter().step_by(lut.size).map(|v| decimal(v[2]));
+    (lut.layout == Layout::ScaleBias).then(|| row.collect::<Vec<_>>().join(", "))
+}
+
+const AVERAGES: &str =
+    "E_avg = 2 * integral of E(mu) mu, E = A + B, at every row's roughness: Kulla & Conty 2017.";
+
 fn decimal(v: f32) -> String {
     format!("{v:.6}")
 }
@@ -123,6 +132,19 @@ fn wgsl(lut: &Lut, out: &mut String) {
              return vec2<f32>(single, single * f_avg / (1.0 - f_avg * lost) * lost);\n}\n",
         );
     }
+    if let Some(row) = averages(lut) {
+        let _ = write!(
+            out,
+            "\n// {AVERAGES}\n\
+             const DFG_E_AVG: array<f32, {n}> = array<f32, {n}>({row});\n\n\
+             fn dfg_e_avg(perceptual_roughness: f32) -> f32 {{\n\
+             \x20   var row = DFG_E_AVG;\n\
+             \x20   let at = clamp(perceptual_roughness * f32(DFG_SIZE) - 0.5, 0.0, f32(DFG_SIZE - 1));\n\
+             \x20   let low = i32(floor(at));\n\
+             \x20   return mix(row[low], row[min(low + 1, DFG_SIZE - 1)], at - floor(at));\n\
+             }}\n",
+        );
+    }
 }
 
 fn glsl(lut: &Lut, out: &mut String) {
@@ -156,6 +178,18 @@ fn glsl(lut: &Lut, out: &mut String) {
              return vec2(single, single * f_avg / (1.0 - f_avg * lost) * lost);\n}\n",
         );
     }
+    if let Some(row) = averages(lut) {
+        let _ = write!(
+            out,
+            "\n// {AVERAGES}\n\
+             const float DFG_E_AVG[{n}] = float[{n}]({row});\n\n\
+             float dfg_e_avg(float perceptual_roughness) {{\n\
+             \x20   float at = clamp(perceptual_roughness * float(DFG_SIZE) - 0.5, 0.0, float(DFG_SIZE - 1));\n\
+             \x20   int low = int(floor(at));\n\
+             \x20   return mix(DFG_E_AVG[low], DFG_E_AVG[min(low + 1, DFG_SIZE - 1)], fract(at));\n\
+             }}\n",
+        );
+    }
 }
 
 fn rust(lut: &Lut, out: &mut String) {
@@ -185,6 +219,20 @@ fn rust(lut: &Lut, out: &mut String) {
          }}\n",
         n * n,
     );
+    if let Some(row) = averages(lut) {
+        let _ = write!(
+            out,
+            "\n/// {AVERAGES}\n\
+             pub static DFG_E_AVG: [f32; DFG_SIZE] = [{row}];\n\n\
+             /// Linear lookup.\n\
+             pub fn dfg_e_avg(perceptual_roughness: f32) -> f32 {{\n\
+             \x20   let at = (perceptual_roughness * DFG_SIZE as f32 - 0.5).max(0.0).min((DFG_SIZE - 1) as f32);\n\
+             \x20   let low = at as usize;\n\
+             \x20   let t = at - low as f32;\n\
+             \x20   DFG_E_AVG[low] * (1.0 - t) + DFG_E_AVG[(low + 1).min(DFG_SIZE - 1)] * t\n\
+             }}\n",
+        );
+    }
 }
 
 #[cfg(test)]
@@ -209,7 +257,11 @@ mod tests {
                     .filter(|t| t.len() == 8)
                     .map(|t| t.parse().unwrap())
                     .collect();
-                let want: Vec<f32> = lut.values.iter().flat_map(|v| v[..channels(&lut)].to_vec()).collect();
+                let mut want: Vec<f32> =
+                    lut.values.iter().flat_map(|v| v[..channels(&lut)].to_vec()).collect();
+                if layout == Layout::ScaleBias {
+                    want.extend(lut.values.iter().step_by(lut.size).map(|v| v[2]));
+                }
                 assert_eq!(found.len(), want.len(), "{layout:?} {language:?}");
                 assert!(found.iter().zip(&want).all(|(a, b)| (a - b).abs() < 1e-6));
             }
@@ -230,6 +282,34 @@ mod tests {
         }
     }
 
+    /// Naga reads GLSL too.
+    #[test]
+    fn glsl_is_valid() {
+        for layout in Layout::ALL {
+            let body = source(&lut(layout), Language::Glsl, &[]);
+            let call = match layout {
+                Layout::ScaleBias => "vec4(dfg_multiscatter(0.5, dfg(0.3, r)), dfg_e_avg(r), 1.0)",
+                Layout::Khronos => "vec4(dfg_multiscatter(0.5, dfg(0.3, r).xy), dfg(0.3, r).z, 1.0)",
+                l if l.channels().len() == 1 => "vec4(dfg(0.3, r))",
+                l if l.channels().len() == 2 => "vec4(dfg(0.3, r), 0.0, 1.0)",
+                _ => "vec4(dfg(0.3, r), 1.0)",
+            };
+            let text = format!(
+                "#version 450\n{body}\nlayout(location = 0) in float r;\nlayout(location = 0) out vec4 colour;\n\
+                 void main() {{ colour = {call}; }}\n"
+            );
+            let options = naga::front::glsl::Options::from(naga::ShaderStage::Fragment);
+            let module = naga::front::glsl::Frontend::default()
+                .parse(&options, &text)
+                .unwrap_or_else(|e| panic!("{layout:?}: {}", e.emit_to_string(&text)));
+            let mut v = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            );
+            v.validate(&module).unwrap_or_else(|e| panic!("{layout:?}: {e:?}"));
+        }
+    }
+
     /// The compiler takes the Rust text, and the function gives what the table's lookup gives.
     #[test]
     fn rust_compiles_and_gives_the_same_values() {
@@ -239,7 +319,11 @@ mod tests {
         let points = [(0.1f32, 0.9f32), (0.5, 0.5), (0.0, 0.0), (1.0, 1.0), (0.77, 0.23)];
         let calls: String = points
             .iter()
-            .map(|(a, b)| format!("let v = dfg({a:?}, {b:?}); println!(\"{{}} {{}}\", v[0], v[1]);"))
+            .map(|(a, b)| {
+                format!(
+                    "let v = dfg({a:?}, {b:?}); println!(\"{{}} {{}} {{}}\", v[0], v[1], dfg_e_avg({b:?}));"
+                )
+            })
             .collect();
         let text = format!("{}\nfn main() {{ {calls} }}\n", source(&lut, Language::Rust, &[]));
         let (file, binary) = (dir.join("dfg.rs"), dir.join("dfg"));
@@ -257,7 +341,7 @@ mod tests {
         for ((mu, r), line) in points.iter().zip(out.lines()) {
             let got: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
             let want = lut.lookup(f64::from(*mu), f64::from(*r));
-            assert!((got[0] - want[0]).abs() < 2e-6 && (got[1] - want[1]).abs() < 2e-6, "{line} {want:?}");
+            assert!((0..3).all(|c| (got[c] - want[c]).abs() < 2e-6), "{line} {want:?}");
         }
         assert_eq!(out.lines().count(), points.len());
         std::fs::remove_dir_all(&dir).unwrap();

@@ -192,6 +192,10 @@ impl Brdf for Lafortune {
         widths.min_by(f64::total_cmp).map_or(Peak::Smooth, |width| Peak::Anywhere { width })
     }
 
+    fn cosines(&self) -> Option<Lafortune> {
+        Some(self.clone())
+    }
+
     fn shader(&self) -> Option<BrdfShader> {
         if self.lobes.len() > MOST_ON_GPU {
             return None;

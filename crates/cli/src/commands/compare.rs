@@ -1,5 +1,6 @@
 //! `steradian compare`: techniques side by side against the reference.
 
+use crate::bakefile::BakeFile;
 use crate::commands::render::{SceneOverrides, save_display, size, tone_mapper};
 use crate::context::{Backend, Context, check_output};
 use crate::engine::Engine;
@@ -13,7 +14,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_base::ParamValues;
+use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Background, Maps, Row, Settings, Sheet, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
@@ -34,9 +35,15 @@ pub struct Options {
     /// ggx:alpha=0.2]
     #[arg(short, long, value_name = "SPEC")]
     brdf: Vec<String>,
-    /// Technique; may be given several times [default: all that take the material]
+    /// Technique; may be given several times [default: all that take the material; beside --bake none]
     #[arg(short, long, value_name = "SLUG")]
     technique: Vec<String>,
+    /// Parameter of the techniques that have it
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
+    params: Vec<(String, f64)>,
+    /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given several times
+    #[arg(long, value_name = "FILE")]
+    bake: Vec<PathBuf>,
     /// Contact sheet
     #[arg(short, long, value_name = "OUT.png")]
     output: Option<PathBuf>,
@@ -87,21 +94,19 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 }
 
 fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
-    let methods: Vec<Method> = if o.technique.is_empty() {
-        Method::slugs().into_iter().skip(1).map(Method::find).collect::<Result<_, _>>()?
-    } else {
-        o.technique.iter().filter(|t| *t != "reference").map(|t| Method::find(t)).collect::<Result<_, _>>()?
-    };
+    let bakes = bakes(o, context)?;
+    let methods = methods(o, &bakes)?;
     let plan = Plan {
         settings: Settings { inner: 1, share: true, ..Settings::new(o.size.0, o.size.1) },
         tone_mapper: o.tone_mapper.unwrap_or_default(),
         tolerance: o.reference_tolerance,
+        asked: o.tolerance,
     };
     let engines = engines(context)?;
     let subjects = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         scenes(o, context)?
     } else {
-        meshes(o, context)?
+        meshes(o, &bakes, context)?
     };
     let mut findings = Vec::new();
     for (environment, brdf, subject) in subjects {
@@ -109,6 +114,47 @@ fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
         findings.push(Finding { environment, brdf, answers });
     }
     Ok(findings)
+}
+
+/// The saved bakes, which are of one light.
+fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<BakeFile>>, Failure> {
+    let mut out: Vec<Arc<BakeFile>> = Vec::new();
+    for path in &o.bake {
+        let file = BakeFile::read(path, &o.adjust, context)?;
+        file.for_any_mesh()?;
+        if let Some(first) = out.first()
+            && (first.adjust(&o.adjust).rotate, first.made.exposure)
+                != (file.adjust(&o.adjust).rotate, file.made.exposure)
+        {
+            let why = "its light was turned or scaled otherwise than that of the first --bake";
+            return Err(Failure::usage(format!("{}: {why}", path.display())));
+        }
+        out.push(Arc::new(file));
+    }
+    if out.is_empty() {
+        return Ok(out);
+    }
+    if o.environment.len() > 1 || o.brdf.len() > 1 {
+        return Err(Failure::usage("--bake: is of one light and one reflectance; give each once at most"));
+    }
+    Ok(out)
+}
+
+/// What is beside the reference.
+fn methods(o: &Options, bakes: &[Arc<BakeFile>]) -> Result<Vec<Method>, Failure> {
+    let mut out: Vec<Method> = if o.technique.is_empty() && bakes.is_empty() {
+        Method::slugs().into_iter().skip(1).map(Method::find).collect::<Result<_, _>>()?
+    } else {
+        o.technique.iter().filter(|t| *t != "reference").map(|t| Method::find(t)).collect::<Result<_, _>>()?
+    };
+    for (name, _) in &o.params {
+        let has = |m: &Method| matches!(m, Method::Technique(t) if t.params().iter().any(|p| p.name == name));
+        if !out.iter().any(has) {
+            return Err(Failure::usage(format!("--param {name}: no technique that is compared has it")));
+        }
+    }
+    out.extend(bakes.iter().cloned().map(Method::File));
+    Ok(out)
 }
 
 /// What is compared, with the names of its light and its materials.
@@ -127,19 +173,28 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
-fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
+fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result<Vec<Named>, Failure> {
     let Model { mesh, materials } = model::model(&o.mesh, context)?;
     let camera = framing(o, &mesh)?;
     let bvh = Bvh::build(&mesh);
     let mesh = Arc::new((mesh, bvh));
-    let look =
-        |brdf, texture, maps| Wanted { brdf, method: None, params: ParamValues::default(), texture, maps };
+    let look = |brdf, texture, maps| Wanted {
+        brdf,
+        method: None,
+        params: inputs::parameters(&o.params),
+        texture,
+        maps,
+    };
     let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
         let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));
         looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
     } else {
-        for spec in given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]) {
+        let own: Vec<&str> = match bakes.first() {
+            Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?],
+            _ => given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]),
+        };
+        for spec in own {
             let brdf = inputs::brdf(spec, context)?;
             let mut all: Vec<_> =
                 materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
@@ -150,8 +205,12 @@ fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
         }
     }
     let mut out = Vec::new();
-    for environment in given(&o.environment, &[inputs::DEFAULT_SKY]) {
-        let lights = Arc::new(inputs::light(environment, &o.adjust, context)?);
+    let sky = bakes.first().map_or(inputs::DEFAULT_SKY, |b| &b.made.environment);
+    for environment in given(&o.environment, &[sky]) {
+        let lights = Arc::new(match bakes.first() {
+            Some(file) => baked_light(file, o, context)?,
+            None => inputs::light(environment, &o.adjust, context)?,
+        });
         let background = Arc::new(study::backdrop(&lights, &camera, o.size.1, 0.02));
         for (name, looks) in &looks {
             let (mesh, lights, background) = (mesh.clone(), lights.clone(), background.clone());
@@ -162,10 +221,28 @@ fn meshes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
     Ok(out)
 }
 
+/// The reflectance that a bake names.
+fn baked_brdf(file: &BakeFile) -> Result<&str, Failure> {
+    let spec = &file.made.brdf;
+    file.brdf().map(|_| spec.as_str()).ok_or_else(|| {
+        Failure::usage(format!("{}: was baked of {spec}: name it with --brdf", file.path.display()))
+    })
+}
+
+/// The light of a bake.
+fn baked_light(file: &BakeFile, o: &Options, context: &mut Context) -> Result<Lights, Failure> {
+    let given = o.environment.first().map(String::as_str);
+    file.lights(given, &o.adjust, context)?.ok_or_else(|| {
+        let (name, light) = (file.path.display(), &file.made.environment);
+        Failure::usage(format!("{name}: was baked from {light}: name it with --environment"))
+    })
+}
+
 /// A scene file, under its own light or those of the command line.
 fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
-    if !o.brdf.is_empty() {
-        return Err(Failure::usage("--brdf belongs to a mesh; a scene file has materials"));
+    if !(o.brdf.is_empty() && o.bake.is_empty() && o.params.is_empty()) {
+        let why = "--brdf, --param and --bake belong to a mesh; a scene file has materials";
+        return Err(Failure::usage(why));
     }
     let lights = if o.environment.is_empty() { vec![None] } else { o.environment.iter().map(Some).collect() };
     let mut out = Vec::new();
@@ -340,7 +417,7 @@ fn gate(o: &Options, findings: &[Finding]) -> Outcome {
             {
                 let why = format!(
                     "{} on {} under {}: error {:.4} is above {t}",
-                    s.slug, f.brdf, f.environment, e.relative_rms
+                    s.label, f.brdf, f.environment, e.relative_rms
                 );
                 return Err(Failure::missed(why));
             }

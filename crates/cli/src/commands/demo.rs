@@ -105,6 +105,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         settings: Settings { inner: 1, share: true, ..Settings::new(side, side) },
         tone_mapper: ToneMapper::Aces,
         tolerance: TOLERANCE,
+        asked: None,
     };
     let mut rows = Vec::new();
     for scene in &SCENES {
@@ -180,7 +181,7 @@ fn difference(answers: &[Answer]) -> Option<Cell> {
         Answer::Refused { .. } => None,
     });
     let (nearest, _) = shown.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let caption = vec!["difference (FLIP)".into(), format!("of {}", nearest.slug.replace('_', " "))];
+    let caption = vec!["difference (FLIP)".into(), format!("of {}", nearest.label.replace('_', " "))];
     Some(Cell { picture: nearest.difference.clone()?, caption })
 }
 
@@ -207,12 +208,16 @@ fn finish(o: &Options, rows: &[(Vec<String>, Vec<Answer>)], start: Instant, cont
 }
 
 /// The second scene and the technique that comes nearest to the reference in it.
-fn best(rows: &[(Vec<String>, Vec<Answer>)]) -> Option<(&'static Scene, &'static str)> {
+fn best(rows: &[(Vec<String>, Vec<Answer>)]) -> Option<(&'static Scene, &str)> {
     let (scene, (_, answers)) = SCENES.iter().zip(rows).nth(1)?;
-    let error = |a: &Answer| match a {
-        Answer::Shown(s) => s.errors.as_ref().map(|e| (e.0.relative_rms, s.slug)),
-        Answer::Refused { .. } => None,
-    };
-    let nearest = answers.iter().filter_map(error).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let nearest = answers.iter().filter_map(error_of).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some((scene, nearest.1))
+}
+
+/// A technique's error and name.
+fn error_of(a: &Answer) -> Option<(f64, &str)> {
+    match a {
+        Answer::Shown(s) => s.errors.as_ref().map(|e| (e.0.relative_rms, s.label.as_str())),
+        Answer::Refused { .. } => None,
+    }
 }

@@ -1,5 +1,8 @@
 //! `steradian eval`: CSV of points in, CSV of radiance out.
 
+mod room;
+
+use crate::bakefile::BakeFile;
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
@@ -7,7 +10,7 @@ use crate::inputs::{self, Adjust, Method};
 use crate::suns::Beside;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_brdf::SharedBrdf;
@@ -15,8 +18,6 @@ use steradian_formats::CsvTable;
 use steradian_light::Lights;
 use steradian_reference::{Judge, JudgePoint, Lookup};
 use steradian_sphere::Frame;
-use steradian_techniques::direct::split;
-use steradian_techniques::{Geometry, Material, PointsBuf, Radiance, Sites};
 
 /// Tolerance of the reference where none is asked for.
 const REFERENCE_TOLERANCE: f64 = 1e-4;
@@ -24,22 +25,25 @@ const REFERENCE_TOLERANCE: f64 = 1e-4;
 /// Options of `steradian eval`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light and --sun-lights
-    #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights"])]
+    /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light, --sun-lights and --bake
+    #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights", "bake"])]
     environment: Option<String>,
     #[command(flatten)]
     adjust: Adjust,
     #[command(flatten)]
     beside: Beside,
     /// BRDF spec, such as ggx:alpha=0.1
-    #[arg(short, long, value_name = "SPEC")]
-    brdf: String,
+    #[arg(short, long, value_name = "SPEC", required_unless_present = "bake")]
+    brdf: Option<String>,
+    /// A saved bake (.safetensors, or the folder of one) in place of light, BRDF and technique; --rotate turns its light
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "brdf", "technique", "params", "mesh"])]
+    bake: Option<PathBuf>,
     /// CSV with columns nx,ny,nz,vx,vy,vz and optionally tx,ty,tz and px,py,pz; - is standard input
     #[arg(short, long, value_name = "FILE.csv")]
     points: PathBuf,
-    /// Technique, or reference
-    #[arg(short, long, value_name = "SLUG", default_value = "reference")]
-    technique: String,
+    /// Technique, or reference [default: reference]
+    #[arg(short, long, value_name = "SLUG")]
+    technique: Option<String>,
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<(String, f64)>,
@@ -78,19 +82,24 @@ struct Request {
 /// Radiance and relative error of one point.
 type Answer = ([f64; 3], f64);
 
+/// All points, and the error that a tolerance speaks of.
+struct Answers {
+    rows: Vec<Answer>,
+    /// The largest of the points for the reference, the RMS over normals and views for a technique.
+    error: f64,
+    /// What a technique certifies.
+    certificate: Option<Value>,
+}
+
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let brdf = inputs::brdf(&o.brdf, context)?;
-    let method = Method::find(&o.technique)?;
+    let method = method(&o, context)?;
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
         return Err(Failure::usage(
             "--lookup belongs to --technique reference; techniques fix their own lookup",
         ));
     }
-    let mut lights = match &o.environment {
-        Some(spec) => inputs::light(spec, &o.adjust, context)?,
-        None => Lights::default(),
-    };
-    o.beside.join(&mut lights, &o.adjust, context)?;
+    let brdf = o.brdf.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?;
+    let lights = lights(&o, context)?;
     context.note_input(&o.points);
     let table = csv::read(&o.points, &context.limits())?;
     let request = request(&table)?;
@@ -98,18 +107,37 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let why = "point lights need the columns px,py,pz";
         return Err(Failure::input(format!("{}: {why}", o.points.display())));
     }
-    let answers = match method {
-        Method::Reference => reference(&o, &brdf, &lights, &request, context)?,
-        Method::Technique(t) => technique(t, &o, &brdf, &lights, &request, context)?,
+    let answers = match (method, brdf) {
+        (Method::File(file), _) => room::saved(&file, &request)?,
+        (Method::Technique(t), Some(brdf)) => room::baked(t, &o, &brdf, &lights, &request, context)?,
+        (_, Some(brdf)) => reference(&o, &brdf, &lights, &request, context)?,
+        (_, None) => return Err(Failure::usage("--brdf is missing")),
     };
     write(&o, table, &answers, context)?;
-    let worst = answers.iter().map(|a| a.1).fold(0.0, f64::max);
     match o.tolerance {
-        Some(t) if worst > t => Err(Failure::missed(format!(
-            "tolerance {t} missed: the error reached is {worst:.3e} (column err)"
+        Some(t) if answers.error > t => Err(Failure::missed(format!(
+            "tolerance {t} missed: the error reached is {:.3e} ({})",
+            answers.error,
+            if answers.certificate.is_some() { "RMS over normals and views" } else { "column err" }
         ))),
         _ => Ok(()),
     }
+}
+
+fn method(o: &Options, context: &mut Context) -> Result<Method, Failure> {
+    match &o.bake {
+        Some(path) => Ok(Method::File(Arc::new(BakeFile::read(path, &o.adjust, context)?))),
+        None => Method::find(o.technique.as_deref().unwrap_or("reference")),
+    }
+}
+
+fn lights(o: &Options, context: &mut Context) -> Result<Lights, Failure> {
+    let mut lights = match &o.environment {
+        Some(spec) => inputs::light(spec, &o.adjust, context)?,
+        None => Lights::default(),
+    };
+    o.beside.join(&mut lights, &o.adjust, context)?;
+    Ok(lights)
 }
 
 fn request(table: &CsvTable) -> Result<Request, Failure> {
@@ -128,7 +156,7 @@ fn reference(
     lights: &Lights,
     q: &Request,
     context: &Context,
-) -> Result<Vec<Answer>, Failure> {
+) -> Result<Answers, Failure> {
     if !o.params.is_empty() {
         return Err(Failure::usage("the reference takes no --param"));
     }
@@ -146,83 +174,29 @@ fn reference(
         .collect();
     let tolerance = o.tolerance.unwrap_or(REFERENCE_TOLERANCE);
     let estimates = judge.radiance_batch(&**brdf, &points, tolerance, &context.task)?;
-    Ok(estimates.into_iter().map(|e| (e.rgb, e.error)).collect())
+    let rows: Vec<Answer> = estimates.into_iter().map(|e| (e.rgb, e.error)).collect();
+    let error = rows.iter().map(|a| a.1).fold(0.0, f64::max);
+    Ok(Answers { rows, error, certificate: None })
 }
 
-fn technique(
-    technique: &'static dyn steradian_techniques::AnyTechnique,
-    o: &Options,
-    brdf: &SharedBrdf,
-    lights: &Lights,
-    q: &Request,
-    context: &mut Context,
-) -> Result<Vec<Answer>, Failure> {
-    let geometry = geometry(o, technique, q, context)?;
-    let task = context.task.clone().with_tolerance(o.tolerance);
-    let params = inputs::parameters(&o.params);
-    let (baked, direct) = split(lights, o.beside.suns());
-    let bake = technique.bake(&baked, &Material::new(brdf.clone()), geometry.as_ref(), &params, &task)?;
-    let mut buf = PointsBuf::with_capacity(q.n.len());
-    for i in 0..q.n.len() {
-        let p = q.p.as_ref().map_or(DVec3::ZERO, |p| p[i]);
-        buf.push(q.n[i].as_vec3(), q.t[i].as_vec3(), q.wo[i].as_vec3(), p.as_vec3());
-    }
-    let sites: Vec<u32> = (0..q.n.len() as u32).collect();
-    let weights = vec![0.0f32; q.n.len()];
-    let mut points = buf.as_points();
-    if geometry.is_some() {
-        points.site.index = [&sites, &sites, &sites];
-        points.site.weight = [&weights, &weights];
-    }
-    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
-    bake.shade(&points, &mut Radiance::of(&mut rgb));
-    direct.add(&**brdf, &points, &mut Radiance::of(&mut rgb));
-    let error = bake.certificate().error;
-    Ok((0..q.n.len()).map(|i| (std::array::from_fn(|c| csv::shortest(rgb[c][i])), error)).collect())
-}
-
-fn geometry(
-    o: &Options,
-    technique: &dyn steradian_techniques::AnyTechnique,
-    q: &Request,
-    context: &mut Context,
-) -> Result<Option<Geometry>, Failure> {
-    let needs = technique.card().needs.sites;
-    let Some(mesh) = &o.mesh else {
-        if needs {
-            let slug = technique.card().slug;
-            return Err(Failure::usage(format!("{slug} bakes on a mesh: give --mesh")));
-        }
-        return Ok(None);
-    };
-    let mesh = inputs::mesh(mesh, context)?;
-    if !needs {
-        return Ok(None);
-    }
-    let Some(p) = &q.p else {
-        return Err(Failure::input(format!("{}: needs columns px,py,pz with --mesh", o.points.display())));
-    };
-    let sites = Sites::Points {
-        p: p.iter().map(|v| v.as_vec3()).collect(),
-        n: q.n.iter().map(|v| v.as_vec3()).collect(),
-    };
-    Ok(Some(Geometry { mesh: Arc::new(mesh), sites }))
-}
-
-fn write(o: &Options, mut table: CsvTable, answers: &[Answer], context: &mut Context) -> Outcome {
-    let worst = answers.iter().map(|a| a.1).fold(0.0, f64::max);
+fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Context) -> Outcome {
+    let rows = &answers.rows;
+    let worst = rows.iter().map(|a| a.1).fold(0.0, f64::max);
     context.note_error(format!("relative error at most {worst:.3e}"));
     if context.common.json && o.output.is_none() {
-        let rows: Vec<_> = answers.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect();
-        return context.print_json(json!({"points": rows, "max_err": worst}));
+        let points: Vec<_> = rows.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect();
+        let certificate = &answers.certificate;
+        return context.print_json(json!({"points": points, "max_err": worst, "certificate": certificate}));
     }
     for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
-        table.set_column(name, answers.iter().map(|a| a.0[c]));
+        table.set_column(name, rows.iter().map(|a| a.0[c]));
     }
-    table.set_column("err", answers.iter().map(|a| a.1));
+    table.set_column("err", rows.iter().map(|a| a.1));
     context.write_text(o.output.as_deref(), &csv::text(&table))?;
     if context.common.json {
-        return context.print_json(json!({"points": answers.len(), "max_err": worst}));
+        let certificate = &answers.certificate;
+        return context
+            .print_json(json!({"points": rows.len(), "max_err": worst, "certificate": certificate}));
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use steradian_formats::{Raster, TexelFormat, TextureLevels, WriteOptions};
 /// Options of `steradian lut`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// ggx (scale, bias, mean albedo), filament (bias, albedo, sheen), khronos (scale, bias, sheen), charlie or
+    /// ggx (scale, bias, mean albedo E_avg), filament (bias, albedo, sheen), khronos (scale, bias, sheen), charlie or
     /// charlie-neubelt
     #[arg(value_name = "TABLE", value_parser = layout)]
     table: Layout,

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod bake;
 mod compare;
 mod convert;
 mod demo;
@@ -23,6 +24,8 @@ pub enum Command {
     Demo(demo::Options),
     /// Render a mesh, a built-in shape or a scene file under an environment
     Render(Box<render::Options>),
+    /// Any technique's precomputed data for a light and a reflectance, with its certified error
+    Bake(Box<bake::Options>),
     /// Evaluate radiance at points of a CSV file by any technique or by the reference
     Eval(eval::Options),
     /// Spherical harmonic coefficients of an environment's radiance and irradiance
@@ -53,6 +56,7 @@ impl Command {
             Self::Demo(o) => demo::run(o, context),
             Self::Compare(o) => compare::run(o, context),
             Self::Render(o) => render::run(*o, context),
+            Self::Bake(o) => bake::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
             Self::Lut(o) => lut::run(o, context),

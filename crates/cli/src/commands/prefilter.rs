@@ -4,23 +4,23 @@ mod asked;
 pub mod engines;
 mod files;
 mod method;
+mod plan;
+mod report;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use clap::Args;
-use engines::{Curve, Engine, Files};
+use engines::Engine;
 pub use files::{filament_numbers, irradiance};
-use serde_json::{Value, json};
+use plan::{Filter, Kernel, Plan};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
-use steradian_brdf::NormalKernel;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::{FileLayout, Profile};
 use steradian_prefilter::{
-    Deviation, FilteredImage, Lobe, Radial, Sampled, Zonal, deviation, filter_image, mirror_image,
+    Deviation, FilteredImage, Lobe, Sampled, Zonal, deviation, filter_image, mirror_image,
 };
 use steradian_sphere::Layout;
 
@@ -129,40 +129,6 @@ fn convention(text: &str) -> Result<&'static Profile, String> {
     Profile::find(text).ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
 }
 
-/// What one map holds.
-#[derive(Clone)]
-struct Filter {
-    /// `None`: a mirror.
-    lobe: Option<Kernel>,
-    /// Of the microfacet kernels.
-    roughness: Option<f64>,
-}
-
-/// What a map is convolved with.
-#[derive(Clone)]
-enum Kernel {
-    Lobe(Lobe),
-    /// A reflectance at normal incidence.
-    Radial(Arc<Radial>),
-}
-
-impl Kernel {
-    fn zonal(&self) -> &dyn Zonal {
-        match self {
-            Self::Lobe(lobe) => lobe,
-            Self::Radial(radial) => &**radial,
-        }
-    }
-
-    /// How far its band coefficients may be from the reflectance's; nothing where they are known.
-    fn accuracy(&self) -> f64 {
-        match self {
-            Self::Lobe(_) => 0.0,
-            Self::Radial(radial) => radial.accuracy(),
-        }
-    }
-}
-
 /// One level, filtered.
 struct Level {
     filter: Filter,
@@ -175,142 +141,11 @@ struct Level {
     by: Option<method::Work>,
 }
 
-/// A kernel of the family `name` at a perceptual roughness.
-fn microfacet(name: &str, r: f64) -> Filter {
-    let alpha = r * r;
-    let lobe = match name {
-        "charlie" => Some(Lobe::charlie(alpha)),
-        _ if alpha == 0.0 => None,
-        "beckmann" => Some(Lobe::beckmann(alpha)),
-        _ => Some(Lobe::ggx(alpha)),
-    };
-    Filter { lobe: lobe.map(Kernel::Lobe), roughness: Some(r) }
-}
-
-fn has_roughness(name: &str) -> bool {
-    matches!(name, "ggx" | "beckmann" | "charlie")
-}
-
-/// The kernel of a reflectance: f ⟨n·wi⟩ at n = wo, its channels' mean.
-fn normal_incidence(spec: &str, context: &mut Context) -> Result<Kernel, Failure> {
-    let kernel = NormalKernel::new(inputs::brdf(spec, context)?).ok_or_else(|| {
-        Failure::usage(format!(
-            "--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"
-        ))
-    })?;
-    let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
-    let radial = radial.ok_or_else(|| {
-        Failure::usage(format!(
-            "--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"
-        ))
-    })?;
-    Ok(Kernel::Radial(Arc::new(radial)))
-}
-
-/// The single kernel that the options name; `given` is that of a reflectance.
-fn single(o: &Options, given: Option<Kernel>) -> Result<Filter, Failure> {
-    if given.is_some() {
-        return Ok(Filter { lobe: given, roughness: None });
-    }
-    let needs = |option: &str| Failure::usage(format!("--kernel {} needs {option}", o.kernel));
-    let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
-    match o.kernel.as_str() {
-        "lambert" => plain(Lobe::lambert()),
-        "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
-        "blinn-phong" => plain(Lobe::blinn_phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
-        "gaussian" => plain(Lobe::gaussian(o.sigma.ok_or_else(|| needs("--sigma"))?.to_radians())),
-        "spherical-gaussian" => {
-            let sigma = o.sigma.ok_or_else(|| needs("--sigma"))?;
-            plain(Lobe::spherical_gaussian(sigma.to_radians()))
-        }
-        name => {
-            let r = o.perceptual_roughness.or(o.alpha.map(f64::sqrt));
-            Ok(microfacet(name, r.ok_or_else(|| needs("--perceptual-roughness or --alpha, or --levels"))?))
-        }
-    }
-}
-
-/// Everything that is to be made.
-struct Plan {
-    engine: &'static Engine,
-    filters: Vec<Filter>,
-    /// Width and height of level 0.
-    size: (usize, usize),
-    layout: Layout,
-}
-
-fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
-    let raw = || Engine::parse("raw").map_err(Failure::failed);
-    let engine = o.profile.map_or_else(raw, Ok)?;
-    let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if matches!(engine.files, Files::LatLong { cube: None, .. }) {
-        return panorama(o, engine);
-    }
-    let lat_long = o.profile.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
-    if o.profile.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
-        let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
-        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
-    }
-    let target = if lat_long { Target::LatLong } else { Target::Cube };
-    let usual = if lat_long { 4 * engine.size } else { engine.size };
-    let size = layouts::side(o.size.unwrap_or((usual, usual)), target)?;
-    let chain = o.profile.is_some() || o.levels.is_some();
-    if !chain {
-        let layout = if lat_long { Layout::LatLong } else { Layout::Cube };
-        return Ok(Plan { engine, filters: vec![single(o, given)?], size, layout });
-    }
-    if lat_long {
-        return Err(Failure::usage("--levels: a lat-long file has one level; --dump-levels writes them all"));
-    }
-    if !has_roughness(&o.kernel) || (o.profile.is_some() && o.kernel != "ggx") {
-        return Err(Failure::usage(format!(
-            "--kernel {}: chains go over the roughness of ggx{}",
-            o.kernel,
-            if o.profile.is_some() { "" } else { ", beckmann or charlie" }
-        )));
-    }
-    if !size.0.is_power_of_two() {
-        return Err(Failure::usage(format!("--size {}: the side of a chain is a power of two", size.0)));
-    }
-    let most = size.0.ilog2() as usize + 1;
-    let whole = engine.unfiltered() || size.0 <= engine.last;
-    let usual = if whole { 1 } else { (size.0 / engine.last).ilog2() as usize + 1 };
-    let levels = o.levels.map_or(usual, usize::from);
-    if levels > most {
-        return Err(Failure::usage(format!(
-            "--levels {levels}: {} texels a side have {most} at most",
-            size.0
-        )));
-    }
-    if o.profile.is_some_and(|e| e.name == "three") {
-        asked::three(size.0, levels)?;
-    }
-    let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
-    Ok(Plan { engine, filters, size, layout: Layout::Cube })
-}
-
-/// The light as it is, lat-long; as large as the input where nothing else is asked for.
-fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
-    if o.levels.is_some_and(|l| l > 1) {
-        let name = engine.name;
-        return Err(Failure::usage(format!(
-            "--levels: {name} filters by itself and takes one lat-long image"
-        )));
-    }
-    let size = o.size.map_or(Ok((0, 0)), |s| layouts::side(s, Target::LatLong))?;
-    Ok(Plan {
-        engine,
-        filters: vec![Filter { lobe: None, roughness: Some(0.0) }],
-        size,
-        layout: Layout::LatLong,
-    })
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     o.method.verify(o.check)?;
     asked::options(&o)?;
-    let given = o.kernel.strip_prefix(BRDF).map(|spec| normal_incidence(spec, context)).transpose()?;
-    let mut plan = plan(&o, given)?;
+    let given = o.kernel.strip_prefix(BRDF).map(|spec| plan::normal_incidence(spec, context)).transpose()?;
+    let mut plan = plan::plan(&o, given)?;
     asked::destinations(&o)?;
     asked::memory(&plan, context)?;
     let adjust = Adjust {
@@ -359,7 +194,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let format = o.format.unwrap_or(plan.engine.format);
     let snippet = o.profile.map(|e| engines::snippet(e, &name).replace("rgb9e5", format.name()));
-    let mut document = report(&o, &plan, &job, &levels, analysis, &written, snippet.as_deref());
+    let mut document = report::report(&o, &plan, &job, &levels, analysis, &written, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
         taken.write(path, context)?;
         document["suns"] = taken.json();
@@ -367,7 +202,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if context.common.json {
         context.print_json(document)?;
     } else {
-        say(&levels, &written, context);
+        report::say(&levels, &written, context);
         if let Some(s) = snippet {
             context.print(&s)?;
         }
@@ -448,87 +283,4 @@ fn dump(folder: &Path, job: &Job<'_>, plan: &Plan, name: &str, context: &Context
         context.write_image(&folder.join(format!("{name}_level{m}.exr")), &raster, options)?;
     }
     Ok(())
-}
-
-fn report(
-    o: &Options,
-    plan: &Plan,
-    job: &Job<'_>,
-    levels: &[Level],
-    analysis: f64,
-    written: &[files::Written],
-    snippet: Option<&str>,
-) -> Value {
-    let rows: Vec<Value> = levels.iter().enumerate().map(|(m, l)| row(m, l)).collect();
-    let chain = levels.len() > 1;
-    let curve: Option<Curve> = chain.then_some(plan.engine.curve);
-    json!({
-        "kernel": o.kernel,
-        "profile": o.profile.map(|e| e.name),
-        "profile_doc": o.profile.map(|e| e.doc),
-        "curve": curve.map(Curve::name),
-        "tolerance": job.tolerance,
-        "analysis": {
-            "order": job.light.order(),
-            "suns": job.light.suns().len(),
-            "bright_texels": job.light.sparks().len(),
-            "seconds": analysis,
-        },
-        "levels": rows,
-        "files": written.iter().map(files::Written::json).collect::<Vec<_>>(),
-        "snippet": snippet,
-    })
-}
-
-/// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter, `format_error`
-/// of the texels' format (what comes back from the file less what was given), `error` of the file, which is the root of
-/// the sum of squares of the last two.
-fn row(m: usize, l: &Level) -> Value {
-    let f = &l.filtered;
-    let measured =
-        l.measured.map(|d| json!({"rms": d.rms, "bias": d.bias, "worst": d.worst, "texels": d.texels}));
-    let mut row = json!({
-        "level": m,
-        "width": f.image.width,
-        "height": f.image.height,
-        "perceptual_roughness": l.filter.roughness,
-        "alpha": l.filter.roughness.map(|r| r * r),
-        "way": f.way.name(),
-        "order": f.way.order(),
-        "kernel_accuracy": l.filter.lobe.as_ref().map(Kernel::accuracy),
-        "predicted_error": f.predicted,
-        "measured_error": measured,
-        "format_error": l.format_error,
-        "error": l.error(),
-        "energy_in": f.energy_in,
-        "energy_out": f.energy_out,
-        "raised_to_zero": f.clipped,
-        "seconds": l.seconds,
-    });
-    if let Some(work) = &l.by {
-        work.report(&mut row);
-    }
-    row
-}
-
-fn say(levels: &[Level], written: &[files::Written], context: &Context) {
-    for (m, l) in levels.iter().enumerate() {
-        let f = &l.filtered;
-        let r = l.filter.roughness.map(|r| format!(" r {r:.3}")).unwrap_or_default();
-        let e = l
-            .measured
-            .map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst))
-            .unwrap_or_default();
-        let engine = || format!("{} to band {}", f.way.name(), f.way.order());
-        let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
-        context.say(format_args!(
-            "level {m}: {} x {}{r}, {way}{e}, {:.0} ms",
-            f.image.width,
-            f.image.height,
-            l.seconds * 1e3
-        ));
-    }
-    for w in written {
-        context.say(&w.name);
-    }
 }

@@ -1,5 +1,6 @@
 //! `steradian render`: a lit picture of a mesh, a built-in shape or a scene file.
 
+use crate::bakefile::BakeFile;
 use crate::context::{Backend, Context, check_output};
 use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
@@ -12,6 +13,7 @@ use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 use steradian_formats::WriteOptions;
 use steradian_light::Lights;
@@ -49,6 +51,10 @@ pub struct Options {
     /// Parameter of the named technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<(String, f64)>,
+    /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate turns its light,
+    /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "brdf", "technique", "params"])]
+    bake: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
     #[arg(long, value_name = "T", value_parser = inputs::positive)]
     tolerance: Option<f64>,
@@ -225,9 +231,9 @@ pub struct SceneOverrides {
 impl SceneOverrides {
     fn of(o: &Options) -> Result<Self, Failure> {
         let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
-        if o.brdf.is_some() || maps || o.plain || !o.params.is_empty() {
-            let why = "--brdf, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong to a \
-                       mesh; a scene file has materials";
+        if o.brdf.is_some() || o.bake.is_some() || maps || o.plain || !o.params.is_empty() {
+            let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong \
+                       to a mesh; a scene file has materials";
             return Err(Failure::usage(why));
         }
         let method = o.technique.as_deref().map(Method::find).transpose()?;
@@ -237,11 +243,19 @@ impl SceneOverrides {
 
 /// A mesh or shape with the material of the command line, of its file, or of clay.
 fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
-    let method = o.technique.as_deref().map(Method::find).transpose()?;
-    if method.is_none() && !o.params.is_empty() {
+    if o.technique.is_none() && !o.params.is_empty() {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
-    let given = o.brdf.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?;
+    let file = o.bake.as_deref().map(|p| saved(p, o, context)).transpose()?;
+    let method = match &file {
+        Some(file) => Some(Method::File(file.clone())),
+        None => o.technique.as_deref().map(Method::find).transpose()?,
+    };
+    let given = match (&file, &o.brdf) {
+        // Of no part in shading: what the bake was made of, in name.
+        (Some(file), _) => Some(file.brdf().map_or_else(|| inputs::brdf("lambert", context), Ok)?),
+        (None, spec) => spec.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?,
+    };
     let texture = o.base_color_texture.as_deref().map(|p| inputs::texture(p, context)).transpose()?;
     let mut model = model::model(&o.input, context)?;
     if texture.is_some() && model.mesh.uvs.is_empty() {
@@ -256,18 +270,14 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         model.materials.clear();
         model.mesh.materials.clear();
     }
-    let lights = match &o.environment {
-        Some(spec) => inputs::light(spec, &o.adjust, context)?,
-        None if o.beside.is_some() => Lights::default(),
-        None => inputs::light(inputs::DEFAULT_SKY, &o.adjust, context)?,
-    };
+    let lights = lights(o, file.as_deref(), context)?;
     let wanted = |brdf, texture, file: Maps| {
         let maps = Maps {
             normal: given_maps.normal.clone().or(file.normal),
             alpha2: given_maps.alpha2.clone().or(file.alpha2),
             ..file
         };
-        Wanted { brdf, method, params: inputs::parameters(&o.params), texture, maps }
+        Wanted { brdf, method: method.clone(), params: inputs::parameters(&o.params), texture, maps }
     };
     let mut looks = Vec::new();
     for m in &model.materials {
@@ -297,6 +307,30 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         background: SceneBackground::Environment(0.0),
         tolerance: None,
     })
+}
+
+/// A saved bake for a picture.
+fn saved(path: &Path, o: &Options, context: &mut Context) -> Result<Arc<BakeFile>, Failure> {
+    let file = BakeFile::read(path, &o.adjust, context)?;
+    file.for_any_mesh()?;
+    Ok(Arc::new(file))
+}
+
+/// The lights of a mesh; with a saved bake what is seen of them.
+fn lights(o: &Options, file: Option<&BakeFile>, context: &mut Context) -> Result<Lights, Failure> {
+    match (&o.environment, file) {
+        (spec, Some(file)) => {
+            let seen = file.lights(spec.as_deref(), &o.adjust, context)?;
+            if seen.is_none() && o.background.is_none() {
+                let light = &file.made.environment;
+                context.say(format_args!("nothing is seen behind: --environment {light} would be"));
+            }
+            Ok(seen.unwrap_or_default())
+        }
+        (Some(spec), None) => inputs::light(spec, &o.adjust, context),
+        (None, None) if o.beside.is_some() => Ok(Lights::default()),
+        (None, None) => inputs::light(inputs::DEFAULT_SKY, &o.adjust, context),
+    }
 }
 
 /// The maps of the command line.
@@ -444,7 +478,7 @@ fn report(o: &Options, plan: &Plan, picture: &Picture, ev: f32, context: &Contex
             .zip(baked)
             .map(|(look, b)| {
                 json!({
-                    "brdf": look.brdf.spec(),
+                    "brdf": look.spec(),
                     "technique": look.method.slug(),
                     "bake_seconds": b.seconds,
                     "bytes": b.bytes,

@@ -17,6 +17,20 @@ pub fn read_ktx2(path: &Path, limits: &Limits) -> Result<TextureLevels, FormatEr
 /// Decodes a texture that lies in memory; `name` is for messages. Components that the format lacks become 0,
 /// alpha 1.
 pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<TextureLevels, FormatError> {
+    let (texture, layers) = decode_layers(name, bytes, limits)?;
+    if layers > 1 {
+        let why = format!("an array of {layers} images; one image or a cube is read here");
+        return Err(FormatError::invalid(name, why));
+    }
+    Ok(texture)
+}
+
+/// The texture and its layers, which lie where faces do; 0 where it is no array.
+pub(super) fn decode_layers(
+    name: &Path,
+    bytes: &[u8],
+    limits: &Limits,
+) -> Result<(TextureLevels, usize), FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;
     let header = Header::parse(bytes).map_err(invalid)?;
@@ -41,14 +55,17 @@ pub fn decode_ktx2(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Texture
         let data = header.level(bytes, level, expected).map_err(invalid)?;
         texture.levels.push(header.format.expand(&data, size));
     }
-    Ok(texture)
+    Ok((texture, header.layers))
 }
 
 struct Header {
     format: Format,
     width: u64,
     height: u64,
+    /// Images of a level: faces, or layers.
     faces: usize,
+    /// 0 where it is no array.
+    layers: usize,
     levels: usize,
     key_values: (usize, usize),
     scheme: u32,
@@ -131,8 +148,8 @@ impl Header {
             return Err("truncated in the header".into());
         }
         let f: Vec<u32> = (0..17).filter_map(field).collect();
-        if f[4] > 1 || f[5] > 1 {
-            return Err("volumes and arrays are not read".into());
+        if f[4] > 1 || (f[5] > 1 && f[6] > 1) {
+            return Err("volumes and arrays of cubes are not read".into());
         }
         if !matches!(f[8], 0 | 2 | 3) {
             let name = if f[8] == 1 { "BasisLZ" } else { "unknown" };
@@ -148,7 +165,8 @@ impl Header {
             format: Format::of(f[0])?,
             width: f[2].into(),
             height: f[3].into(),
-            faces: f[6] as usize,
+            faces: (f[6].max(f[5])) as usize,
+            layers: f[5] as usize,
             // 0 asks the reader to make the levels itself; the first one is there.
             levels: f[7].max(1) as usize,
             key_values: (f[11] as usize, f[12] as usize),

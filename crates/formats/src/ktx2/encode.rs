@@ -58,10 +58,22 @@ pub fn write_ktx2_as(
     format: TexelFormat,
     compression: Supercompression,
 ) -> Result<WriteReport, FormatError> {
-    check(texture).map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
+    write_layers(path, texture, 0, format, compression)
+}
+
+/// Writes `texture`; an array of `layers` images, which lie where faces do, unless there are 0.
+pub(super) fn write_layers(
+    path: &Path,
+    texture: &TextureLevels,
+    layers: usize,
+    format: TexelFormat,
+    compression: Supercompression,
+) -> Result<WriteReport, FormatError> {
+    let checked = if layers > 0 { check_levels(texture) } else { check(texture) };
+    checked.map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
     let mut report = WriteReport::default();
     write_atomic(path, |w| {
-        report = encode(w, texture, format, compression)?;
+        report = encode(w, texture, layers, format, compression)?;
         Ok(())
     })?;
     Ok(report)
@@ -69,11 +81,16 @@ pub fn write_ktx2_as(
 
 /// Is the texture whole and finite?
 pub(crate) fn check(t: &TextureLevels) -> Result<(), String> {
-    if t.width == 0 || t.height == 0 || t.levels.is_empty() {
-        return Err("the texture is empty".into());
-    }
     if !(t.faces == 1 || (t.faces == 6 && t.width == t.height)) {
         return Err("a texture has one face, or six square ones".into());
+    }
+    check_levels(t)
+}
+
+/// [`check`] for any number of faces.
+fn check_levels(t: &TextureLevels) -> Result<(), String> {
+    if t.width == 0 || t.height == 0 || t.faces == 0 || t.levels.is_empty() {
+        return Err("the texture is empty".into());
     }
     if t.levels.len() > TextureLevels::full_chain(t.width, t.height)
         || u32::try_from(t.width.max(t.height)).is_err()
@@ -97,6 +114,7 @@ pub(crate) fn check(t: &TextureLevels) -> Result<(), String> {
 fn encode(
     w: &mut dyn Write,
     t: &TextureLevels,
+    layers: usize,
     format: TexelFormat,
     compression: Supercompression,
 ) -> io::Result<WriteReport> {
@@ -115,7 +133,8 @@ fn encode(
     let kvd_at = dfd_at + dfd.len();
     let mut head = IDENTIFIER.to_vec();
     let (vk, type_size) = numbers(format);
-    let fields = [vk, type_size, t.width, t.height, 0, 0, t.faces, t.levels.len(), compression.scheme()];
+    let faces = if layers > 0 { 1 } else { t.faces };
+    let fields = [vk, type_size, t.width, t.height, 0, layers, faces, t.levels.len(), compression.scheme()];
     let index = [dfd_at, dfd.len(), kvd_at, kvd.len()];
     fields.iter().chain(&index).for_each(|v| head.extend((*v as u32).to_le_bytes()));
     // No supercompression data.
@@ -243,7 +262,7 @@ mod tests {
 
     fn written(t: &TextureLevels, format: TexelFormat, c: Supercompression) -> (Vec<u8>, WriteReport) {
         let mut b = Vec::new();
-        let report = encode(&mut b, t, format, c).unwrap();
+        let report = encode(&mut b, t, 0, format, c).unwrap();
         (b, report)
     }
 
@@ -352,6 +371,6 @@ mod tests {
         t.levels[1].pop();
         assert!(check(&t).unwrap_err().contains("level 1 has 15 numbers instead of 16"));
         t.faces = 2;
-        assert!(check(&t).is_err());
+        assert!(check(&t).unwrap_err().contains("six square ones"));
     }
 }

@@ -1,13 +1,16 @@
-//! KTX2 textures (Khronos KTX File Format Specification 2.0): two-dimensional and cube maps with mip levels, floats.
+//! KTX2 textures (Khronos KTX File Format Specification 2.0): two-dimensional maps, arrays of them, and cube maps, with
+//! mip levels, floats.
 //!
 //! Written: R32G32B32A32_SFLOAT, R16G16B16A16_SFLOAT, E5B9G9R9_UFLOAT_PACK32, B10G11R11_UFLOAT_PACK32 and
 //! BC6H_UFLOAT and _SFLOAT blocks, as they are or with Zstandard or ZLIB supercompression; linear Rec. 709 in the data
 //! format descriptor, `KTXorientation` rd and `KTXwriter`. Read: these, and 16- and 32-bit float formats of one to three
-//! components. Refused: arrays, volumes, other block compression, BasisLZ.
+//! components. Refused: arrays of cubes, volumes, other block compression, BasisLZ.
 
+mod array;
 mod decode;
 mod encode;
 
+pub use array::{TextureArray, decode_ktx2_array, read_ktx2_array, write_ktx2_array};
 pub use decode::{decode_ktx2, read_ktx2};
 pub(crate) use encode::check;
 pub use encode::{Supercompression, write_ktx2, write_ktx2_as};

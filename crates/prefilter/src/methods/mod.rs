@@ -23,7 +23,7 @@ mod truncated;
 pub use box_mip::{BoxMip, effective_sigma};
 pub use brute::brute;
 pub use cost::{Cost, Model, Problem};
-pub use dual_paraboloid::dual_paraboloid;
+pub use dual_paraboloid::{Footprint, Lookup, Paraboloids, dual_paraboloid, paraboloids};
 pub use frequency::frequency;
 pub use grid::{Made, Shape, band_limit, reach};
 pub use hierarchical::hierarchical;

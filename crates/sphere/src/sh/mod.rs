@@ -22,7 +22,7 @@ pub use dering::Dering;
 pub use points::PointSynthesis;
 pub use project::{project, project_direct, project_exact};
 pub use rotation::{Rotation, euler_zyz, z_to};
-pub use synthesis::{synthesize, synthesize_direct, synthesize_within};
+pub use synthesis::{synthesize, synthesize_direct};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};
 pub use turns::{TURNS, TurnedBlock, Turns};
 pub use wigner::wigner_d;

@@ -11,17 +11,14 @@ use rayon::prelude::*;
 /// Above this order texels are interpolated from a lat-long grid: it is quicker than the sum over the basis.
 const DIRECT_ORDER: usize = 20;
 
-/// The function of `sh` at every texel centre of a map (zero outside the used part), to 1e-7 of its range, less
-/// than f32 keeps.
+/// What f32 keeps is more.
+const ERROR: f64 = 1e-7;
+
+/// The function of `sh` at every texel centre of a map (zero outside the used part), to 1e-7 of its range.
 ///
 /// Lat-long maps by the fast transform, others up to order 20 by the sum over the basis, above by
 /// [`PointSynthesis`].
 pub fn synthesize(sh: &ShRgb, layout: Layout, width: usize, height: usize) -> SphereImage {
-    synthesize_within(sh, layout, width, height, 1e-7)
-}
-
-/// [`synthesize`] with an error, relative to the function's range, that is as large as it may be.
-pub fn synthesize_within(sh: &ShRgb, layout: Layout, width: usize, height: usize, error: f64) -> SphereImage {
     if layout == Layout::LatLong {
         let mut image = SphereImage::new(layout, width, height);
         let plan = ShTransform::new(sh.order, width, height, Grid::Equirectangular);
@@ -33,7 +30,7 @@ pub fn synthesize_within(sh: &ShRgb, layout: Layout, width: usize, height: usize
     }
     let mut polar = sh.clone();
     exchange_yz(sh.order, polar.c.each_mut().map(Vec::as_mut_slice));
-    PointSynthesis::new(&ColumnsRgb::from_sh(&polar), &[], error).image(layout, width, height)
+    PointSynthesis::new(&ColumnsRgb::from_sh(&polar), &[], ERROR).image(layout, width, height)
 }
 
 impl PointSynthesis {
@@ -45,13 +42,20 @@ impl PointSynthesis {
         }
         let cube = (layout == Layout::Cube).then(|| CubeAngles::new(width));
         let [r, g, b] = image.planes.each_mut().map(|p| p.par_chunks_mut(width));
-        r.zip(g).zip(b).enumerate().for_each(|(row, ((r, g), b))| {
+        let rows = r.zip(g).zip(b).enumerate();
+        rows.for_each_init(Vec::new, |at: &mut Vec<[f64; 2]>, (row, ((r, g), b))| {
             let (face, j) = (row / height, row % height);
+            at.clear();
+            at.resize(width, [0.0; 2]);
             if let Some(cube) = &cube {
-                return self.values(width, |i| cube.at(face, i, j), [r, g, b]);
+                cube.row(face, j, at);
+                return self.values(at, [r, g, b]);
             }
             let direction = |i: usize| layout.texel_direction(width, height, face, i, j);
-            self.values(width, |i| direction(i).map_or([0.0; 2], angles), [&mut *r, &mut *g, &mut *b]);
+            for (i, at) in at.iter_mut().enumerate() {
+                *at = direction(i).map_or([0.0; 2], angles);
+            }
+            self.values(at, [&mut *r, &mut *g, &mut *b]);
             for i in (0..width).filter(|i| direction(*i).is_none()) {
                 (r[i], g[i], b[i]) = (0.0, 0.0, 0.0);
             }

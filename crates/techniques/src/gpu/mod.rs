@@ -47,11 +47,29 @@ pub enum Shape {
     /// A chain of such cubes in one atlas, each at x, y with its size: `fetch_NAME(d: vec3<f32>, level: f32)
     /// -> vec3<f32>`, trilinear.
     EdgeCubeChain(Vec<[u32; 3]>),
+    /// Such cubes of one size, six layers each: `fetch_NAME(d: vec3<f32>, w: f32) -> vec3<f32>`, bilinear in cubes ⌊w⌋
+    /// and ⌊w⌋ + 1 and linear between them (w clamped to 0 … count − 1), and `fetch_NAME_layer(d: vec3<f32>, k: u32)
+    /// -> vec3<f32>` of cube k alone.
+    CubeStack,
+    /// Planes as [`Shape::Plane`], a layer each: `fetch_NAME(uv: vec2<f32>, w: f32) -> vec4<f32>`, linear between
+    /// planes (w clamped to 0 … count − 1), and `fetch_NAME_layer(uv: vec2<f32>, k: u32) -> vec4<f32>`.
+    PlaneStack,
+    /// Lat-long maps whose first and last rows lie *on* the poles (texel centres of a row at half-integers), a layer
+    /// each: `fetch_NAME(uv: vec2<f32>, k: u32) -> vec4<f32>` of layer k, u = 0.5 + β/2π (wraps), v = α/π from the upper
+    /// pole to the lower one, bilinear.
+    GlobeStack,
     /// A plane whose outer texels lie on the ends of [0, 1]²: `fetch_NAME(uv: vec2<f32>) -> vec4<f32>`,
     /// bilinear.
     Plane,
     /// A row whose outer texels lie on 0 and 1: `fetch_NAME(u: f32) -> vec4<f32>`, linear.
     Line,
+}
+
+impl Shape {
+    /// Is it looked up by direction in cubes?
+    pub fn is_cube(&self) -> bool {
+        matches!(self, Self::EdgeCube | Self::EdgeCubeChain(_) | Self::CubeStack)
+    }
 }
 
 /// Texel formats.
@@ -80,7 +98,7 @@ pub struct Level {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Layers: 6 for cubes, else 1.
+    /// Layers: 6 a cube, else 1 a map.
     pub layers: usize,
     /// Little-endian texels, rows from the top, layers one after the other.
     pub bytes: Vec<u8>,

@@ -8,7 +8,7 @@ use std::fmt::Write;
 pub enum Binding {
     /// `@group(0)`: the uniform buffer of [`GpuRoom::uniform_bytes`].
     Uniforms,
-    /// `@group(0)`: table i of [`GpuRoom::tables`], a 2D-array texture (6 layers; 1 for a plane).
+    /// `@group(0)`: table i of [`GpuRoom::tables`], a 2D-array texture (6 layers a cube, 1 a plane).
     Table(usize),
     /// `@group(0)`: buffer i of [`GpuRoom::buffers`], read-only storage of f32.
     Buffer(usize),
@@ -50,7 +50,7 @@ pub fn library(room: &GpuRoom) -> String {
     for (i, b) in zero.iter().enumerate() {
         bind(&mut out, room, i, *b);
     }
-    if room.tables.iter().any(|t| matches!(t.shape, Shape::EdgeCube | Shape::EdgeCubeChain(_))) {
+    if room.tables.iter().any(|t| t.shape.is_cube()) {
         out.push_str(EDGE_CUBE);
     }
     for t in &room.tables {
@@ -89,19 +89,45 @@ fn bind(out: &mut String, room: &GpuRoom, i: usize, b: Binding) {
     }
 }
 
+/// The linear third coordinate over `fetch_NAME_layer`.
+fn stacked(at: &str, value: &str, per: &str) -> String {
+    FETCH_STACK.replace("AT", at).replace("VALUE", value).replace("PER", per)
+}
+
 fn fetch(t: &Table) -> String {
     let text = match &t.shape {
         Shape::EdgeCube => FETCH_BILINEAR.to_owned() + FETCH_CUBE,
         Shape::EdgeCubeChain(places) => {
-            let place = |p: &[u32; 3]| format!("vec3<u32>({}u, {}u, {}u)", p[0], p[1], p[2]);
-            let places: Vec<_> = places.iter().map(place).collect();
-            let chain = FETCH_CHAIN.replace("PLACES", &places.join(", "));
-            FETCH_BILINEAR.to_owned() + &chain.replace("COUNT", &places.len().to_string())
+            let text = stack(places).unwrap_or_else(|| {
+                let place = |p: &[u32; 3]| format!("vec3<u32>({}u, {}u, {}u)", p[0], p[1], p[2]);
+                let places: Vec<_> = places.iter().map(place).collect();
+                FETCH_CHAIN.replace("PLACES", &places.join(", "))
+            });
+            FETCH_BILINEAR.to_owned() + &text.replace("COUNT", &places.len().to_string())
         }
+        Shape::CubeStack => FETCH_CUBE_LAYER.to_owned() + &stacked("vec3<f32>", "vec3<f32>", " / 6u"),
         Shape::Plane => FETCH_PLANE.to_owned(),
+        Shape::PlaneStack => FETCH_PLANE_LAYER.to_owned() + &stacked("vec2<f32>", "vec4<f32>", ""),
+        Shape::GlobeStack => FETCH_GLOBE.to_owned(),
         Shape::Line => FETCH_LINE.to_owned(),
     };
     text.replace("NAME", t.name)
+}
+
+/// The text of a chain whose cubes have one size and stand in rows: places are computed, not listed.
+fn stack(places: &[[u32; 3]]) -> Option<String> {
+    let [x, y, size] = *places.first()?;
+    let step = size + 1;
+    let row = places.iter().take_while(|p| p[1] == y).count() as u32;
+    let regular = |(k, p): (usize, &[u32; 3])| {
+        let k = k as u32;
+        *p == [k % row * step, k / row * step, size]
+    };
+    if places.len() < STACK || [x, y] != [0, 0] || !places.iter().enumerate().all(regular) {
+        return None;
+    }
+    let text = FETCH_ROWS.replace("ROW", &row.to_string()).replace("STEP", &step.to_string());
+    Some(text.replace("SIZE", &size.to_string()))
 }
 
 /// Face and position on it, Khronos orientation; the CPU's `tables::edge_cube::face_position`.
@@ -173,6 +199,21 @@ fn fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32> {
 }
 ";
 
+/// From this many cubes on, computed places are shorter than a list.
+const STACK: usize = 4;
+const FETCH_ROWS: &str = "
+fn fetch_slice_NAME(d: vec3<f32>, k: u32) -> vec3<f32> {
+    return fetch_place_NAME(d, vec3<u32>(k % ROWu * STEPu, k / ROWu * STEPu, SIZEu));
+}
+
+fn fetch_NAME(d: vec3<f32>, level: f32) -> vec3<f32> {
+    let last = COUNTu - 1u;
+    let l = clamp(level, 0.0, f32(last));
+    let a = min(u32(l), last);
+    return mix(fetch_slice_NAME(d, a), fetch_slice_NAME(d, min(a + 1u, last)), l - f32(a));
+}
+";
+
 const FETCH_PLANE: &str = "
 fn fetch_NAME(uv: vec2<f32>) -> vec4<f32> {
     let last = vec2<f32>(textureDimensions(table_NAME, 0u) - vec2<u32>(1u, 1u));
@@ -185,6 +226,65 @@ fn fetch_NAME(uv: vec2<f32>) -> vec4<f32> {
     let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), 0u, 0u);
     let w = p - q;
     return mix(mix(t00, t10, w.x), mix(t01, t11, w.x), w.y);
+}
+";
+
+const FETCH_CUBE_LAYER: &str = "
+fn fetch_NAME_layer(d: vec3<f32>, k: u32) -> vec3<f32> {
+    let at = face_position(d);
+    let layer = 6u * k + at.face;
+    let last = f32(textureDimensions(table_NAME).x - 1u);
+    let x = clamp(at.s, 0.0, 1.0) * last;
+    let y = clamp(at.t, 0.0, 1.0) * last;
+    let i = min(floor(x), last - 1.0);
+    let j = min(floor(y), last - 1.0);
+    let c = vec2<u32>(u32(i), u32(j));
+    let t00 = textureLoad(table_NAME, c, layer, 0u).rgb;
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), layer, 0u).rgb;
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), layer, 0u).rgb;
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), layer, 0u).rgb;
+    return mix(mix(t00, t10, x - i), mix(t01, t11, x - i), y - j);
+}
+";
+
+const FETCH_PLANE_LAYER: &str = "
+fn fetch_NAME_layer(uv: vec2<f32>, k: u32) -> vec4<f32> {
+    let last = vec2<f32>(textureDimensions(table_NAME, 0u) - vec2<u32>(1u, 1u));
+    let p = clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * last;
+    let q = min(floor(p), last - vec2<f32>(1.0));
+    let c = vec2<u32>(q);
+    let t00 = textureLoad(table_NAME, c, k, 0u);
+    let t10 = textureLoad(table_NAME, c + vec2<u32>(1u, 0u), k, 0u);
+    let t01 = textureLoad(table_NAME, c + vec2<u32>(0u, 1u), k, 0u);
+    let t11 = textureLoad(table_NAME, c + vec2<u32>(1u, 1u), k, 0u);
+    let w = p - q;
+    return mix(mix(t00, t10, w.x), mix(t01, t11, w.x), w.y);
+}
+";
+
+const FETCH_STACK: &str = "
+fn fetch_NAME(at: AT, w: f32) -> VALUE {
+    let last = textureNumLayers(table_NAME)PER - 1u;
+    let l = clamp(w, 0.0, f32(last));
+    let a = min(u32(l), last);
+    return mix(fetch_NAME_layer(at, a), fetch_NAME_layer(at, min(a + 1u, last)), l - f32(a));
+}
+";
+
+const FETCH_GLOBE: &str = "
+fn fetch_NAME(uv: vec2<f32>, k: u32) -> vec4<f32> {
+    let size = textureDimensions(table_NAME);
+    let x = fract(uv.x - 0.5 / f32(size.x)) * f32(size.x);
+    let y = clamp(uv.y, 0.0, 1.0) * f32(size.y - 1u);
+    let i = min(u32(x), size.x - 1u);
+    let j = min(u32(y), size.y - 2u);
+    let e = (i + 1u) % size.x;
+    let t00 = textureLoad(table_NAME, vec2<u32>(i, j), k, 0u);
+    let t10 = textureLoad(table_NAME, vec2<u32>(e, j), k, 0u);
+    let t01 = textureLoad(table_NAME, vec2<u32>(i, j + 1u), k, 0u);
+    let t11 = textureLoad(table_NAME, vec2<u32>(e, j + 1u), k, 0u);
+    let u = x - f32(i);
+    return mix(mix(t00, t10, u), mix(t01, t11, u), y - f32(j));
 }
 ";
 
@@ -256,3 +356,36 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     radiance[2u * count + i] = l.z;
 }
 ";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Format, Level};
+
+    /// Every shape in one module.
+    #[test]
+    fn fetches_of_every_shape_are_valid() {
+        let shapes = [
+            ("cube", Shape::EdgeCube, "fetch_cube(n)"),
+            ("chain", Shape::EdgeCubeChain(vec![[0, 0, 1]]), "fetch_chain(n, 0.5)"),
+            ("cubes", Shape::CubeStack, "fetch_cubes(n, 0.5) + fetch_cubes_layer(n, 1u)"),
+            ("plane", Shape::Plane, "fetch_plane(n.xy).rgb"),
+            ("planes", Shape::PlaneStack, "fetch_planes(n.xy, 0.5).rgb + fetch_planes_layer(n.xy, 1u).rgb"),
+            ("globes", Shape::GlobeStack, "fetch_globes(n.xy, 1u).rgb"),
+            ("line", Shape::Line, "fetch_line(n.x).rgb"),
+        ];
+        let sum: Vec<_> = shapes.iter().map(|s| s.2).collect();
+        let sum = sum.join(" + ");
+        let signature = "fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32>";
+        let wgsl: &'static str = Box::leak(format!("{signature} {{ return {sum}; }}").into_boxed_str());
+        let level = || Level { width: 2, height: 2, layers: 12, bytes: vec![0; 16 * 48] };
+        let table = |(name, shape, _)| Table { name, shape, format: Format::Rgba32Float, level: level() };
+        let tables = shapes.into_iter().map(table).collect();
+        let room = GpuRoom { slug: "all", wgsl, tables, uniforms: Vec::new(), buffers: Vec::new() };
+        let text = module(&room);
+        let parsed = naga::front::wgsl::parse_str(&text).map_err(|e| e.emit_to_string(&text));
+        let flags = naga::valid::ValidationFlags::all();
+        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+        assert!(validator.validate(&parsed.unwrap()).is_ok());
+    }
+}

@@ -1,7 +1,16 @@
 //! The rooms. Rooms never import rooms: what two share moves down a layer.
 
+pub mod banks_env;
 pub mod diffuse_map;
+pub mod factored_lighting;
+pub mod lafortune_env;
+pub mod lobe_maps;
 pub mod mirror_map;
+pub mod paraboloid_filter;
 pub mod phong_diffuse_maps;
+pub mod reflection_space_ibr;
 pub mod sh_irradiance;
+pub mod shrm;
+pub mod shrm_global;
+pub mod shrm_slices;
 pub mod split_sum;

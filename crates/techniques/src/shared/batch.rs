@@ -7,10 +7,14 @@ use crate::{Points, Radiance};
 pub struct Point {
     /// Normal.
     pub n: [f32; 3],
+    /// Direction to the viewer.
+    pub wo: [f32; 3],
     /// Mirror direction of wo, r = 2(n·wo)n − wo.
     pub r: [f32; 3],
     /// n·wo in (0, 1].
     pub cos_o: f32,
+    /// Its place in the batch.
+    pub index: usize,
 }
 
 /// Writes `f` of every point that faces the viewer, and 0 for the others.
@@ -32,7 +36,7 @@ fn run(q: &Points<'_>, out: &mut Radiance<'_>, f: impl Fn(Point) -> [f32; 3]) {
         // False for NaN too.
         let l = if d > 0.0 {
             let r = std::array::from_fn(|k| 2.0 * d * n[k] - v[k]);
-            f(Point { n, r, cos_o: d.min(1.0) })
+            f(Point { n, wo: v, r, cos_o: d.min(1.0), index: i })
         } else {
             [0.0; 3]
         };

@@ -4,6 +4,7 @@ use crate::{PointsBuf, Radiance};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_base::{Certificate, Known};
 use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_prefilter::{Tree, probe};
 use steradian_sphere::Frame;
@@ -94,6 +95,11 @@ pub fn error(tree: &Tree, m: &Model<'_>, shade: impl FnOnce(&crate::Points<'_>, 
 
 /// Relative RMS difference of `shade` from `exact` at the probe points.
 fn against(exact: &[[f64; 3]], shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> f64 {
+    probe::relative_rms(shaded(shade).into_iter().zip(exact.iter().copied()))
+}
+
+/// What `shade` gives at the probe points.
+fn shaded(shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(PROBES);
     for k in 0..PROBES {
         let (frame, wo) = point(k);
@@ -102,8 +108,59 @@ fn against(exact: &[[f64; 3]], shade: impl FnOnce(&crate::Points<'_>, &mut Radia
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; PROBES]);
     shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
-    let got = |k: usize| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from);
-    probe::relative_rms((0..PROBES).map(|k| (got(k), exact[k])))
+    (0..PROBES).map(|k| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from)).collect()
+}
+
+/// Belts of view elevations: their upper ends in degrees, and the names of their errors in certificates, which are those
+/// of errors at an angle: the belt's middle.
+const BELTS: [(f64, &str); 4] = [
+    (30.0, "error at 15 degrees (0 to 30)"),
+    (60.0, "error at 45 degrees (30 to 60)"),
+    (75.0, "error at 67.5 degrees (60 to 75)"),
+    (90.0, "error at 82.5 degrees (75 to 90)"),
+];
+
+/// Relative RMS errors: over all views, and over belts of view elevations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Over all.
+    pub all: f64,
+    /// Views to 30°, 60°, 75° and 90° off the normal, each belt without those before it.
+    pub belts: [f64; 4],
+}
+
+impl Errors {
+    /// The certificate of the error over all views, with that of each belt.
+    pub fn certificate(&self, known: Known) -> Certificate {
+        let all = Certificate::new(self.all, known).metric(METRIC);
+        BELTS.iter().zip(self.belts).fold(all, |c, ((_, name), error)| c.detail(*name, error))
+    }
+}
+
+/// As [`error_of`], by the elevation of the view too.
+pub fn by_elevation(
+    tree: &Tree,
+    brdf: &dyn Brdf,
+    shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+) -> Errors {
+    let lobes = |wo| brdf.lobes(wo);
+    let f_cos = |wi, wo| brdf.f_cos(wi, wo);
+    let m = Model { whole: brdf.domain() == Domain::Sphere, lobes: &lobes, f_cos: &f_cos };
+    let exact: Vec<_> = (0..PROBES)
+        .into_par_iter()
+        .map(|k| {
+            let (frame, wo) = point(k);
+            radiance(tree, &m, &frame, wo)
+        })
+        .collect();
+    let pairs: Vec<_> = shaded(shade).into_iter().zip(exact).collect();
+    let degrees = |k: usize| point(k).1.z.acos().to_degrees();
+    let belt = |b: usize| {
+        let from = if b > 0 { BELTS[b - 1].0 } else { 0.0 };
+        let within = |k: &usize| (from..BELTS[b].0).contains(&degrees(*k));
+        probe::relative_rms((0..PROBES).filter(within).map(|k| pairs[k]))
+    };
+    Errors { all: probe::relative_rms(pairs.iter().copied()), belts: std::array::from_fn(belt) }
 }
 
 /// As [`error_of`], for a reflectance so sharp that the integral is `limit(frame, wo)`.

@@ -1,5 +1,6 @@
 //! A chain of cubes from sharp to blurred, packed into one atlas: level 0 at the left, the others in a column
-//! beside it. Cubes with shared edges never read over their border, so levels may touch and may have any size.
+//! beside it; levels of one size (a stack) in rows. Cubes with shared edges never read over their border, so levels may
+//! touch and may have any size.
 
 use super::tables;
 use crate::Part;
@@ -55,6 +56,11 @@ impl Chain {
     /// Where each level lies in the atlas: x, y, size.
     pub fn places(&self) -> Vec<[u32; 3]> {
         let x = self.0[0].size() as u32 + 1;
+        if self.0.iter().all(|c| c.size() as u32 + 1 == x) {
+            // A stack: a column of many would be higher than textures may be.
+            let row = (self.0.len() as f64).sqrt().ceil() as u32;
+            return (0..self.0.len() as u32).map(|k| [k % row * x, k / row * x, x - 1]).collect();
+        }
         let mut y = 0;
         let place = |(k, c): (usize, &EdgeCube)| {
             let n = c.size() as u32;

@@ -2,13 +2,23 @@
 
 pub mod albedo;
 pub mod batch;
+pub mod bundle;
 pub mod certify;
 pub mod chain;
 pub mod distant;
+pub mod harmonics;
+pub mod kernels;
 pub mod lights;
 pub mod lobe;
+pub mod meter;
 pub mod once;
 pub mod quadric;
 pub mod reflectance;
+pub mod shrm;
+pub mod spectrum;
+pub mod strands;
 pub mod tables;
+#[cfg(test)]
+pub mod trial;
 pub mod turn;
+pub mod views;

@@ -1,5 +1,6 @@
 //! `steradian inspect`: what a file or a reflectance is.
 
+mod bake;
 mod brdf;
 mod light;
 mod mesh;
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, brdf:SPEC, or brdf: for the list of models
+    /// Environment, sky spec, mesh, saved bake (.safetensors), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -44,6 +45,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
     } else if mesh::is_mesh(&o.what) {
         mesh::report(&o.what, context)?
+    } else if bake::is_bake(&o.what) {
+        bake::report(&o.what, context)?
     } else {
         light::report(&o.what, &o.adjust, o.level, context)?
     };

@@ -1,7 +1,8 @@
 //! What is refused before any work: options that would be ignored, outputs that cannot be written, maps too large.
 
 use super::engines::Files;
-use super::{BRDF, Options, Plan, has_roughness};
+use super::plan::{Plan, has_roughness};
+use super::{BRDF, Options};
 use crate::context::Context;
 use crate::destinations::Destinations;
 use crate::failure::{Failure, Outcome};

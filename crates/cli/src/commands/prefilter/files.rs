@@ -1,7 +1,8 @@
 //! The files of `steradian prefilter`.
 
 use super::engines::{Engine, Files};
-use super::{BRDF, Filter, Job, Kernel, Level, Options, Plan, microfacet};
+use super::plan::{Filter, Kernel, Plan, microfacet};
+use super::{BRDF, Job, Level, Options};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::layouts::{self, Target};

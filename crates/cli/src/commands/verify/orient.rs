@@ -228,6 +228,12 @@ fn about_y(file: &SphereImage, w: &[f64], directions: &[DVec3], side: usize) -> 
 }
 
 impl Turn {
+    /// Is it undone by interpolation, not by moving texels? True of turns that are no symmetry of the cube.
+    pub fn interpolates(&self) -> bool {
+        let Self::Axes(g) = self else { return false };
+        g.to_cols_array().iter().any(|v| v.abs() > 1e-9 && (v.abs() - 1.0).abs() > 1e-9)
+    }
+
     /// Nothing happened.
     pub fn is_identity(&self) -> bool {
         matches!(self, Self::Axes(g) if (*g - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-9))

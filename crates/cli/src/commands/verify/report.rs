@@ -67,7 +67,7 @@ impl Summary {
         let off: Vec<String> = levels
             .iter()
             .enumerate()
-            .filter(|(_, l)| l.fitted.rms > 0.02 && l.clipped.is_none())
+            .filter(|(_, l)| l.fitted.rms > 0.02 && l.clipped.is_none() && !l.found.turn.interpolates())
             .map(|(m, l)| format!("{m} ({:.1} %)", 100.0 * l.fitted.rms))
             .collect();
         if !off.is_empty() {
@@ -94,7 +94,8 @@ fn listed(levels: &[usize], all: usize) -> String {
 fn turned(levels: &[Checked], faults: &mut Vec<String>) {
     let mut named: Vec<(String, Vec<usize>)> = Vec::new();
     for (m, l) in levels.iter().enumerate().filter(|(_, l)| !l.found.turn.is_identity()) {
-        let name = l.found.turn.name();
+        let again = " (undone by interpolation: add this angle to --rotate to measure past it)";
+        let name = l.found.turn.name() + if l.found.turn.interpolates() { again } else { "" };
         match named.iter_mut().find(|(n, _)| *n == name) {
             Some((_, at)) => at.push(m),
             None => named.push((name, vec![m])),

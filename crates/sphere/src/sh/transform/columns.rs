@@ -1,6 +1,7 @@
 //! Coefficients by m, as the Legendre stage takes them.
 
 use super::kernel::Row;
+use crate::sh::rotation::exchange_yz;
 use crate::sh::{ShRgb, index};
 use std::mem::take;
 use std::ops::Range;
@@ -16,10 +17,17 @@ fn start(order: usize, m: usize) -> usize {
 /// Coefficients of Y(x, z, y), whose pole is the image's, in the order in which [`super::ShTransform`] makes and
 /// takes them: by m, then by l, cosine terms of the three channels, then sine terms. Convolution needs no other
 /// order; [`ColumnsRgb::to_sh`] and [`ColumnsRgb::from_sh`] exchange it for that of [`ShRgb`].
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct ColumnsRgb {
     order: usize,
     rows: Vec<Row>,
+}
+
+impl PartialEq for ColumnsRgb {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |a: &Row, b: &Row| a[..3] == b[..3] && a[4..7] == b[4..7];
+        self.order == other.order && self.rows.iter().zip(&other.rows).all(|(a, b)| same(a, b))
+    }
 }
 
 impl ColumnsRgb {
@@ -41,7 +49,7 @@ impl ColumnsRgb {
         for m in 0..=self.order {
             for (energy, row) in energies[m..].iter_mut().zip(self.of(m)) {
                 for k in 0..3 {
-                    energy[k] += row[k] * row[k] + row[3 + k] * row[3 + k];
+                    energy[k] += row[k] * row[k] + row[4 + k] * row[4 + k];
                 }
             }
         }
@@ -66,10 +74,24 @@ impl ColumnsRgb {
         columns
     }
 
+    /// From coefficients of Y(x, y, z), the basis over world axes.
+    pub fn from_world(sh: &ShRgb) -> Self {
+        let mut polar = sh.clone();
+        exchange_yz(sh.order, polar.c.each_mut().map(Vec::as_mut_slice));
+        Self::from_sh(&polar)
+    }
+
+    /// The coefficients of an order m ≤ `order`, by l from m: cosine terms of the three channels, then sine terms
+    /// (0 where m = 0). Empty beyond `order`.
+    pub fn column(&self, m: usize) -> Vec<[f64; 6]> {
+        let rows = if m > self.order || self.rows.is_empty() { &[] } else { self.of(m) };
+        rows.iter().map(|r| [r[0], r[1], r[2], r[4], r[5], r[6]]).collect()
+    }
+
     /// Columns up to `order` that may hold anything, in the memory that there is.
     pub(super) fn renew(&mut self, order: usize) {
         self.order = order;
-        self.rows.resize((order + 1) * (order + 2) / 2, [0.0; 6]);
+        self.rows.resize((order + 1) * (order + 2) / 2, [0.0; 8]);
     }
 
     pub(super) fn of(&self, m: usize) -> &[Row] {
@@ -109,7 +131,7 @@ impl ColumnsRgb {
                     let row = self.rows[start(self.order, m) + l - m];
                     let (p, n) = (index(l, m as isize) - first, index(l, -(m as isize)) - first);
                     // For m = 0 the cosine's is written last.
-                    (r[n], g[n], b[n]) = (row[3], row[4], row[5]);
+                    (r[n], g[n], b[n]) = (row[4], row[5], row[6]);
                     (r[p], g[p], b[p]) = (row[0], row[1], row[2]);
                 }
             }
@@ -146,9 +168,9 @@ pub(super) fn scatter(sh: &ShRgb, order: usize, tile: usize, rows: &mut [Row]) {
             let (p, n) = (index(l, m as isize), index(l, -(m as isize)));
             let sine = if m > 0 { 1.0 } else { 0.0 };
             rows[start(order, m) + l - m - from] = if l <= sh.order {
-                [r[p], g[p], b[p], sine * r[n], sine * g[n], sine * b[n]]
+                [r[p], g[p], b[p], 0.0, sine * r[n], sine * g[n], sine * b[n], 0.0]
             } else {
-                [0.0; 6]
+                [0.0; 8]
             };
         }
     }

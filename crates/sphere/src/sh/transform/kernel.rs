@@ -1,44 +1,45 @@
-//! The Legendre stage for one m: sums over degrees at groups of rings, and over rings for blocks of degrees.
+//! The Legendre stage for one m: what sums over degrees at rings and sums over rings for degrees share.
 //!
-//! Both directions take blocks of steps of the recursion at chunks of rings: first r_k of all of them is
-//! computed, in f64, into a small table; then the table is multiplied with the six even and six odd terms, in
-//! the precision of the transform, with the sums in registers.
+//! r_k is computed in f64 and used in the precision of the transform as soon as it is there, for the six even
+//! and six odd terms, whose sums are in registers: of a few registers of rings over all steps (synthesis), of
+//! two steps over many rings (analysis).
 
-use super::recursion::{Starts, Step, Unit};
+use super::Sample;
+use super::recursion::{Starts, Step};
 use super::rings::BLOCK;
 use rustfft::FftNum;
-use std::ops::Range;
 use steradian_simd::{Arch, Double, Single, Vector};
 
-/// Cosine terms of red, green and blue, then their sine terms.
-pub(super) type Row = [f64; 6];
-
-/// A row's cosine and sine terms, each a register wide: what the last lanes hold does not matter.
-pub(super) type Terms = [[f64; 4]; 2];
+/// Cosine terms of red, green and blue, then their sine terms, each three followed by a number that does not
+/// matter.
+pub(super) type Row = [f64; 8];
 
 /// Numbers that a block of rings holds for one m: even parts of the six terms, then odd ones, ring by ring.
 pub(super) const CELL: usize = 12 * BLOCK;
 
-/// Steps of the recursion in a table.
-pub(super) const STEPS: usize = 16;
-
-/// Rings in a table: it stays in the first-level cache, as do the terms of its rings.
-pub(super) const RINGS: usize = 128;
-
 /// The precision of sums.
-pub(in crate::sh) trait Real: FftNum + Default + super::Sample {
+pub(in crate::sh) trait Real: FftNum + Default + Sample {
     /// A register.
     type Vector<A: Arch>: Vector<T = Self>;
+    /// A register of at least four, which may be less than the widest.
+    type Short<A: Arch>: Vector<T = Self>;
     /// The nearest number.
     fn of(x: f64) -> Self;
     /// As f64.
     fn f64(self) -> f64;
-    /// Writes registers one after the other; their number is even.
-    fn put<A: Arch, const N: usize>(v: &[A::F64; N], to: &mut [Self]);
+    /// Samples that are such numbers.
+    fn same<S: Sample>(x: &[S]) -> Option<&[Self]>;
+    /// Samples that are such numbers.
+    fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]>;
+    /// Registers of f64 that hold as many numbers as one of these.
+    const PARTS: usize;
+    /// The v-th register of numbers.
+    fn pack<A: Arch, const D: usize>(x: &[A::F64; D], v: usize) -> Self::Vector<A>;
 }
 
 impl Real for f64 {
     type Vector<A: Arch> = A::F64;
+    type Short<A: Arch> = A::F64x4;
     #[inline(always)]
     fn of(x: f64) -> Self {
         x
@@ -48,15 +49,23 @@ impl Real for f64 {
         self
     }
     #[inline(always)]
-    fn put<A: Arch, const N: usize>(v: &[A::F64; N], to: &mut [Self]) {
-        for k in 0..N {
-            v[k].store(&mut to[k * A::F64::LANES..]);
-        }
+    fn same<S: Sample>(x: &[S]) -> Option<&[Self]> {
+        S::doubles(x)
+    }
+    #[inline(always)]
+    fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]> {
+        S::doubles_mut(x)
+    }
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn pack<A: Arch, const D: usize>(x: &[A::F64; D], v: usize) -> A::F64 {
+        x[v]
     }
 }
 
 impl Real for f32 {
     type Vector<A: Arch> = A::F32;
+    type Short<A: Arch> = A::Octet;
     #[inline(always)]
     fn of(x: f64) -> Self {
         x as Self
@@ -66,10 +75,17 @@ impl Real for f32 {
         self.into()
     }
     #[inline(always)]
-    fn put<A: Arch, const N: usize>(v: &[A::F64; N], to: &mut [Self]) {
-        for k in 0..N / 2 {
-            A::F32::narrow(v[2 * k], v[2 * k + 1]).store(&mut to[k * A::F32::LANES..]);
-        }
+    fn same<S: Sample>(x: &[S]) -> Option<&[Self]> {
+        S::singles(x)
+    }
+    #[inline(always)]
+    fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]> {
+        S::singles_mut(x)
+    }
+    const PARTS: usize = 2;
+    #[inline(always)]
+    fn pack<A: Arch, const D: usize>(x: &[A::F64; D], v: usize) -> A::F32 {
+        A::F32::narrow(x[2 * v], x[2 * v + 1])
     }
 }
 
@@ -87,7 +103,7 @@ pub(super) struct Part<'a> {
 }
 
 /// The first `n` numbers of a buffer from a cache line's start, so that no vector straddles two lines.
-pub(super) fn aligned<T: Real>(buffer: &mut Vec<T>, n: usize) -> &mut [T] {
+pub(in crate::sh) fn aligned<T: Real>(buffer: &mut Vec<T>, n: usize) -> &mut [T] {
     let line = 64 / size_of::<T>();
     if buffer.len() < n + line {
         buffer.resize(n + line, T::default());
@@ -100,7 +116,6 @@ pub(super) fn aligned<T: Real>(buffer: &mut Vec<T>, n: usize) -> &mut [T] {
 #[derive(Default)]
 pub(super) struct Scratch<T> {
     pub(super) state: Vec<f64>,
-    pub(super) table: Vec<T>,
     pub(super) values: Vec<T>,
     pub(super) sums: Vec<T>,
     pub(super) terms: Vec<[T; 16]>,
@@ -110,92 +125,37 @@ pub(super) struct Scratch<T> {
 impl Part<'_> {
     /// Sets lanes that start at step k.
     #[inline(always)]
-    fn inject<V: Double, const N: usize>(
+    pub(super) fn inject<V: Double, const D: usize>(
         &self,
         ring: usize,
         k: usize,
-        now: &mut [V; N],
-        before: &mut [V; N],
+        now: &mut [V; D],
+        before: &mut [V; D],
     ) {
         let k = V::splat(k as f64);
-        for v in 0..N {
+        for v in 0..D {
             let at = self.ring + ring + v * V::LANES;
             let first = V::load(&self.starts.first[at..]);
             now[v] = now[v].replace_if_equal(first, k, V::load(&self.starts.now[at..]));
             before[v] = before[v].replace_if_equal(first, k, V::load(&self.starts.before[at..]));
         }
     }
+}
 
-    /// The table of r_k for `steps` and those of `rings` from the first that takes part, which is returned;
-    /// `state` holds r_k and r_{k−1} of `rings` for the next steps.
+impl Step {
+    /// r_{k+1} and r_k from r_k and r_{k−1}.
     #[inline(always)]
-    pub(super) fn fill<A: Arch, T: Real>(
+    pub(super) fn advance<V: Vector<T = f64>, const D: usize>(
         &self,
-        units: &[Unit],
-        rings: Range<usize>,
-        steps: Range<usize>,
-        state: &mut [f64],
-        table: &mut [T],
-    ) -> usize {
-        let mut ring = rings.start;
-        while ring < rings.end && units[ring / BLOCK].begin >= steps.end {
-            ring += BLOCK;
-        }
-        let first = ring;
-        while ring < rings.end {
-            let mut unit = units[ring / BLOCK];
-            if 4 * A::F64::LANES <= BLOCK {
-                self.sweep::<A, T, 4>(unit, ring, rings.clone(), steps.clone(), state, table);
-                ring += 4 * A::F64::LANES;
-            } else if 4 * A::F64::LANES <= rings.end - ring {
-                let next = units[ring / BLOCK + 1];
-                unit = Unit { begin: unit.begin.min(next.begin), all: unit.all.max(next.all) };
-                self.sweep::<A, T, 4>(unit, ring, rings.clone(), steps.clone(), state, table);
-                ring += 4 * A::F64::LANES;
-            } else {
-                self.sweep::<A, T, 2>(unit, ring, rings.clone(), steps.clone(), state, table);
-                ring += 2 * A::F64::LANES;
-            }
-        }
-        first
-    }
-
-    /// The part of [`Part::fill`] of N registers of rings.
-    #[inline(always)]
-    fn sweep<A: Arch, T: Real, const N: usize>(
-        &self,
-        unit: Unit,
-        ring: usize,
-        rings: Range<usize>,
-        steps: Range<usize>,
-        state: &mut [f64],
-        table: &mut [T],
+        x2: &[V; D],
+        now: &mut [V; D],
+        before: &mut [V; D],
     ) {
-        let (lanes, at) = (A::F64::LANES, ring - rings.start);
-        let (state_now, state_before) = state.split_at_mut(rings.len());
-        let x2: [A::F64; N] = vectors(self.x2, ring);
-        let mut now: [A::F64; N] = vectors(state_now, at);
-        let mut before: [A::F64; N] = vectors(state_before, at);
-        let begin = unit.begin.clamp(steps.start, steps.end);
-        let all = unit.all.clamp(begin, steps.end);
-        let mut k = steps.start;
-        while k < steps.end {
-            if k >= begin && k < all {
-                self.inject(ring, k, &mut now, &mut before);
-            }
-            T::put::<A, N>(&now, &mut table[(k - steps.start) * RINGS + at..][..N * lanes]);
-            let step = &self.steps[k];
-            let (a, b) = (A::F64::splat(step.a), A::F64::splat(step.b));
-            for v in 0..N {
-                let next = x2[v].fma(a, b).fma(now[v], before[v]);
-                before[v] = now[v];
-                now[v] = next;
-            }
-            k += 1;
-        }
-        for v in 0..N {
-            now[v].store(&mut state_now[at + v * lanes..]);
-            before[v].store(&mut state_before[at + v * lanes..]);
+        let (a, b) = (V::splat(self.a), V::splat(self.b));
+        for v in 0..D {
+            let next = x2[v].fma(a, b).fma(now[v], before[v]);
+            before[v] = now[v];
+            now[v] = next;
         }
     }
 }
@@ -216,25 +176,9 @@ pub(super) fn place(ring: usize, stride: usize, c: usize) -> usize {
     ring / BLOCK * stride + c * BLOCK + ring % BLOCK
 }
 
-/// The first `n` numbers of a buffer, whole registers, made 0.
-#[inline(always)]
-pub(super) fn zeros<A: Arch>(buffer: &mut Vec<f64>, n: usize) -> &mut [f64] {
-    let zeros = aligned(buffer, n);
-    let mut at = 0;
-    while at < n {
-        A::F64::splat(0.0).store(&mut zeros[at..]);
-        at += A::F64::LANES;
-    }
-    zeros
-}
-
 /// Cosine and sine terms, turned by an angle.
 #[inline(always)]
-pub(super) fn turn([cos, sin]: [f64; 2], c: [f64; 4], s: [f64; 4]) -> Terms {
-    let mut out = [[0.0; 4]; 2];
-    for k in 0..4 {
-        out[0][k] = cos * c[k] - sin * s[k];
-        out[1][k] = sin * c[k] + cos * s[k];
-    }
-    out
+pub(super) fn turn<V: Vector<T = f64>>([cos, sin]: [f64; 2], [c, s]: [V; 2]) -> [V; 2] {
+    let (cos, sin) = (V::splat(cos), V::splat(sin));
+    [s.fnma(sin, c.mul(cos)), c.fma(sin, s.mul(cos))]
 }

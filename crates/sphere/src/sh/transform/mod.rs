@@ -7,21 +7,30 @@
 //! order whatever the number of threads.
 
 mod analysis;
+mod batch;
+mod butterfly;
 mod columns;
+mod fold;
 mod fourier;
 mod kernel;
+mod pool;
 mod recursion;
 mod rings;
+mod rows;
 mod synthesis;
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
 use analysis::Analysis;
+pub(super) use batch::Batch;
 pub use columns::ColumnsRgb;
 use columns::{bands, scatter};
+use fold::Cells;
+pub(super) use fourier::Lanes;
 use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
-pub(super) use kernel::Real;
-use kernel::{CELL, Part, Scratch, aligned};
+use kernel::{CELL, Part, Scratch};
+pub(super) use kernel::{Real, aligned};
+use pool::Pool;
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
@@ -49,23 +58,59 @@ pub trait Sample: Copy + Send + Sync {
     fn to_f64(self) -> f64;
     /// The nearest representable value.
     fn from_f64(x: f64) -> Self;
+    /// The samples, if they are f32.
+    fn singles(_: &[Self]) -> Option<&[f32]> {
+        None
+    }
+    /// The samples, if they are f32.
+    fn singles_mut(_: &mut [Self]) -> Option<&mut [f32]> {
+        None
+    }
+    /// The samples, if they are f64.
+    fn doubles(_: &[Self]) -> Option<&[f64]> {
+        None
+    }
+    /// The samples, if they are f64.
+    fn doubles_mut(_: &mut [Self]) -> Option<&mut [f64]> {
+        None
+    }
 }
 
 impl Sample for f32 {
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         self.into()
     }
+    #[inline(always)]
     fn from_f64(x: f64) -> Self {
         x as Self
+    }
+    #[inline(always)]
+    fn singles(x: &[Self]) -> Option<&[f32]> {
+        Some(x)
+    }
+    #[inline(always)]
+    fn singles_mut(x: &mut [Self]) -> Option<&mut [f32]> {
+        Some(x)
     }
 }
 
 impl Sample for f64 {
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         self
     }
+    #[inline(always)]
     fn from_f64(x: f64) -> Self {
         x
+    }
+    #[inline(always)]
+    fn doubles(x: &[Self]) -> Option<&[f64]> {
+        Some(x)
+    }
+    #[inline(always)]
+    fn doubles_mut(x: &mut [Self]) -> Option<&mut [f64]> {
+        Some(x)
     }
 }
 
@@ -106,13 +151,20 @@ enum AnyWork {
 /// What depends on the precision.
 struct Work<T: Real> {
     fourier: Fourier<T>,
-    /// The last transform's cells: fresh memory costs more than a pass over it.
+    /// The last transform's memory: fresh memory costs more than a pass over it.
     cells: Mutex<Vec<T>>,
+    buffers: Pool<Buffers<T>>,
+    scratch: Pool<Scratch<T>>,
 }
 
 impl<T: Real> Work<T> {
     fn new(order: usize, width: usize) -> Self {
-        Self { fourier: Fourier::new(order, width), cells: Mutex::default() }
+        Self {
+            fourier: Fourier::new(order, width),
+            cells: Mutex::default(),
+            buffers: Pool::default(),
+            scratch: Pool::default(),
+        }
     }
 
     fn take(&self) -> Vec<T> {
@@ -163,7 +215,12 @@ impl ShTransform {
 
     fn tables(&self, m: usize) -> (Vec<Step>, Starts) {
         let (order, steps) = (self.order, steps(m, self.order));
-        let starts = steradian_simd::run(FindStarts { m, order, steps: &steps, rings: &self.rings });
+        let negligible = match self.work {
+            AnyWork::Double(_) => 2f64.powi(-60),
+            AnyWork::Image(_) => 2f64.powi(-40),
+        };
+        let starts =
+            steradian_simd::run(FindStarts { m, order, steps: &steps, rings: &self.rings, negligible });
         (steps, starts)
     }
 
@@ -225,7 +282,7 @@ impl ShTransform {
         sh.c.iter_mut().for_each(|c| c.resize(super::count(self.order), 0.0));
         let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
         self.analyze_columns(planes, &mut columns);
-        self.each(bands(sh), |(), _, (bands, planes)| columns.gather(bands, planes));
+        self.each(bands(sh), &Pool::default(), |(), _, (bands, planes)| columns.gather(bands, planes));
         *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
     }
 
@@ -248,10 +305,10 @@ impl ShTransform {
     fn analyze_with<T: Real, S: Sample>(&self, work: &Work<T>, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
         let mut buffer = work.take();
         for pairs in self.chunks() {
-            let cells = self.forward(&work.fourier, planes, pairs.clone(), &mut buffer);
-            self.each(columns.split(), |scratch: &mut Scratch<T>, m, column| {
+            let cells = self.forward(work, planes, pairs.clone(), &mut buffer);
+            self.each(columns.split(), &work.scratch, |scratch, m, column| {
                 if pairs.start == 0 {
-                    column.fill([0.0; 6]);
+                    column.fill([0.0; 8]);
                 }
                 let stride = (self.order + 1) * CELL;
                 self.with_part(m, pairs.clone(), self.phases[m][0], |part| {
@@ -281,7 +338,7 @@ impl ShTransform {
     pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
         let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
         columns.renew(self.order);
-        self.each(columns.tiles(), |(), tile, rows| scatter(sh, self.order, tile, rows));
+        self.each(columns.tiles(), &Pool::default(), |(), tile, rows| scatter(sh, self.order, tile, rows));
         self.synthesize_columns(&columns, &[], planes);
         *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
     }
@@ -322,7 +379,7 @@ impl ShTransform {
             let side = blocks * SIDE * CELL;
             let cells = aligned(&mut buffer, side * (self.order / SIDE + 1));
             let parts = cells.chunks_exact_mut(side).collect();
-            self.each(parts, |scratch: &mut Scratch<T>, group, cells: &mut [T]| {
+            self.each(parts, &work.scratch, |scratch, group, cells: &mut [T]| {
                 for m in (group * SIDE..=self.order).take(SIDE) {
                     let (cells, stride) = (&mut cells[m % SIDE * CELL..], SIDE * CELL);
                     let column = columns.of(m);
@@ -334,12 +391,8 @@ impl ShTransform {
                 }
             });
             let rows = blocks_mut(&mut planes, self.width, self.height, pairs.clone());
-            self.each(rows, |buffers: &mut Buffers<T>, b, mut rows| {
-                let cell = |m: usize| {
-                    let at = ((m / SIDE * blocks + b) * SIDE + m % SIDE) * CELL;
-                    &cells[at..at + CELL]
-                };
-                work.fourier.backward(cell, &mut rows, buffers);
+            self.each(rows, &work.buffers, |buffers, b, mut rows| {
+                work.fourier.backward(Cells { cells, blocks, block: b }, &mut rows, buffers);
             });
         }
         work.put_back(buffer);
@@ -348,7 +401,11 @@ impl ShTransform {
     /// Ranges of row pairs.
     fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
         let pairs = self.height.div_ceil(2);
-        let row = (self.order + 1) * self.rings.per_row * CELL / BLOCK * size_of::<f64>();
+        let size = match self.work {
+            AnyWork::Double(_) => size_of::<f64>(),
+            AnyWork::Image(_) => size_of::<f32>(),
+        };
+        let row = (self.order + 1) * self.rings.per_row * CELL / BLOCK * size;
         let step = (CELLS / row).next_multiple_of(BLOCK).max(2 * BLOCK);
         (0..pairs).step_by(step).map(move |first| first..pairs.min(first + step))
     }
@@ -356,7 +413,7 @@ impl ShTransform {
     /// Spectra of the row pairs of a range, as cells [ring block][m].
     fn forward<'a, T: Real, S: Sample>(
         &self,
-        fourier: &Fourier<T>,
+        work: &Work<T>,
         planes: [&[S]; 3],
         pairs: Range<usize>,
         buffer: &'a mut Vec<T>,
@@ -365,7 +422,7 @@ impl ShTransform {
         let block = self.rings.per_row * (self.order + 1) * CELL;
         let cells = aligned(buffer, pairs.len().div_ceil(BLOCK) * block);
         let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
-        self.each(blocks, |buffers: &mut Buffers<T>, _, (first, cells)| {
+        self.each(blocks, &work.buffers, |buffers, _, (first, cells)| {
             let last = pairs.end.min(first + BLOCK);
             let rows = |r: Range<usize>| planes.map(|p| &p[r.start * width..r.end * width]);
             // The equator of an odd height is in the north only.
@@ -373,7 +430,7 @@ impl ShTransform {
                 north: rows(first..last),
                 south: rows((height - last).max(height.div_ceil(2))..height - first),
             };
-            fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
+            work.fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
         });
         cells
     }
@@ -400,13 +457,18 @@ impl ShTransform {
     }
 
     /// Runs `f` on every item, with the item's index and a worker's buffers, on all threads where that pays.
-    fn each<T: Send, B: Default>(&self, items: Vec<T>, f: impl Fn(&mut B, usize, T) + Sync) {
+    fn each<T: Send, B: Default + Send>(
+        &self,
+        items: Vec<T>,
+        pool: &Pool<B>,
+        f: impl Fn(&mut B, usize, T) + Sync,
+    ) {
         if self.rings.cos.len() * (self.order + 1).pow(2) < SERIAL || rayon::current_num_threads() == 1 {
-            let mut buffers = B::default();
+            let mut buffers = pool.lend();
             items.into_iter().enumerate().for_each(|(i, item)| f(&mut buffers, i, item));
         } else {
             let items = items.into_par_iter().enumerate();
-            items.for_each_init(B::default, |buffers, (i, item)| f(buffers, i, item));
+            items.for_each_init(|| pool.lend(), |buffers, (i, item)| f(buffers, i, item));
         }
     }
 }

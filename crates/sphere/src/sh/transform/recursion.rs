@@ -14,8 +14,6 @@ use steradian_simd::{Arch, Kernel};
 const LANES: usize = 8;
 const BIG: f64 = f64::from_bits((1023 + 800) << 52);
 const SMALL: f64 = f64::from_bits((1023 - 800) << 52);
-/// What is smaller has no part in f64 sums.
-const NEGLIGIBLE: f64 = f64::from_bits((1023 - 60) << 52);
 const HALF_BIG: f64 = f64::from_bits((1023 + 400) << 52);
 const HALF_SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 
@@ -52,7 +50,7 @@ pub(super) fn steps(m: usize, order: usize) -> Vec<Step> {
         .collect()
 }
 
-/// Where each ring's sequence first exceeds 2^−60 (infinite where it never does), with r_k and r_{k−1} there.
+/// Where each ring's sequence first exceeds what is negligible (infinite where it never does), with r_k and r_{k−1} there.
 #[derive(Default)]
 pub(super) struct Starts {
     pub(super) first: Vec<f64>,
@@ -87,6 +85,8 @@ pub(super) struct FindStarts<'a> {
     pub(super) order: usize,
     pub(super) steps: &'a [Step],
     pub(super) rings: &'a Rings,
+    /// What is smaller has no part in sums.
+    pub(super) negligible: f64,
 }
 
 impl Kernel for FindStarts<'_> {
@@ -125,7 +125,7 @@ impl FindStarts<'_> {
             pending |= 1 << k;
             (now[k], scale[k]) = power(sin, self.m);
             now[k] *= norm;
-            if scale[k] == 0 && now[k] < NEGLIGIBLE {
+            if scale[k] == 0 && now[k] < self.negligible {
                 (now[k], scale[k]) = (now[k] * BIG, -1);
             }
         }
@@ -143,7 +143,7 @@ impl FindStarts<'_> {
             }
             for i in 0..LANES {
                 let next = A::fma(A::fma(step.a, x2[i], step.b), now[i], before[i]);
-                let rise = scale[i] < 0 && next.abs() > NEGLIGIBLE * BIG;
+                let rise = scale[i] < 0 && next.abs() > self.negligible * BIG;
                 let factor = if rise { SMALL } else { 1.0 };
                 before[i] = now[i] * factor;
                 now[i] = next * factor;

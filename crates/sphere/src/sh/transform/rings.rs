@@ -113,6 +113,13 @@ impl Rings {
         ring >= self.count
     }
 
+    /// Half the weight of the BLOCK rings from one, and that times cos θ.
+    pub(super) fn halves(&self, ring: usize) -> [[f64; BLOCK]; 2] {
+        let even = |k: usize| if ring + k < self.weight.len() { 0.5 * self.weight[ring + k] } else { 0.0 };
+        let even = std::array::from_fn(even);
+        [even, std::array::from_fn(|k| even[k] * if even[k] == 0.0 { 0.0 } else { self.cos[ring + k] })]
+    }
+
     /// cos θ of all rows, from the north.
     pub(super) fn rows(&self) -> Vec<f64> {
         let middle = |j: usize| j * self.per_row + self.per_row / 2;

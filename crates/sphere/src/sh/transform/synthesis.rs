@@ -1,6 +1,8 @@
-//! The Legendre stage of synthesis for one m: the table times terms of steps, summed over steps.
+//! The Legendre stage of synthesis for one m: r_k times terms of steps, summed over steps.
 
-use super::kernel::{Part, RINGS, Real, Row, STEPS, Scratch, Terms, aligned, place, turn, vectors, zeros};
+use super::fold::register;
+use super::kernel::{Part, Real, Row, Scratch, place, turn, vectors};
+use super::recursion::Unit;
 use super::rings::BLOCK;
 use steradian_simd::{Arch, Kernel, Vector};
 
@@ -21,97 +23,80 @@ impl<T: Real> Kernel for Synthesis<'_, T> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        if A::F64::REGISTERS >= 32 { self.with::<A, 2>() } else { self.with::<A, 1>() }
+        if T::PARTS == 2 {
+            self.with::<A, 1, 2>();
+        } else if A::F64::REGISTERS >= 32 {
+            self.with::<A, 2, 2>();
+        } else {
+            self.with::<A, 1, 1>();
+        }
     }
 }
 
 impl<T: Real> Synthesis<'_, T> {
+    /// With sums of N registers of rings at a time, D of f64.
     #[inline(always)]
-    fn with<A: Arch, const N: usize>(self) {
-        let (part, all, steps) = (self.part, self.part.x2.len(), self.part.steps.len());
-        let Scratch { state, table, sums, terms, .. } = self.scratch;
+    fn with<A: Arch, const N: usize, const D: usize>(self) {
+        let (part, lanes) = (self.part, T::Vector::<A>::LANES);
         let units = &part.starts.units[part.ring / BLOCK..];
-        prepare(&part, self.column, self.factors, terms);
-        let (lanes, width) = (T::Vector::<A>::LANES, 12 * T::Vector::<A>::LANES);
-        let table = aligned(table, STEPS * RINGS);
-        let sums = aligned(sums, 12 * RINGS);
+        let terms = &mut self.scratch.terms;
+        prepare::<A::F64x4, T>(&part, self.column, self.factors, terms);
         let mut ring = 0;
-        while ring < all {
-            let end = all.min(ring + RINGS);
-            for at in 0..12 * (end - ring) / lanes {
-                T::Vector::<A>::splat(T::default()).store(&mut sums[at * lanes..]);
-            }
-            let state = zeros::<A>(state, 2 * (end - ring));
-            let mut from = steps;
-            for unit in &units[ring / BLOCK..end / BLOCK] {
-                from = from.min(unit.begin / STEPS * STEPS);
-            }
-            while from < steps {
-                let to = steps.min(from + STEPS);
-                let mut begun = part.fill::<A, T>(units, ring..end, from..to, state, table) - ring;
-                let terms = &terms[from..to];
-                while begun + N * lanes <= end - ring {
-                    over_steps::<T::Vector<A>, N>(&table[begun..], terms, &mut sums[12 * begun..]);
-                    begun += N * lanes;
-                }
-                if begun < end - ring {
-                    over_steps::<T::Vector<A>, 1>(&table[begun..], terms, &mut sums[12 * begun..]);
-                }
-                from = to;
-            }
-            let mut at = 0;
-            while ring + at < end {
-                let x = register::<A, T>(&part.x[ring + at..]);
-                let sums = &sums[12 * at..12 * at + width];
-                for c in 0..12 {
-                    let sum = T::Vector::<A>::load(&sums[c * lanes..]);
-                    let sum = if c < 6 { sum } else { sum.mul(x) };
-                    sum.store(&mut self.cells[place(ring + at, self.stride, c)..]);
-                }
-                at += lanes;
-            }
-            ring = end;
-        }
-    }
-}
-
-/// A register of numbers that are given as f64.
-#[inline(always)]
-fn register<A: Arch, T: Real>(x: &[f64]) -> T::Vector<A> {
-    let mut out = [T::default(); BLOCK];
-    for k in 0..T::Vector::<A>::LANES {
-        out[k] = T::of(x[k]);
-    }
-    T::Vector::<A>::load(&out)
-}
-
-/// sums at N registers of rings += Σ over steps of r_k · terms.
-#[inline(always)]
-fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 16]], sums: &mut [V::T]) {
-    let width = 12 * V::LANES;
-    let mut acc = [[V::load(sums); 12]; N];
-    for v in 0..N {
-        acc[v] = vectors(sums, v * width);
-    }
-    let mut k = 0;
-    while k < terms.len() {
-        let mut r = acc[0][0];
-        let mut rs = [r; N];
-        for v in 0..N {
-            r = V::load(&table[k * RINGS + v * V::LANES..]);
-            rs[v] = r;
-        }
-        for c in 0..12 {
-            let term = V::splat(terms[k][c + c / 3]);
+        while ring < part.x2.len() {
+            let sums = over_steps::<A, T, N, D>(&part, units[ring / BLOCK], ring, terms);
             for v in 0..N {
-                acc[v][c] = rs[v].fma(term, acc[v][c]);
+                let x = register::<A, T>(&part.x[ring..]);
+                for c in 0..12 {
+                    let sum = if c < 6 { sums[v][c] } else { sums[v][c].mul(x) };
+                    sum.store(&mut self.cells[place(ring, self.stride, c)..]);
+                }
+                ring += lanes;
             }
         }
+    }
+}
+
+/// Σ over steps of r_k · terms at N registers of rings.
+#[inline(always)]
+fn over_steps<A: Arch, T: Real, const N: usize, const D: usize>(
+    part: &Part<'_>,
+    unit: Unit,
+    ring: usize,
+    terms: &[[T; 16]],
+) -> [[T::Vector<A>; 12]; N] {
+    let mut sums = [[T::Vector::<A>::splat(T::default()); 12]; N];
+    let x2: [A::F64; D] = vectors(part.x2, ring);
+    let (mut now, mut before) = ([A::F64::splat(0.0); D], [A::F64::splat(0.0); D]);
+    let begin = unit.begin.min(terms.len());
+    let all = unit.all.clamp(begin, terms.len());
+    let mut k = begin;
+    while k < all {
+        part.inject(ring, k, &mut now, &mut before);
+        add::<A, T, N, D>(&now, &terms[k], &mut sums);
+        part.steps[k].advance(&x2, &mut now, &mut before);
         k += 1;
     }
-    for v in 0..N {
-        for c in 0..12 {
-            acc[v][c].store(&mut sums[v * width + c * V::LANES..]);
+    for (step, terms) in part.steps[all..].iter().zip(&terms[all..]) {
+        add::<A, T, N, D>(&now, terms, &mut sums);
+        step.advance(&x2, &mut now, &mut before);
+    }
+    sums
+}
+
+#[inline(always)]
+fn add<A: Arch, T: Real, const N: usize, const D: usize>(
+    now: &[A::F64; D],
+    terms: &[T; 16],
+    sums: &mut [[T::Vector<A>; 12]; N],
+) {
+    let mut r = [T::pack::<A, D>(now, 0); N];
+    for v in 1..N {
+        r[v] = T::pack::<A, D>(now, v);
+    }
+    for c in 0..12 {
+        let term = T::Vector::<A>::splat(terms[c + c / 3]);
+        for v in 0..N {
+            sums[v][c] = r[v].fma(term, sums[v][c]);
         }
     }
 }
@@ -119,22 +104,27 @@ fn over_steps<V: Vector, const N: usize>(table: &[V::T], terms: &[[V::T; 16]], s
 /// The six even and six odd terms of every step, each three followed by nothing in particular. Bands that the
 /// column has not are 0.
 #[inline(always)]
-fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, terms: &mut Vec<[T; 16]>) {
+fn prepare<V: Vector<T = f64>, T: Real>(
+    part: &Part<'_>,
+    column: &[Row],
+    factors: Option<&[f64]>,
+    terms: &mut Vec<[T; 16]>,
+) {
     let back = [part.phase[0], -part.phase[1]];
     terms.resize(part.steps.len(), [T::default(); 16]);
     let bands = column.len().min(factors.map_or(usize::MAX, <[f64]>::len));
-    let mut even = band(back, column, factors, bands, 0);
-    for k in 0..part.steps.len() {
-        let step = &part.steps[k];
-        let odd = band(back, column, factors, bands, 2 * k + 1);
-        let next = band(back, column, factors, bands, 2 * k + 2);
-        let terms = &mut terms[k];
+    let mut even: [V; 2] = band(back, column, factors, bands, 0);
+    for (k, (terms, step)) in terms.iter_mut().zip(part.steps).enumerate() {
+        let odd: [V; 2] = band(back, column, factors, bands, 2 * k + 1);
+        let next: [V; 2] = band(back, column, factors, bands, 2 * k + 2);
+        let (e, f, o) = (V::splat(step.even[0]), V::splat(step.even[1]), V::splat(step.odd));
+        let mut all = [0.0; 16];
         for half in 0..2 {
-            for c in 0..4 {
-                let even = step.even[0] * even[half][c] + step.even[1] * next[half][c];
-                terms[4 * half + c] = T::of(even);
-                terms[8 + 4 * half + c] = T::of(step.odd * odd[half][c]);
-            }
+            next[half].fma(f, even[half].mul(e)).store(&mut all[4 * half..]);
+            odd[half].mul(o).store(&mut all[8 + 4 * half..]);
+        }
+        for c in 0..16 {
+            terms[c] = T::of(all[c]);
         }
         even = next;
     }
@@ -142,14 +132,19 @@ fn prepare<T: Real>(part: &Part<'_>, column: &[Row], factors: Option<&[f64]>, te
 
 /// One of the first `bands` of a column, turned and multiplied; 0 beyond.
 #[inline(always)]
-fn band(back: [f64; 2], column: &[Row], factors: Option<&[f64]>, bands: usize, k: usize) -> Terms {
+fn band<V: Vector<T = f64>>(
+    back: [f64; 2],
+    column: &[Row],
+    factors: Option<&[f64]>,
+    bands: usize,
+    k: usize,
+) -> [V; 2] {
     if k >= bands {
-        return [[0.0; 4]; 2];
+        return [V::splat(0.0); 2];
     }
     let factor = match factors {
         Some(factors) => factors[k],
         None => 1.0,
     };
-    let r = &column[k];
-    turn([factor * back[0], factor * back[1]], [r[0], r[1], r[2], 0.0], [r[3], r[4], r[5], 0.0])
+    turn([factor * back[0], factor * back[1]], [V::load(&column[k]), V::load(&column[k][4..])])
 }

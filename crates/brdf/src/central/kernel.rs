@@ -1,0 +1,197 @@
+//! One slice: the first two passes of 5.22, k_lq(θ_o) = ∫ (∫ f_cos cos qφ dφ) f_lq(θ_i) sin θ_i dθ_i.
+
+use super::geometry::{Slice, Zone};
+use super::ring::{Rings, width};
+use super::rule::{self, Node, POINTS};
+use super::theta::Polar;
+use crate::adaptive::graded;
+use crate::{Brdf, Domain};
+
+/// What [`slice`] is held to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Request {
+    pub f: usize,
+    pub q: usize,
+    /// RMS error of f_cos relative to its norm.
+    pub tolerance: f64,
+    /// f_cos(φ) ≠ f_cos(−φ).
+    pub two_sided: bool,
+}
+
+/// Circles per slice, in panels, at most; two more rounds may finish.
+const PANELS: usize = 256;
+/// A panel spans at most this many radians of f_lq.
+const PHASE: f64 = 9.0;
+
+/// One slice's coefficients.
+#[derive(Debug, Clone)]
+pub(super) struct Kernel {
+    /// `[q][c][l]`.
+    pub k: Vec<f64>,
+    /// ∫ f_cos² dwi.
+    pub energy: [f64; 3],
+    /// ∫ f_cos (n·wi)₊ dwi.
+    pub cosine: [f64; 3],
+    /// Estimated RMS error of f_cos relative to its norm.
+    pub accuracy: f64,
+}
+
+/// A panel of elevations with the circle integrals at its nodes.
+struct Panel {
+    zone: Zone,
+    ends: [f64; 2],
+    /// `[node][width]`, times sin θ dθ/ds.
+    rings: Vec<f64>,
+    thetas: [f64; POINTS],
+}
+
+/// The coefficients of one slice.
+pub(super) fn slice(brdf: &dyn Brdf, slice: &Slice, request: &Request, polar: &Polar) -> Kernel {
+    let hemisphere = brdf.domain() == Domain::Hemisphere;
+    let mut rings = Rings::new(brdf, slice, request.q, request.two_sided, 0.3 * request.tolerance);
+    let mut panels: Vec<Panel> = Vec::new();
+    for (zone, ends) in Zone::of(slice, hemisphere) {
+        let breaks = graded(ends[0], ends[1], &centres(&rings, zone, slice));
+        let slope = if let Zone::Band { gamma, .. } = zone { gamma } else { 1.0 };
+        let longest = PHASE / (request.f.max(1) as f64 * slope);
+        panels.extend(rule::split(&breaks, longest).into_iter().map(|ends| sample(&mut rings, zone, ends)));
+    }
+    refine(panels, &mut rings, request, polar)
+}
+
+/// Where lobes and the horizon ask for short panels: (parameter, width).
+fn centres(rings: &Rings, zone: Zone, slice: &Slice) -> Vec<(f64, f64)> {
+    let scale = if let Zone::Band { gamma, .. } = zone { gamma } else { 1.0 };
+    let mut at: Vec<(f64, f64)> =
+        rings.spots.iter().map(|s| (zone.parameter(s.theta), s.width / scale)).collect();
+    if slice.lean() == 0.0 || scale != 1.0 {
+        return at;
+    }
+    at.push((zone.parameter(std::f64::consts::FRAC_PI_2 - slice.lean().abs()), 0.5));
+    at
+}
+
+/// The circle integrals at the nodes of a panel.
+fn sample(rings: &mut Rings, zone: Zone, ends: [f64; 2]) -> Panel {
+    let n = width(rings.order());
+    let mut out = vec![0.0; POINTS * n];
+    let nodes = rule::nodes(ends[0], ends[1]);
+    let mut thetas = [0.0; POINTS];
+    for (i, (node, out)) in nodes.iter().zip(out.chunks_exact_mut(n)).enumerate() {
+        let at = zone.elevation(node.at);
+        rings.integrate(&at, out);
+        let area = at.theta.sin() * at.slope;
+        out.iter_mut().for_each(|x| *x *= area);
+        thetas[i] = at.theta;
+    }
+    Panel { zone, ends, rings: out, thetas }
+}
+
+/// Rounds of bisection until the estimated error is small.
+fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &Polar) -> Kernel {
+    let n = width(request.q);
+    let tail = 3 * (request.q + 1);
+    let total: f64 = panels.iter().map(|p| integral(p, n, tail..tail + 3)).sum();
+    rings.floor = 0.1 * request.tolerance * (std::f64::consts::PI * total).sqrt();
+    let mut made = panels.len();
+    let mut work = Projector::new(request, polar);
+    let k = vec![0.0; work.sum.len()];
+    let mut kernel = Kernel { k, energy: [0.0; 3], cosine: [0.0; 3], accuracy: 0.0 };
+    let mut square_error = 0.0;
+    let enough = request.tolerance * total.sqrt() / (made as f64).sqrt();
+    while !panels.is_empty() {
+        let mut next = Vec::new();
+        for panel in panels {
+            // An error of the energy weighs as half of it on the norm.
+            let of_energy = 0.5 * missed(&panel, n, tail) / total.sqrt().max(f64::MIN_POSITIVE);
+            let error = work.project(&panel, n, tail).max(of_energy);
+            let [a, b] = panel.ends;
+            if error > enough && made + 2 <= PANELS.max(2 * panel_limit(request)) && b - a > 1e-9 {
+                let middle = 0.5 * (a + b);
+                next.extend([sample(rings, panel.zone, [a, middle]), sample(rings, panel.zone, [middle, b])]);
+                made += 2;
+                continue;
+            }
+            square_error += error * error;
+            kernel.k.iter_mut().zip(&work.sum).for_each(|(k, s)| *k += s);
+            for c in 0..3 {
+                kernel.energy[c] += integral(&panel, n, tail + c..tail + c + 1);
+                kernel.cosine[c] += integral(&panel, n, tail + 3 + c..tail + 4 + c);
+            }
+        }
+        panels = next;
+    }
+    let energy: f64 = kernel.energy.iter().sum();
+    kernel.accuracy = if energy > 0.0 { (square_error / energy).sqrt() } else { 0.0 };
+    kernel
+}
+
+/// Panels that an order needs before any refinement.
+fn panel_limit(request: &Request) -> usize {
+    (request.f as f64 * std::f64::consts::PI / PHASE) as usize
+}
+
+/// The 15-point rule over some of the circle integrals.
+fn integral(panel: &Panel, n: usize, range: std::ops::Range<usize>) -> f64 {
+    let nodes = rule::nodes(panel.ends[0], panel.ends[1]);
+    let one = |node: &Node, ring: &[f64]| node.weight * ring[range.clone()].iter().sum::<f64>();
+    nodes.iter().zip(panel.rings.chunks_exact(n)).map(|(node, ring)| one(node, ring)).sum()
+}
+
+/// The second pass with its scratch.
+struct Projector<'a> {
+    polar: &'a Polar,
+    bands: usize,
+    /// `[q][c][l]`.
+    sum: Vec<f64>,
+    difference: Vec<f64>,
+    row: Vec<f64>,
+}
+
+impl<'a> Projector<'a> {
+    fn new(request: &Request, polar: &'a Polar) -> Self {
+        let bands = request.f + 1;
+        let empty = vec![0.0; 3 * bands * (request.q + 1)];
+        Self { polar, bands, sum: empty.clone(), difference: empty, row: Vec::new() }
+    }
+
+    /// A panel's part of k_lq into `sum`; returns its estimated error.
+    fn project(&mut self, panel: &Panel, n: usize, tail: usize) -> f64 {
+        self.sum.fill(0.0);
+        self.difference.fill(0.0);
+        let (bands, polar) = (self.bands, self.polar);
+        let (sum, difference) = (&mut self.sum, &mut self.difference);
+        let nodes = rule::nodes(panel.ends[0], panel.ends[1]);
+        for ((node, ring), theta) in nodes.iter().zip(panel.rings.chunks_exact(n)).zip(panel.thetas) {
+            let (s, c) = theta.sin_cos();
+            polar.for_each(s, c, &mut self.row, |q, row| {
+                let first = q.min(bands);
+                for (channel, g) in ring[3 * q..3 * q + 3].iter().enumerate() {
+                    let at = (3 * q + channel) * bands;
+                    axpy(&mut sum[at + first..at + bands], g * node.weight, &row[first..]);
+                    axpy(&mut difference[at + first..at + bands], g * node.difference, &row[first..]);
+                }
+            });
+        }
+        let weight = |i: usize| if i < 3 * bands { 1.0 } else { 2.0 };
+        let square: f64 = self.difference.iter().enumerate().map(|(i, d)| weight(i) * d * d).sum();
+        let energy = integral(panel, n, tail..tail + 3).max(0.0);
+        rule::error(square.sqrt(), energy.sqrt())
+    }
+}
+
+/// The estimated error of a panel's energy.
+fn missed(panel: &Panel, n: usize, tail: usize) -> f64 {
+    let nodes = rule::nodes(panel.ends[0], panel.ends[1]);
+    let (mut energy, mut difference) = (0.0, 0.0);
+    for (node, ring) in nodes.iter().zip(panel.rings.chunks_exact(n)) {
+        let here: f64 = ring[tail..tail + 3].iter().sum();
+        energy += node.weight * here;
+        difference += node.difference * here;
+    }
+    rule::error(difference.abs(), energy.max(0.0))
+}
+
+fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
+}

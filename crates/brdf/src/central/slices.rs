@@ -1,0 +1,170 @@
+//! Explicit elevation slices: k_lq(θ_o) at chosen elevations.
+
+use super::geometry::{Centre, Slice};
+use super::kernel::{self, Kernel, Request};
+use super::theta::Polar;
+use super::{CentralError, MAX_ORDER, choose};
+use crate::Brdf;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_base::Task;
+use steradian_sphere::sh::zonal;
+
+/// RMS error of f_cos that the quadrature aims at, relative to its norm; 1e-8 or less is what it mostly reaches.
+const TOLERANCE: f64 = 1e-6;
+
+/// k_lq at a list of elevations: B(C, wo) = Σ_q a_q(φ_o) Σ_l k_l|q| L'_lq, with a_q = (1, √2 cos qφ, √2 sin |q|φ).
+#[derive(Debug, Clone)]
+pub struct Slices {
+    /// The centre that was asked for; slices may lean away from it.
+    pub centre: Centre,
+    /// F: the highest l.
+    pub order: usize,
+    /// Q: the highest q, at most F; 0 about the tangent.
+    pub azimuth: usize,
+    /// The elevations.
+    pub slices: Vec<Slice>,
+    /// `[slice][q][channel][l]`, zero for l < q.
+    pub k: Vec<f64>,
+    /// ∫ f_cos² dwi of each slice, sr⁻¹: the total that [`Slices::captured`] tends to.
+    pub energy: Vec<[f64; 3]>,
+    /// ∫ f_cos (n·wi)₊ dwi of each slice.
+    pub cosine: Vec<[f64; 3]>,
+    /// Estimated RMS error of the quadrature relative to f_cos, of the worst slice.
+    pub accuracy: f64,
+}
+
+impl Slices {
+    /// Integrates f_cos at each slice up to orders `f` and `q` (cut to `f`, and to 0 about the tangent), by panels
+    /// that follow lobes and the horizon and are halved until the estimated error is below 1e-6 of f_cos, or a
+    /// limit ends it (tabulated data has a kink per cell); [`Slices::accuracy`] says what was reached.
+    pub fn new(
+        brdf: &dyn Brdf,
+        centre: Centre,
+        slices: Vec<Slice>,
+        f: usize,
+        q: usize,
+        task: &Task,
+    ) -> Result<Self, CentralError> {
+        slices.iter().try_for_each(|s| s.check(centre))?;
+        let setup = Setup::new(brdf, centre, (f, q), TOLERANCE)?;
+        task.begin("BRDF slices", slices.len() as u64);
+        let kernels = setup.kernels(&slices, task);
+        task.end();
+        let (mut k, mut energy, mut cosine, mut accuracy) = (Vec::new(), Vec::new(), Vec::new(), 0.0f64);
+        for kernel in kernels? {
+            k.extend(kernel.k);
+            energy.push(kernel.energy);
+            cosine.push(kernel.cosine);
+            accuracy = accuracy.max(kernel.accuracy);
+        }
+        let azimuth = setup.request.q;
+        Ok(Self { centre, order: f, azimuth, slices, k, energy, cosine, accuracy })
+    }
+
+    /// `count` slices about `centre`, evenly spaced in θ_o over what can be seen, both ends included.
+    pub fn even(
+        brdf: &dyn Brdf,
+        centre: Centre,
+        count: usize,
+        f: usize,
+        q: usize,
+        task: &Task,
+    ) -> Result<Self, CentralError> {
+        let last = count.saturating_sub(1).max(1) as f64;
+        let slices = (0..count).map(|i| centre.slice(centre.reach() * i as f64 / last)).collect();
+        Self::new(brdf, centre, slices, f, q, task)
+    }
+
+    /// k_lq over l = 0 … F of one slice, per channel; the rows of q also serve −q. Zero below l = q.
+    pub fn row(&self, slice: usize, q: usize) -> [&[f64]; 3] {
+        let bands = self.order + 1;
+        let at = (slice * (self.azimuth + 1) + q) * 3 * bands;
+        std::array::from_fn(|c| &self.k[at + c * bands..at + (c + 1) * bands])
+    }
+
+    /// Σ k² over l ≤ `f` and |q| ≤ `q` of one slice: its energy up to there.
+    pub fn captured(&self, slice: usize, f: usize, q: usize) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for q in 0..=q.min(self.azimuth) {
+            let both = if q == 0 { 1.0 } else { 2.0 };
+            for (sum, row) in sum.iter_mut().zip(self.row(slice, q)) {
+                *sum += both * row[..=f.min(self.order)].iter().map(|k| k * k).sum::<f64>();
+            }
+        }
+        sum
+    }
+
+    /// The slices of f_cos − albedo/π (n·wi)₊: what is left when a diffuse part goes its own way, by a map about n.
+    /// The clamped cosine about n has k_lq = A_l/π f_lq(γ), A_l as in Ramamoorthi & Hanrahan 2001.
+    pub fn without_diffuse(&self, albedo: [f64; 3]) -> Self {
+        let mut rest = self.clone();
+        let bands = self.order + 1;
+        let each = (self.azimuth + 1) * 3 * bands;
+        for ((slice, k), i) in self.slices.iter().zip(rest.k.chunks_exact_mut(each)).zip(0..) {
+            for (d, k) in self.diffuse(slice).iter().zip(k.chunks_exact_mut(3 * bands)) {
+                for (a, k) in albedo.iter().zip(k.chunks_exact_mut(bands)) {
+                    k.iter_mut().zip(d).for_each(|(k, d)| *k -= a * d);
+                }
+            }
+            for c in 0..3 {
+                // ∫ (n·wi)₊² dwi = 2π/3.
+                let (a, x) = (albedo[c], self.cosine[i][c]);
+                rest.energy[i][c] += a * (2.0 / (3.0 * PI) * a - 2.0 / PI * x);
+                rest.cosine[i][c] -= 2.0 / 3.0 * a;
+            }
+        }
+        rest
+    }
+
+    /// `[q][l]` of (n·wi)₊/π about a slice's centre.
+    pub(super) fn diffuse(&self, slice: &Slice) -> Vec<Vec<f64>> {
+        let cosine = zonal::cosine(self.order);
+        let mut rows = Polar::new(self.order, self.azimuth).rows(slice.lean().abs());
+        for (q, row) in rows.iter_mut().enumerate() {
+            // A centre that leans towards the viewer has n at azimuth π.
+            let side = if slice.gamma < 0.0 && q % 2 == 1 { -1.0 } else { 1.0 };
+            row.iter_mut().zip(&cosine).for_each(|(f, a)| *f *= side * a / PI);
+        }
+        rows
+    }
+}
+
+/// What every expansion of one reflectance shares.
+pub(super) struct Setup<'a> {
+    brdf: &'a dyn Brdf,
+    pub request: Request,
+    polar: Polar,
+}
+
+impl<'a> Setup<'a> {
+    pub fn new(
+        brdf: &'a dyn Brdf,
+        centre: Centre,
+        (f, q): (usize, usize),
+        tolerance: f64,
+    ) -> Result<Self, CentralError> {
+        if f.max(q) > MAX_ORDER {
+            return Err(CentralError::Order { order: f.max(q) });
+        }
+        choose::check(brdf, centre)?;
+        let q = if centre == Centre::Tangent { 0 } else { q.min(f) };
+        let two_sided = centre != Centre::Tangent && choose::has_two_sides(brdf);
+        let request = Request { f, q, tolerance, two_sided };
+        Ok(Self { brdf, request, polar: Polar::new(f, q) })
+    }
+
+    /// The slices, on all cores; the same whatever their number.
+    pub fn kernels(&self, slices: &[Slice], task: &Task) -> Result<Vec<Kernel>, CentralError> {
+        let one = |slice: &Slice| {
+            task.check()?;
+            let kernel = kernel::slice(self.brdf, slice, &self.request, &self.polar);
+            task.advance(1);
+            if kernel.energy.iter().chain(&kernel.cosine).all(|e| e.is_finite()) {
+                return Ok(kernel);
+            }
+            Err(CentralError::NotFinite { spec: self.brdf.spec(), theta_v: slice.theta_v })
+        };
+        slices.par_iter().map(one).collect()
+    }
+}

@@ -1,0 +1,3 @@
+//! Compact representations of any reflectance; they know no light.
+
+pub mod radial;

@@ -1,0 +1,239 @@
+//! Saved bakes: what `steradian bake` writes and `--bake` takes.
+
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use crate::inputs::{self, Adjust};
+use glam::Mat3;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use steradian_base::{Input, Provenance};
+use steradian_brdf::SharedBrdf;
+use steradian_formats::{TensorData, TensorFile, read_tensors};
+use steradian_light::Lights;
+use steradian_techniques::{AnyBake, AnyTechnique};
+
+/// The complete bake in a folder of outputs.
+pub const IN_FOLDER: &str = "bake.safetensors";
+
+const TECHNIQUE: &str = "steradian.technique";
+const DIGEST: &str = "steradian.digest";
+const INPUT: &str = "steradian.input.";
+const BRDF: &str = "steradian.brdf";
+const ENVIRONMENT: &str = "steradian.environment";
+const ROTATE: &str = "steradian.environment.rotate";
+const EXPOSURE: &str = "steradian.environment.light_exposure";
+
+/// What a bake was made of, as its file says; files appear without their folders.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Made {
+    /// Spec of the reflectance.
+    pub brdf: String,
+    /// Name of the light's file, or the sky's spec.
+    pub environment: String,
+    /// Rotation of the light about +Y, degrees.
+    pub rotate: f64,
+    /// Exposure value by which it was scaled.
+    pub exposure: f64,
+}
+
+impl Made {
+    /// Of these inputs.
+    pub fn of(brdf: &str, environment: &str, adjust: &Adjust) -> Self {
+        let stripped = |text: &str| Provenance::new([text.to_string()]).arguments.concat();
+        Self {
+            brdf: stripped(brdf),
+            environment: stripped(environment),
+            rotate: adjust.rotate,
+            exposure: adjust.light_exposure,
+        }
+    }
+
+    /// For a file's metadata.
+    pub fn pairs(&self) -> [(String, String); 4] {
+        [
+            (BRDF, self.brdf.clone()),
+            (ENVIRONMENT, self.environment.clone()),
+            (ROTATE, self.rotate.to_string()),
+            (EXPOSURE, self.exposure.to_string()),
+        ]
+        .map(|(k, v)| (k.into(), v))
+    }
+
+    fn read(metadata: &BTreeMap<String, String>) -> Self {
+        let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
+        let number = |key: &str| text(key).parse().ok().filter(|v: &f64| v.is_finite()).unwrap_or(0.0);
+        Self {
+            brdf: text(BRDF),
+            environment: text(ENVIRONMENT),
+            rotate: number(ROTATE),
+            exposure: number(EXPOSURE),
+        }
+    }
+}
+
+/// A checked file: it opens.
+pub struct BakeFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its room.
+    pub technique: &'static dyn AnyTechnique,
+    /// What it was made of.
+    pub made: Made,
+    /// Rotation of the baked light.
+    pub turn: Mat3,
+    /// All of it.
+    pub tensors: TensorFile,
+}
+
+impl BakeFile {
+    /// Reads `path`, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust` says.
+    pub fn read(path: &Path, adjust: &Adjust, context: &mut Context) -> Result<Self, Failure> {
+        if adjust.light_exposure != 0.0 {
+            return Err(Failure::usage(
+                "--light-exposure: a bake holds its light as it was scaled; bake again",
+            ));
+        }
+        let path = if path.is_dir() { path.join(IN_FOLDER) } else { path.into() };
+        let bad = |why: &str| Failure::input(format!("{}: {why}", path.display()));
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2")) {
+            return Err(bad("a texture holds a bake's maps only: --bake takes a .safetensors file"));
+        }
+        let tensors = read_tensors(&path, &context.limits())?;
+        context.note_input(&path);
+        let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
+            return Err(bad("holds tensors but no bake: steradian bake writes one"));
+        };
+        let Some(technique) = steradian_techniques::find(slug) else {
+            return Err(bad(&format!("a bake of '{slug}', which this version does not know")));
+        };
+        if tensors.metadata.get(DIGEST).is_some_and(|d| *d != digest(&tensors)) {
+            return Err(bad("damaged: it is not what was written; bake it again"));
+        }
+        if let Some(name) = not_finite(&tensors) {
+            return Err(bad(&format!("tensor '{name}' has values that are not finite; bake it again")));
+        }
+        let made = Made::read(&tensors.metadata);
+        let file = Self { path, technique, made, turn: adjust.rotation().as_mat3(), tensors };
+        file.open()?;
+        Ok(file)
+    }
+
+    /// The bake.
+    pub fn open(&self) -> Result<Box<dyn AnyBake>, Failure> {
+        self.technique
+            .load(&self.tensors)
+            .map_err(|e| Failure { code: e.exit_code(), message: format!("{}: {e}", self.path.display()) })
+    }
+
+    /// The reflectance that the file names; `None` where that is a file that is not at hand.
+    pub fn brdf(&self) -> Option<SharedBrdf> {
+        steradian_brdf::parse(&self.made.brdf).ok()
+    }
+
+    /// Refuses data per vertex, which need the mesh that they were baked on.
+    pub fn for_any_mesh(&self) -> Outcome {
+        if self.technique.card().needs.sites {
+            let why = "holds data for the vertices of one mesh, which is not shaded here yet";
+            return Err(Failure::usage(format!("{}: {why}", self.path.display())));
+        }
+        Ok(())
+    }
+
+    /// How a light is turned and scaled to be that of the bake, turned as the command line says.
+    pub fn adjust(&self, given: &Adjust) -> Adjust {
+        let (rotate, light_exposure) = (self.made.rotate + given.rotate, self.made.exposure);
+        Adjust { rotate, light_exposure, ..given.clone() }
+    }
+
+    /// Its name without folders.
+    pub fn name(&self) -> String {
+        self.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+    }
+
+    /// The light of the bake, to be seen or compared with: `environment`, else the sky that the file names. A file that
+    /// is not the one that was baked is warned about.
+    pub fn lights(
+        &self,
+        environment: Option<&str>,
+        adjust: &Adjust,
+        context: &mut Context,
+    ) -> Result<Option<Lights>, Failure> {
+        let named = Some(&*self.made.environment).filter(|e| inputs::is_sky(e));
+        let Some(spec) = environment.or(named) else { return Ok(None) };
+        self.warn_of_another(spec, context);
+        inputs::light(spec, &self.adjust(adjust), context).map(Some)
+    }
+
+    /// Warns where `spec` is not the light that was baked.
+    fn warn_of_another(&self, spec: &str, context: &Context) {
+        if !self.was_made_of(spec) {
+            let (name, light) = (self.path.display(), &self.made.environment);
+            context.warn(format_args!("{spec}: {name} was baked from another light, {light}"));
+        }
+    }
+
+    /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?
+    fn was_made_of(&self, spec: &str) -> bool {
+        match Input::of_file(Path::new(spec)) {
+            Ok(input) if !inputs::is_sky(spec) => {
+                let digest = format!("sha256:{}", input.sha256);
+                self.tensors.metadata.iter().any(|(k, v)| k.starts_with(INPUT) && *v == digest)
+            }
+            _ => Provenance::new([spec.to_string()]).arguments.concat() == self.made.environment,
+        }
+    }
+}
+
+/// Adds the digest by which damage is found.
+pub fn seal(tensors: &mut TensorFile) {
+    let digest = digest(tensors);
+    tensors.metadata.insert(DIGEST.into(), digest);
+}
+
+/// Of the tensors and of all that is said about them. Files that libraries save have none.
+fn digest(t: &TensorFile) -> String {
+    let mut bare = t.clone();
+    bare.metadata.remove(DIGEST);
+    let mut bytes = Vec::new();
+    // Tensors whose shapes do not fit are refused when they are written.
+    let _ = bare.encode(&mut bytes);
+    format!("sha256:{}", Input::of(Path::new(""), &bytes).sha256)
+}
+
+fn not_finite(t: &TensorFile) -> Option<&str> {
+    let bad = |d: &TensorData| d.to_f64().iter().any(|x| !x.is_finite());
+    t.tensors.iter().find(|(_, x)| bad(&x.data)).map(|(name, _)| name.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_formats::Tensor;
+
+    #[test]
+    fn a_seal_breaks_with_one_bit() {
+        let mut t = TensorFile::default();
+        t.tensors.insert("a".into(), Tensor::f32([2], vec![1.0, 2.0]));
+        seal(&mut t);
+        assert_eq!(t.metadata[DIGEST], digest(&t));
+        t.metadata.insert("other".into(), "text".into());
+        assert_ne!(t.metadata[DIGEST], digest(&t));
+        seal(&mut t);
+        assert_eq!(t.metadata[DIGEST], digest(&t));
+        t.tensors.insert("a".into(), Tensor::f32([2], vec![1.0, 2.0000002]));
+        assert_ne!(t.metadata[DIGEST], digest(&t));
+        assert_eq!(not_finite(&t), None);
+        t.tensors.insert("b".into(), Tensor::f64([1], vec![f64::NAN]));
+        assert_eq!(not_finite(&t), Some("b"));
+    }
+
+    #[test]
+    fn what_it_was_made_of_names_no_folders() {
+        let adjust = Adjust { rotate: 30.0, ..Adjust::default() };
+        let made = Made::of("merl:/a/b.binary", "/lights/beach.hdr", &adjust);
+        assert_eq!((made.brdf.as_str(), made.environment.as_str()), ("merl:b.binary", "beach.hdr"));
+        assert_eq!(Made::read(&made.pairs().into_iter().collect()), made);
+        let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", "sky:elevation=30", &adjust);
+        assert_eq!(triple.brdf, "ggx:alpha=0.2,f0=1/0.8/0.3");
+    }
+}

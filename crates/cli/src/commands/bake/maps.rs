@@ -1,0 +1,75 @@
+//! The tables of a room as array textures.
+
+use steradian_formats::{TexelFormat, TextureArray};
+use steradian_techniques::gpu::{Format, Shape, Table};
+
+/// A table on its way to a file.
+pub struct Map {
+    /// The room's name of it.
+    pub name: &'static str,
+    /// How it is looked up, in the words of the shader's documentation.
+    pub shape: String,
+    /// The texels.
+    pub array: TextureArray,
+    /// Halves, unless they clip or lose too much.
+    pub format: TexelFormat,
+    /// Relative RMS error of the texels in that format.
+    pub error: f64,
+}
+
+/// Relative RMS rounding error beyond which texels are 32-bit floats: what halves have at most, unless they underflow.
+const ROUNDING: f64 = 5e-4;
+
+impl Map {
+    /// Of a table.
+    pub fn of(t: &Table) -> Self {
+        let texels = expand(t);
+        let (width, height, layers) = (t.level.width, t.level.height, t.level.layers);
+        let halves = TexelFormat::Rgba16f.round_trip(&texels, (width, height));
+        let error = relative_rms(&texels, &halves);
+        let half = error <= ROUNDING;
+        let array = TextureArray { width, height, layers, levels: vec![texels], metadata: Vec::new() };
+        Self {
+            name: t.name,
+            shape: shape(&t.shape),
+            array,
+            format: if half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f },
+            error: if half { error } else { 0.0 },
+        }
+    }
+
+    /// Bytes of the texels in the file.
+    pub fn bytes(&self) -> usize {
+        self.array.width * self.array.height * self.array.layers * self.format.bytes()
+    }
+}
+
+/// `EdgeCube`, `EdgeCubeChain([[x, y, size], …])`, `Plane`, …
+fn shape(s: &Shape) -> String {
+    format!("{s:?}")
+}
+
+/// R G B A; what the format lacks is 0, alpha 1.
+fn expand(t: &Table) -> Vec<f32> {
+    let channels = match t.format {
+        Format::Rg32Float => 2,
+        Format::Rgba32Float => 4,
+    };
+    let values: Vec<f32> = t.level.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    if channels == 4 {
+        return values;
+    }
+    values.chunks_exact(channels).flat_map(|c| [c[0], c[1], 0.0, 1.0]).collect()
+}
+
+/// Over red, green and blue: alpha is often nothing but 1.
+fn relative_rms(a: &[f32], b: &[f32]) -> f64 {
+    let (mut d2, mut a2) = (0.0, 0.0);
+    for (x, y) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+        for c in 0..3 {
+            d2 += (f64::from(x[c]) - f64::from(y[c])).powi(2);
+            a2 += f64::from(x[c]).powi(2);
+        }
+    }
+    if d2 == 0.0 { 0.0 } else { (d2 / a2).sqrt() }
+}

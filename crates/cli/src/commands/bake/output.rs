@@ -1,0 +1,208 @@
+//! Where a bake goes: tensors, one texture, or a folder with everything that an engine needs.
+
+use super::maps::Map;
+use super::{Asked, Done};
+use crate::bakefile::{IN_FOLDER, seal};
+use crate::context::Context;
+use crate::destinations::Destinations;
+use crate::failure::Failure;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use steradian_formats::{
+    FormatError, Supercompression, TensorFile, TexelFormat, TextureArray, write_atomic, write_dir_atomic,
+    write_ktx2_array, write_tensors,
+};
+use steradian_techniques::GpuRoom;
+use steradian_techniques::gpu::{self, Uniform, Value as Number};
+use steradian_techniques::tensors::put_f32;
+
+/// The kind of output that a name asks for.
+pub enum Output {
+    /// The complete bake.
+    Tensors(PathBuf),
+    /// The only table of a room.
+    Texture(PathBuf),
+    /// All of it.
+    Folder(PathBuf),
+}
+
+/// A file that was written.
+pub struct Written {
+    /// Without the folders above the output.
+    pub name: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Of a texture: what its format adds, relative RMS, and that format.
+    pub texels: Option<(TexelFormat, f64)>,
+}
+
+/// What a table becomes, in the words of the metadata.
+type Pairs = Vec<(String, String)>;
+
+impl Output {
+    /// By the extension; a destination that cannot be written is refused here.
+    pub fn of(path: &Path) -> Result<Self, Failure> {
+        let mut places = Destinations::default();
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            _ if path.is_dir() => places.folder(path, false).map(|()| Self::Folder(path.into())),
+            Some("safetensors") => places.file("--output", path).map(|()| Self::Tensors(path.into())),
+            Some("ktx2") => places.file("--output", path).map(|()| Self::Texture(path.into())),
+            None => places.folder(path, false).map(|()| Self::Folder(path.into())),
+            Some(e) => Err(Failure::usage(format!(
+                "{}: cannot write '.{e}' files; use .safetensors, .ktx2, or a folder's name",
+                path.display()
+            ))),
+        }
+    }
+
+    /// Writes the bake; what is there stays whole until all is ready.
+    pub fn write(
+        &self,
+        done: &Done,
+        mut tensors: TensorFile,
+        context: &Context,
+    ) -> Result<Vec<Written>, Failure> {
+        tensors.metadata.extend(context.provenance_pairs());
+        tensors.metadata.extend(done.made.pairs());
+        if let Some((asked, _)) = done.outcome() {
+            let energy = matches!(done.asked, Asked::Energy(_));
+            let key = if energy { "steradian.energy_epsilon" } else { "steradian.tolerance" };
+            let met = if done.missed() { "missed" } else { "met" };
+            tensors.metadata.insert(key.into(), asked.to_string());
+            tensors.metadata.insert("steradian.tolerance.outcome".into(), met.into());
+        }
+        seal(&mut tensors);
+        let head: Pairs = tensors.metadata.clone().into_iter().collect();
+        match self {
+            Self::Tensors(path) => {
+                write_tensors(path, &tensors)?;
+                Ok(vec![Written::of(path, None)])
+            }
+            Self::Texture(path) => {
+                let map = only(&done.bake.gpu(), path)?;
+                Ok(vec![texture(path, map, &head)?])
+            }
+            Self::Folder(path) => folder(path, done, &tensors, &head),
+        }
+    }
+}
+
+impl Written {
+    fn of(path: &Path, texels: Option<(TexelFormat, f64)>) -> Self {
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        Self { name, bytes: std::fs::metadata(path).map_or(0, |m| m.len()), texels }
+    }
+}
+
+/// The map of a room that has one.
+fn only(room: &GpuRoom, path: &Path) -> Result<Map, Failure> {
+    match room.tables.as_slice() {
+        [table] => Ok(Map::of(table)),
+        [] => Err(Failure::usage(format!(
+            "{}: {} has no tables, only numbers: use .safetensors",
+            path.display(),
+            room.slug
+        ))),
+        many => {
+            let names: Vec<&str> = many.iter().map(|t| t.name).collect();
+            Err(Failure::usage(format!(
+                "{}: {} has the tables {}: give a folder for one file each, or use .safetensors",
+                path.display(),
+                room.slug,
+                names.join(", ")
+            )))
+        }
+    }
+}
+
+fn texture(path: &Path, map: Map, head: &Pairs) -> Result<Written, FormatError> {
+    let Map { name, shape, array, format, error } = map;
+    let mut metadata: Pairs = head.iter().filter(|(k, _)| k != "steradian.digest").cloned().collect();
+    let own = [("table", name.to_string()), ("table.shape", shape), ("table.rounding", error.to_string())];
+    metadata.extend(own.map(|(k, v)| (format!("steradian.{k}"), v)));
+    write_ktx2_array(path, TextureArray { metadata, ..array }, format, Supercompression::None)?;
+    Ok(Written::of(path, Some((format, error))))
+}
+
+fn folder(path: &Path, done: &Done, tensors: &TensorFile, head: &Pairs) -> Result<Vec<Written>, Failure> {
+    let room = done.bake.gpu();
+    let mut written = Vec::new();
+    write_dir_atomic(path, |to| {
+        let file = to.join(IN_FOLDER);
+        write_tensors(&file, tensors)?;
+        written.push(Written::of(&file, None));
+        let maps: Vec<Map> = room.tables.iter().map(Map::of).collect();
+        let rows: Vec<Value> = maps.iter().map(row).collect();
+        for map in maps {
+            let file = to.join(format!("{}.ktx2", map.name));
+            written.push(texture(&file, map, head)?);
+        }
+        if !room.buffers.is_empty() {
+            let file = to.join("buffers.safetensors");
+            write_tensors(&file, &buffers(&room, head))?;
+            written.push(Written::of(&file, None));
+        }
+        let mut text = |name: &str, text: &str| {
+            let file = to.join(name);
+            write_atomic(&file, |w| w.write_all(text.as_bytes()))?;
+            written.push(Written::of(&file, None));
+            Ok::<_, FormatError>(())
+        };
+        text("shade.wgsl", &gpu::library(&room))?;
+        text("room.json", &numbers(&room, rows, head))
+    })?;
+    Ok(written)
+}
+
+/// A table in `room.json`.
+fn row(m: &Map) -> Value {
+    json!({
+        "name": m.name,
+        "file": format!("{}.ktx2", m.name),
+        "shape": m.shape,
+        "width": m.array.width,
+        "height": m.array.height,
+        "layers": m.array.layers,
+        "format": m.format.name(),
+        "rounding": m.error,
+        "bytes": m.bytes(),
+    })
+}
+
+/// Data per site: a row each.
+fn buffers(room: &GpuRoom, head: &Pairs) -> TensorFile {
+    let mut t = TensorFile { metadata: head.iter().cloned().collect(), ..TensorFile::default() };
+    for b in &room.buffers {
+        let rows = b.data.len() / b.stride.max(1);
+        put_f32(&mut t, b.name.into(), vec![rows, b.stride], b.data.clone());
+    }
+    t
+}
+
+/// `room.json`: what binds to `shade.wgsl`, in binding order, and the head of the bake.
+fn numbers(room: &GpuRoom, tables: Vec<Value>, head: &Pairs) -> String {
+    let offsets = room.uniform_offsets();
+    let uniform = |(u, offset): (&Uniform, u64)| {
+        let value = match u.value {
+            Number::F32(v) => json!(v),
+            Number::Vec4(v) => json!(v),
+            Number::Mat3(v) => json!(v),
+            Number::Mat4(v) => json!(v),
+        };
+        json!({"name": u.name, "type": u.value.wgsl(), "offset": offset, "value": value})
+    };
+    let uniforms: Vec<Value> = room.uniforms.iter().zip(offsets).map(uniform).collect();
+    let head: serde_json::Map<String, Value> = head.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+    let document = json!({
+        "technique": room.slug,
+        "tables": tables,
+        "uniforms": uniforms,
+        "buffers": room.buffers.iter().map(|b| json!({"name": b.name, "stride": b.stride})).collect::<Vec<_>>(),
+        "metadata": head,
+    });
+    // Values made of plain data always serialise.
+    let mut text = serde_json::to_string_pretty(&document).unwrap_or_default();
+    text.push('\n');
+    text
+}

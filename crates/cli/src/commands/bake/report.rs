@@ -1,0 +1,125 @@
+//! What is said of a bake: bytes, error by elevation, orders, timings.
+
+use super::output::Written;
+use super::{Done, Options};
+use crate::context::Context;
+use crate::elevation::Elevations;
+use crate::failure::Outcome;
+use serde_json::{Map, Value, json};
+
+/// Says it: a JSON document, or lines on standard error.
+pub fn say(o: &Options, done: &Done, files: &[Written], writing: f64, context: &Context) -> Outcome {
+    if context.common.json {
+        return context.print_json(document(o, done, files, writing));
+    }
+    lines(done, files, writing).into_iter().for_each(|l| context.say(l));
+    Ok(())
+}
+
+/// What has a meaning of its own is left out of the other figures.
+fn others(done: &Done) -> impl Iterator<Item = &(String, f64)> {
+    done.certificate.details.iter().filter(|(name, _)| !name.starts_with("error at "))
+}
+
+fn document(o: &Options, done: &Done, files: &[Written], writing: f64) -> Value {
+    let c = &done.certificate;
+    let elevations: Vec<Value> = Elevations::of(c)
+        .0
+        .iter()
+        .map(|(theta, e)| json!({"degrees": (theta.to_degrees() * 1e6).round() / 1e6, "error": e}))
+        .collect();
+    let details: Map<String, Value> = others(done).map(|(k, v)| (k.clone(), json!(v))).collect();
+    let stages: Vec<Value> =
+        done.stages.iter().map(|(name, s)| json!({"name": name, "seconds": s})).collect();
+    json!({
+        "technique": done.bake.card().slug,
+        "brdf": done.made.brdf,
+        "environment": done.made.environment,
+        "parameters": done.bake.params().0,
+        "bytes": done.bake.bytes(),
+        "error": c.error,
+        "error_known": c.known.word(),
+        "metric": c.metric,
+        "elevations": elevations,
+        "details": details,
+        "tolerance": done.asked.tolerance(),
+        "energy_epsilon": o.energy_epsilon,
+        "tolerance_met": done.outcome().map(|_| !done.missed()),
+        "bake_seconds": done.seconds,
+        "stages": stages,
+        "write_seconds": writing,
+        "files": files.iter().map(file).collect::<Vec<_>>(),
+    })
+}
+
+fn file(w: &Written) -> Value {
+    let (format, rounding) = w.texels.map_or((None, None), |(f, e)| (Some(f.name()), Some(e)));
+    json!({"name": w.name, "bytes": w.bytes, "format": format, "rounding": rounding})
+}
+
+fn lines(done: &Done, files: &[Written], writing: f64) -> Vec<String> {
+    let c = &done.certificate;
+    let mut out = Vec::new();
+    let total: u64 = files.iter().map(|f| f.bytes).sum();
+    out.push(format!(
+        "{} of {} under {}: shading reads {}, {} written in {}",
+        done.bake.card().slug,
+        done.made.brdf,
+        done.made.environment,
+        size(done.bake.bytes() as u64),
+        size(total),
+        plural(files.len(), "file"),
+    ));
+    out.push(format!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
+    let elevations = Elevations::of(c).0;
+    if !elevations.is_empty() {
+        let each: Vec<String> =
+            elevations.iter().map(|(t, e)| format!("{:.0}° {:.1e}", t.to_degrees(), e)).collect();
+        out.push(format!("by angle of view: {}", each.join(", ")));
+    }
+    let details: Vec<String> = others(done).map(|(k, v)| format!("{k} {}", short(*v))).collect();
+    if !details.is_empty() {
+        out.push(details.join(", "));
+    }
+    let stages: Vec<String> = done.stages.iter().map(|(n, s)| format!("{n} {:.0} ms", s * 1e3)).collect();
+    let of = if stages.is_empty() { String::new() } else { format!(" ({})", stages.join(", ")) };
+    out.push(format!("bake {:.0} ms{of}, writing {:.0} ms", done.seconds * 1e3, writing * 1e3));
+    for f in files {
+        let texels = f.texels.map(|(t, e)| format!(", {}, rounding {e:.1e}", t.name())).unwrap_or_default();
+        out.push(format!("{}: {}{texels}", f.name, size(f.bytes)));
+    }
+    out
+}
+
+fn plural(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
+/// At most four digits.
+fn short(v: f64) -> String {
+    if v.fract() == 0.0 && v.abs() < 1e9 { format!("{v}") } else { format!("{v:.3e}") }
+}
+
+/// Bytes in words.
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..10_000 => format!("{bytes} bytes"),
+        10_000..10_000_000 => format!("{:.1} KB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_words() {
+        assert_eq!(
+            (size(12), size(12_345), size(12_345_678)),
+            ("12 bytes".into(), "12.3 KB".into(), "12.3 MB".into())
+        );
+        assert_eq!((short(12.0), short(0.012345)), ("12".to_string(), "1.235e-2".to_string()));
+        assert_eq!((plural(1, "file"), plural(2, "file")), ("1 file".into(), "2 files".into()));
+    }
+}

@@ -1,0 +1,84 @@
+//! How long each stage of a bake takes, beside the bar that shows it.
+
+use crate::context::Context;
+use crate::progress::Bars;
+use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+use steradian_base::Progress;
+
+/// Stages in the order in which they first began, with their seconds.
+type Times = Vec<(String, f64)>;
+
+/// Records stages and passes them on to the bars.
+pub struct Stages {
+    bars: Option<Bars>,
+    state: Mutex<(Times, Option<(String, Instant)>)>,
+}
+
+impl Stages {
+    /// No stage yet.
+    pub fn new(context: &Context) -> Self {
+        let shown = !context.common.quiet && std::io::stderr().is_terminal();
+        Self { bars: shown.then(Bars::new), state: Mutex::default() }
+    }
+
+    /// Ends the running stage and begins `next`.
+    fn turn(&self, next: Option<&str>) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((name, start)) = state.1.take() {
+            let seconds = start.elapsed().as_secs_f64();
+            match state.0.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, sum)) => *sum += seconds,
+                None => state.0.push((name, seconds)),
+            }
+        }
+        state.1 = next.map(|n| (n.to_string(), Instant::now()));
+    }
+
+    /// All stages.
+    pub fn finish(&self) -> Times {
+        self.turn(None);
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).0.clone()
+    }
+}
+
+impl Progress for Stages {
+    fn begin(&self, label: &str, total: u64) {
+        self.turn(Some(label));
+        if let Some(b) = &self.bars {
+            b.begin(label, total);
+        }
+    }
+
+    fn advance(&self, steps: u64) {
+        if let Some(b) = &self.bars {
+            b.advance(steps);
+        }
+    }
+
+    fn end(&self) {
+        self.turn(None);
+        if let Some(b) = &self.bars {
+            b.end();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_of_one_name_add_up_in_the_order_of_their_beginnings() {
+        let s = Stages { bars: None, state: Mutex::default() };
+        for label in ["light", "prefilter", "light"] {
+            s.begin(label, 0);
+            s.advance(1);
+            s.end();
+        }
+        s.begin("certificate", 0);
+        let names: Vec<String> = s.finish().into_iter().map(|t| t.0).collect();
+        assert_eq!(names, ["light", "prefilter", "certificate"]);
+    }
+}

@@ -1,0 +1,177 @@
+//! What is to be made: the kernels of the levels, their sizes, and the arrangement.
+
+use super::engines::{Engine, Files};
+use super::{BRDF, Options, asked};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::inputs;
+use crate::layouts::{self, Target};
+use std::sync::Arc;
+use steradian_brdf::NormalKernel;
+use steradian_prefilter::{Lobe, Radial, Zonal};
+use steradian_sphere::Layout;
+
+/// What one map holds.
+#[derive(Clone)]
+pub struct Filter {
+    /// `None`: a mirror.
+    pub lobe: Option<Kernel>,
+    /// Of the microfacet kernels.
+    pub roughness: Option<f64>,
+}
+
+/// What a map is convolved with.
+#[derive(Clone)]
+pub enum Kernel {
+    Lobe(Lobe),
+    /// A reflectance at normal incidence.
+    Radial(Arc<Radial>),
+}
+
+impl Kernel {
+    pub fn zonal(&self) -> &dyn Zonal {
+        match self {
+            Self::Lobe(lobe) => lobe,
+            Self::Radial(radial) => &**radial,
+        }
+    }
+
+    /// How far its band coefficients may be from the reflectance's; nothing where they are known.
+    pub fn accuracy(&self) -> f64 {
+        match self {
+            Self::Lobe(_) => 0.0,
+            Self::Radial(radial) => radial.accuracy(),
+        }
+    }
+}
+
+/// A kernel of the family `name` at a perceptual roughness.
+pub fn microfacet(name: &str, r: f64) -> Filter {
+    let alpha = r * r;
+    let lobe = match name {
+        "charlie" => Some(Lobe::charlie(alpha)),
+        _ if alpha == 0.0 => None,
+        "beckmann" => Some(Lobe::beckmann(alpha)),
+        _ => Some(Lobe::ggx(alpha)),
+    };
+    Filter { lobe: lobe.map(Kernel::Lobe), roughness: Some(r) }
+}
+
+pub fn has_roughness(name: &str) -> bool {
+    matches!(name, "ggx" | "beckmann" | "charlie")
+}
+
+/// The kernel of a reflectance: f ⟨n·wi⟩ at n = wo, its channels' mean.
+pub fn normal_incidence(spec: &str, context: &mut Context) -> Result<Kernel, Failure> {
+    let kernel = NormalKernel::new(inputs::brdf(spec, context)?).ok_or_else(|| {
+        Failure::usage(format!(
+            "--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"
+        ))
+    })?;
+    let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
+    let radial = radial.ok_or_else(|| {
+        Failure::usage(format!(
+            "--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"
+        ))
+    })?;
+    Ok(Kernel::Radial(Arc::new(radial)))
+}
+
+/// The single kernel that the options name; `given` is that of a reflectance.
+fn single(o: &Options, given: Option<Kernel>) -> Result<Filter, Failure> {
+    if given.is_some() {
+        return Ok(Filter { lobe: given, roughness: None });
+    }
+    let needs = |option: &str| Failure::usage(format!("--kernel {} needs {option}", o.kernel));
+    let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
+    match o.kernel.as_str() {
+        "lambert" => plain(Lobe::lambert()),
+        "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
+        "blinn-phong" => plain(Lobe::blinn_phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),
+        "gaussian" => plain(Lobe::gaussian(o.sigma.ok_or_else(|| needs("--sigma"))?.to_radians())),
+        "spherical-gaussian" => {
+            let sigma = o.sigma.ok_or_else(|| needs("--sigma"))?;
+            plain(Lobe::spherical_gaussian(sigma.to_radians()))
+        }
+        name => {
+            let r = o.perceptual_roughness.or(o.alpha.map(f64::sqrt));
+            Ok(microfacet(name, r.ok_or_else(|| needs("--perceptual-roughness or --alpha, or --levels"))?))
+        }
+    }
+}
+
+/// Everything that is to be made.
+pub struct Plan {
+    pub engine: &'static Engine,
+    pub filters: Vec<Filter>,
+    /// Width and height of level 0.
+    pub size: (usize, usize),
+    pub layout: Layout,
+}
+
+pub fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
+    let raw = || Engine::parse("raw").map_err(Failure::failed);
+    let engine = o.profile.map_or_else(raw, Ok)?;
+    let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if matches!(engine.files, Files::LatLong { cube: None, .. }) {
+        return panorama(o, engine);
+    }
+    let lat_long = o.profile.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
+    if o.profile.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
+        let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
+    let target = if lat_long { Target::LatLong } else { Target::Cube };
+    let usual = if lat_long { 4 * engine.size } else { engine.size };
+    let size = layouts::side(o.size.unwrap_or((usual, usual)), target)?;
+    let chain = o.profile.is_some() || o.levels.is_some();
+    if !chain {
+        let layout = if lat_long { Layout::LatLong } else { Layout::Cube };
+        return Ok(Plan { engine, filters: vec![single(o, given)?], size, layout });
+    }
+    if lat_long {
+        return Err(Failure::usage("--levels: a lat-long file has one level; --dump-levels writes them all"));
+    }
+    if !has_roughness(&o.kernel) || (o.profile.is_some() && o.kernel != "ggx") {
+        return Err(Failure::usage(format!(
+            "--kernel {}: chains go over the roughness of ggx{}",
+            o.kernel,
+            if o.profile.is_some() { "" } else { ", beckmann or charlie" }
+        )));
+    }
+    if !size.0.is_power_of_two() {
+        return Err(Failure::usage(format!("--size {}: the side of a chain is a power of two", size.0)));
+    }
+    let most = size.0.ilog2() as usize + 1;
+    let whole = engine.unfiltered() || size.0 <= engine.last;
+    let usual = if whole { 1 } else { (size.0 / engine.last).ilog2() as usize + 1 };
+    let levels = o.levels.map_or(usual, usize::from);
+    if levels > most {
+        return Err(Failure::usage(format!(
+            "--levels {levels}: {} texels a side have {most} at most",
+            size.0
+        )));
+    }
+    if o.profile.is_some_and(|e| e.name == "three") {
+        asked::three(size.0, levels)?;
+    }
+    let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
+    Ok(Plan { engine, filters, size, layout: Layout::Cube })
+}
+
+/// The light as it is, lat-long; as large as the input where nothing else is asked for.
+fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
+    if o.levels.is_some_and(|l| l > 1) {
+        let name = engine.name;
+        return Err(Failure::usage(format!(
+            "--levels: {name} filters by itself and takes one lat-long image"
+        )));
+    }
+    let size = o.size.map_or(Ok((0, 0)), |s| layouts::side(s, Target::LatLong))?;
+    Ok(Plan {
+        engine,
+        filters: vec![Filter { lobe: None, roughness: Some(0.0) }],
+        size,
+        layout: Layout::LatLong,
+    })
+}

@@ -1,0 +1,343 @@
+//! The registers of x86 instruction sets.
+
+use crate::vector::{Double, Single, Vector};
+use std::arch::x86_64::*;
+
+/// One register of an x86 instruction set, with the intrinsics that its operations are.
+macro_rules! register {
+    ($doc:literal, $name:ident, $t:ty, $reg:ty, $lanes:literal, $registers:literal,
+     $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $fma:ident, $fnma:ident,
+     $transpose:path, $sums:path) => {
+        #[doc = $doc]
+        /// Only [`crate::run`] names it, after detection of the instruction set, which is what makes the calls
+        /// of intrinsics sound.
+        #[derive(Clone, Copy)]
+        #[repr(transparent)]
+        pub struct $name($reg);
+
+        impl Vector for $name {
+            type T = $t;
+            const LANES: usize = $lanes;
+            const REGISTERS: usize = $registers;
+
+            #[inline(always)]
+            fn splat(x: $t) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn load(x: &[$t]) -> Self {
+                let x = &x[..$lanes];
+                // SAFETY: the numbers are there, checked above; features: see the type.
+                Self(unsafe { $load(x.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, x: &mut [$t]) {
+                let x = &mut x[..$lanes];
+                // SAFETY: the numbers are there, checked above; features: see the type.
+                unsafe { $store(x.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $add(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn view(x: &mut [$t]) -> &mut [Self] {
+                // SAFETY: the type is a register of these numbers, and all bits are numbers.
+                unsafe { x.align_to_mut().1 }
+            }
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $sub(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $mul(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn fma(self, b: Self, c: Self) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $fma(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn fnma(self, b: Self, c: Self) -> Self {
+                // SAFETY: see the type.
+                Self(unsafe { $fnma(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn transpose(v: &mut [Self]) {
+                $transpose(v)
+            }
+            #[inline(always)]
+            fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
+                for c in [0, 4, 8] {
+                    let sum = $sums(v[c], v[c + 1], v[c + 2], v[c + 3]);
+                    Four::load(&sums[c..]).add(sum).store(&mut sums[c..]);
+                }
+            }
+        }
+    };
+}
+
+register!(
+    "Four f64 of AVX2 with FMA.",
+    Four,
+    f64,
+    __m256d,
+    4,
+    16,
+    _mm256_set1_pd,
+    _mm256_loadu_pd,
+    _mm256_storeu_pd,
+    _mm256_add_pd,
+    _mm256_sub_pd,
+    _mm256_mul_pd,
+    _mm256_fmadd_pd,
+    _mm256_fnmadd_pd,
+    Four::across,
+    Four::sums
+);
+register!(
+    "Eight f32 of AVX2 with FMA.",
+    EightSingle,
+    f32,
+    __m256,
+    8,
+    16,
+    _mm256_set1_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_fmadd_ps,
+    _mm256_fnmadd_ps,
+    EightSingle::across,
+    EightSingle::sums
+);
+register!(
+    "Eight f64 of AVX-512.",
+    Eight,
+    f64,
+    __m512d,
+    8,
+    32,
+    _mm512_set1_pd,
+    _mm512_loadu_pd,
+    _mm512_storeu_pd,
+    _mm512_add_pd,
+    _mm512_sub_pd,
+    _mm512_mul_pd,
+    _mm512_fmadd_pd,
+    _mm512_fnmadd_pd,
+    Eight::across,
+    Eight::sums
+);
+register!(
+    "Sixteen f32 of AVX-512.",
+    Sixteen,
+    f32,
+    __m512,
+    16,
+    32,
+    _mm512_set1_ps,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_add_ps,
+    _mm512_sub_ps,
+    _mm512_mul_ps,
+    _mm512_fmadd_ps,
+    _mm512_fnmadd_ps,
+    Sixteen::across,
+    Sixteen::sums
+);
+
+impl Four {
+    #[inline(always)]
+    fn across(v: &mut [Self]) {
+        // SAFETY: see the type.
+        unsafe {
+            let (a, b) = (_mm256_unpacklo_pd(v[0].0, v[1].0), _mm256_unpackhi_pd(v[0].0, v[1].0));
+            let (c, d) = (_mm256_unpacklo_pd(v[2].0, v[3].0), _mm256_unpackhi_pd(v[2].0, v[3].0));
+            v[0] = Self(_mm256_permute2f128_pd::<0x20>(a, c));
+            v[1] = Self(_mm256_permute2f128_pd::<0x20>(b, d));
+            v[2] = Self(_mm256_permute2f128_pd::<0x31>(a, c));
+            v[3] = Self(_mm256_permute2f128_pd::<0x31>(b, d));
+        }
+    }
+
+    /// The sum over the lanes of each.
+    #[inline(always)]
+    fn sums(a: Self, b: Self, c: Self, d: Self) -> Self {
+        // SAFETY: see the type.
+        unsafe {
+            let (a, b) = (_mm256_hadd_pd(a.0, b.0), _mm256_hadd_pd(c.0, d.0));
+            let low = _mm256_permute2f128_pd::<0x20>(a, b);
+            Self(_mm256_add_pd(low, _mm256_permute2f128_pd::<0x31>(a, b)))
+        }
+    }
+}
+
+impl EightSingle {
+    #[inline(always)]
+    fn across(v: &mut [Self]) {
+        // SAFETY: see the type.
+        unsafe {
+            for k in [0, 4] {
+                let (a, b, c, d) = (v[k].0, v[k + 1].0, v[k + 2].0, v[k + 3].0);
+                let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                v[k] = Self(_mm256_shuffle_ps::<0x44>(ab, cd));
+                v[k + 1] = Self(_mm256_shuffle_ps::<0xee>(ab, cd));
+                let (ab, cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                v[k + 2] = Self(_mm256_shuffle_ps::<0x44>(ab, cd));
+                v[k + 3] = Self(_mm256_shuffle_ps::<0xee>(ab, cd));
+            }
+            for k in 0..4 {
+                let (low, high) = (v[k].0, v[k + 4].0);
+                v[k] = Self(_mm256_permute2f128_ps::<0x20>(low, high));
+                v[k + 4] = Self(_mm256_permute2f128_ps::<0x31>(low, high));
+            }
+        }
+    }
+
+    /// The sum over the lanes of each.
+    #[inline(always)]
+    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
+        // SAFETY: see the type.
+        unsafe {
+            let all = _mm256_hadd_ps(_mm256_hadd_ps(a.0, b.0), _mm256_hadd_ps(c.0, d.0));
+            let sum = _mm_add_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps::<1>(all));
+            Four(_mm256_cvtps_pd(sum))
+        }
+    }
+}
+
+impl Eight {
+    #[inline(always)]
+    fn across(v: &mut [Self]) {
+        // SAFETY: see the type.
+        unsafe {
+            for k in [0, 2, 4, 6] {
+                let (a, b) = (v[k].0, v[k + 1].0);
+                v[k] = Self(_mm512_unpacklo_pd(a, b));
+                v[k + 1] = Self(_mm512_unpackhi_pd(a, b));
+            }
+            // Quarters of registers, four by four.
+            for k in [0, 1] {
+                let (a, b, c, d) = (v[k].0, v[k + 2].0, v[k + 4].0, v[k + 6].0);
+                let (ab, cd) = (_mm512_shuffle_f64x2::<0x88>(a, b), _mm512_shuffle_f64x2::<0x88>(c, d));
+                v[k] = Self(_mm512_shuffle_f64x2::<0x88>(ab, cd));
+                v[k + 4] = Self(_mm512_shuffle_f64x2::<0xdd>(ab, cd));
+                let (ab, cd) = (_mm512_shuffle_f64x2::<0xdd>(a, b), _mm512_shuffle_f64x2::<0xdd>(c, d));
+                v[k + 2] = Self(_mm512_shuffle_f64x2::<0x88>(ab, cd));
+                v[k + 6] = Self(_mm512_shuffle_f64x2::<0xdd>(ab, cd));
+            }
+        }
+    }
+
+    /// Lane pairs summed: (a₀₁, b₀₁, a₂₃, b₂₃, a₄₅, b₄₅, a₆₇, b₆₇).
+    #[inline(always)]
+    fn pairs(a: Self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_add_pd(_mm512_unpacklo_pd(a.0, b.0), _mm512_unpackhi_pd(a.0, b.0)) })
+    }
+
+    /// The sum over the lanes of each.
+    #[inline(always)]
+    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
+        let (p, q) = (Self::pairs(a, b), Self::pairs(c, d));
+        // SAFETY: see the type.
+        unsafe {
+            let low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+            let high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+            let x = _mm512_permutex2var_pd(p.0, low, q.0);
+            let halves = _mm512_add_pd(x, _mm512_permutex2var_pd(p.0, high, q.0));
+            let low = _mm512_castpd512_pd256(halves);
+            Four(_mm256_add_pd(low, _mm512_extractf64x4_pd::<1>(halves)))
+        }
+    }
+}
+
+impl Sixteen {
+    #[inline(always)]
+    fn across(v: &mut [Self]) {
+        // SAFETY: see the type.
+        unsafe {
+            for k in [0, 4, 8, 12] {
+                let (a, b, c, d) = (v[k].0, v[k + 1].0, v[k + 2].0, v[k + 3].0);
+                let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+                v[k] = Self(_mm512_shuffle_ps::<0x44>(ab, cd));
+                v[k + 1] = Self(_mm512_shuffle_ps::<0xee>(ab, cd));
+                let (ab, cd) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+                v[k + 2] = Self(_mm512_shuffle_ps::<0x44>(ab, cd));
+                v[k + 3] = Self(_mm512_shuffle_ps::<0xee>(ab, cd));
+            }
+            // Quarters of registers, four by four.
+            for k in 0..4 {
+                let (a, b, c, d) = (v[k].0, v[k + 4].0, v[k + 8].0, v[k + 12].0);
+                let (ab, cd) = (_mm512_shuffle_f32x4::<0x88>(a, b), _mm512_shuffle_f32x4::<0x88>(c, d));
+                v[k] = Self(_mm512_shuffle_f32x4::<0x88>(ab, cd));
+                v[k + 8] = Self(_mm512_shuffle_f32x4::<0xdd>(ab, cd));
+                let (ab, cd) = (_mm512_shuffle_f32x4::<0xdd>(a, b), _mm512_shuffle_f32x4::<0xdd>(c, d));
+                v[k + 4] = Self(_mm512_shuffle_f32x4::<0x88>(ab, cd));
+                v[k + 12] = Self(_mm512_shuffle_f32x4::<0xdd>(ab, cd));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn half(self) -> EightSingle {
+        // SAFETY: see the type.
+        EightSingle(unsafe {
+            _mm256_add_ps(_mm512_castps512_ps256(self.0), _mm512_extractf32x8_ps::<1>(self.0))
+        })
+    }
+
+    /// The sum over the lanes of each.
+    #[inline(always)]
+    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
+        EightSingle::sums(a.half(), b.half(), c.half(), d.half())
+    }
+}
+
+impl Double for Four {
+    #[inline(always)]
+    fn replace_if_equal(self, a: Self, b: Self, yes: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_blendv_pd(self.0, yes.0, _mm256_cmp_pd::<_CMP_EQ_OQ>(a.0, b.0)) })
+    }
+}
+
+impl Double for Eight {
+    #[inline(always)]
+    fn replace_if_equal(self, a: Self, b: Self, yes: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_mask_mov_pd(self.0, _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(a.0, b.0), yes.0) })
+    }
+}
+
+impl Single for EightSingle {
+    type Double = Four;
+
+    #[inline(always)]
+    fn narrow(a: Four, b: Four) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_set_m128(_mm256_cvtpd_ps(b.0), _mm256_cvtpd_ps(a.0)) })
+    }
+}
+
+impl Single for Sixteen {
+    type Double = Eight;
+
+    #[inline(always)]
+    fn narrow(a: Eight, b: Eight) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe {
+            let low = _mm512_castps256_ps512(_mm512_cvtpd_ps(a.0));
+            _mm512_insertf32x8::<1>(low, _mm512_cvtpd_ps(b.0))
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! How many slices, bands and texels the tolerance needs.
+
+use super::fibre::Fibre;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_prefilter::{Source, edge_cube};
+
+/// Slices over α = 0 … π/2, where none are asked for.
+const LEAST: usize = 5;
+const MOST: usize = 97;
+/// Angles α at which kernels are looked at.
+const SAMPLES: usize = 24;
+/// Weight of views along the tangent.
+const ALONG: f64 = 0.1;
+/// Intervals per cube edge at most, where none are asked for.
+const SIZE: usize = 128;
+/// Parts of the tolerance: bands left out, interpolation between slices, and between texels; squares sum to 0.7.
+const PARTS: [f64; 3] = [0.25, 0.5, 0.6];
+/// Bands beyond the light's that are looked at.
+const BEYOND: usize = 64;
+
+/// The size of a stack, and the errors to expect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Slices over α.
+    pub slices: usize,
+    /// Intervals per cube edge.
+    pub size: usize,
+    /// Highest band.
+    pub order: usize,
+    /// Variance of the Gaussian that widens kernels too sharp for the light's bands, radians²; else 0.
+    pub blur: f64,
+    /// Relative RMS error by the bands left out.
+    pub tail: f64,
+    /// Relative RMS error of linear interpolation between slices.
+    pub between: f64,
+    /// Relative RMS error of bilinear interpolation.
+    pub bilinear: f64,
+}
+
+/// α of slice j.
+pub fn alpha(j: usize, slices: usize) -> f64 {
+    FRAC_PI_2 * j as f64 / (slices - 1) as f64
+}
+
+/// Kernels sampled over α with their second derivatives by α, as energies of each band.
+struct Kernels {
+    energy: Vec<f64>,
+    bend: Vec<f64>,
+}
+
+impl Kernels {
+    fn new(fibre: &Fibre, order: usize) -> Self {
+        // A fifth of the kernel's width: the differences err by about a hundredth.
+        let step = (0.2 / fibre.n.max(1.0).sqrt()).min(0.5 * FRAC_PI_2 / SAMPLES as f64);
+        let at = |i: usize| {
+            let alpha = FRAC_PI_2 * (i as f64 + 0.5) / SAMPLES as f64;
+            // Views are uniform over the sphere about the tangent, sin α dα; those along it count a little.
+            let w = (alpha.sin() + ALONG) / SAMPLES as f64;
+            let [a, m, b] = [-step, 0.0, step].map(|d| fibre.coefficients(alpha + d, order));
+            let bend = |l: usize| w * ((a[l] - 2.0 * m[l] + b[l]) / (step * step)).powi(2);
+            let energy: Vec<f64> = m.iter().map(|k| w * k * k).collect();
+            (energy, (0..=order).map(bend).collect::<Vec<f64>>())
+        };
+        let all: Vec<_> = (0..SAMPLES).into_par_iter().map(at).collect();
+        let sum = |part: &dyn Fn(usize) -> f64| (0..SAMPLES).map(part).sum();
+        Self {
+            energy: (0..=order).map(|l| sum(&|i| all[i].0[l])).collect(),
+            bend: (0..=order).map(|l| sum(&|i| all[i].1[l])).collect(),
+        }
+    }
+}
+
+fn product(kernel: &[f64], bands: &[f64]) -> f64 {
+    kernel.iter().zip(bands).map(|(k, b)| k * b).sum()
+}
+
+fn relative(part: f64, all: f64) -> f64 {
+    if all > 0.0 { (part / all).sqrt() } else { 0.0 }
+}
+
+impl Plan {
+    /// For a light and a fibre; 0 slices or intervals are chosen.
+    pub fn new(source: &Source, fibre: &Fibre, slices: usize, size: usize, tolerance: f64) -> Self {
+        let top = source.order();
+        let Kernels { energy, bend } = Kernels::new(fibre, top + BEYOND);
+        // A line over the spacing h misses ½ x(h − x) G″, mean square h⁴/120 G″².
+        let curvature =
+            relative(product(&bend, &source.bands), product(&energy, &source.bands)) / 120.0_f64.sqrt();
+        let needed = (FRAC_PI_2 * (curvature / (PARTS[1] * tolerance)).sqrt()).ceil() as usize + 1;
+        let slices = if slices > 0 { slices } else { needed.clamp(LEAST, MOST) };
+        let between = curvature * alpha(1, slices).powi(2);
+        let (order, tail) = order(source, &energy, PARTS[0] * tolerance);
+        let blur =
+            if tail > tolerance { -2.0 * tolerance.ln() / (top * (top + 1)).max(1) as f64 } else { 0.0 };
+        let (size, bilinear) = resolution(source, &energy, size, PARTS[2] * tolerance);
+        Self { slices, size, order, blur, tail, between, bilinear }
+    }
+
+    /// Factor of band l for kernels too sharp for the light's bands.
+    pub fn window(&self, l: usize) -> f64 {
+        (-0.5 * self.blur * (l * (l + 1)) as f64).exp()
+    }
+}
+
+/// The smallest order whose tail is at most `limit` (or the whole spectrum), and that tail: the image's bands above F hold
+/// at most ∫L² less those up to F (Ramamoorthi & Hanrahan 2002, eq. 5.19 in spirit), small lights (2l+1)/4π flux² each.
+fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
+    let top = source.order();
+    let all = product(energy, &source.bands);
+    let flux2: f64 = source.beams.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
+    let (mut peak, mut lights) = (0.0_f64, 0.0);
+    let mut above = vec![(0.0, 0.0); top + 1];
+    for l in (1..energy.len()).rev() {
+        peak = peak.max(energy[l]);
+        lights += energy[l] * (2 * l + 1) as f64 / (4.0 * PI) * flux2;
+        if l <= top + 1 {
+            above[l - 1] = (peak, lights);
+        }
+    }
+    let mut left = source.base_energy;
+    let mut tail = 0.0;
+    for (l, (peak, lights)) in above.into_iter().enumerate() {
+        let band: f64 =
+            source.spectrum.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum();
+        left = (left - band).max(0.0);
+        tail = relative(peak * left + lights, all);
+        if tail <= limit {
+            return (l, tail);
+        }
+    }
+    (top, tail)
+}
+
+/// Linear interpolation of a wave of wavenumber l over spacing h errs by (l h)²/√120 of it, and by about 1 at most.
+fn resolution(source: &Source, energy: &[f64], size: usize, limit: f64) -> (usize, f64) {
+    let waves: Vec<f64> = energy.iter().zip(&source.bands).map(|(k, b)| k * b).collect();
+    let all = waves.iter().sum();
+    let error = |size: usize| {
+        let h = edge_cube::spacing(size);
+        let lost = |(l, e): (usize, &f64)| ((l as f64 * h).powi(4) / 120.0).min(1.0) * e;
+        relative(waves.iter().enumerate().map(lost).sum(), all)
+    };
+    if size > 0 {
+        return (size, error(size));
+    }
+    let sizes = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, SIZE];
+    let chosen = sizes.into_iter().find(|s| error(*s) <= limit).unwrap_or(SIZE);
+    (chosen, error(chosen))
+}

@@ -1,0 +1,102 @@
+//! Two lookups in the stack; `shade.wgsl` has the same functions.
+
+use super::bake::Cones;
+use crate::gpu::{Uniform, Value};
+use crate::shared::turn::Turn;
+use crate::{GpuRoom, Points, Radiance, Technique};
+use std::f32::consts::FRAC_PI_2;
+
+#[inline(always)]
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// arccos of 0 ≤ x ≤ 1 within 2e-8: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, 4.4.46.
+#[inline(always)]
+fn arccos(x: f32) -> f32 {
+    let a = -0.017_088_126 + x * (0.006_670_09 - x * 0.001_262_491_1);
+    let b = 0.088_978_99 + x * (-0.050_174_303 + x * (0.030_891_88 + x * a));
+    (1.0 - x).max(0.0).sqrt() * (FRAC_PI_2 + x * (-0.214_598_8 + x * b))
+}
+
+/// The angle between t and ±wo, 0 … π/2; `y` = |t·wo|.
+#[inline(always)]
+fn alpha(t: [f32; 3], wo: [f32; 3], y: f32) -> f32 {
+    let c = [t[1] * wo[2] - t[2] * wo[1], t[2] * wo[0] - t[0] * wo[2], t[0] * wo[1] - t[1] * wo[0]];
+    let s = dot(c, c).sqrt().min(1.0);
+    // Each from the side on which it keeps its digits.
+    if y < s { arccos(y) } else { FRAC_PI_2 - arccos(s) }
+}
+
+/// The tangent where nothing else gives one: t = normalize(a × n), a = +Y if |n·y| < 0.99 else +X.
+#[inline(always)]
+fn tangent(n: [f32; 3]) -> [f32; 3] {
+    let c = if n[1].abs() < 0.99 { [n[2], 0.0, -n[0]] } else { [0.0, -n[2], n[1]] };
+    let s = dot(c, c).sqrt().recip();
+    c.map(|x| x * s)
+}
+
+/// G(±t, α).
+#[inline(always)]
+fn radiance(m: &Cones, turn: &Turn, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let y = dot(t, wo);
+    let sign = if y < 0.0 { -m.sign } else { m.sign };
+    let d = turn.apply(t.map(|x| sign * x));
+    let (a, b, w) = m.maps.around(alpha(t, wo, y.abs().min(1.0)) * (m.maps.last() / FRAC_PI_2));
+    let (a, b) = (a.sample(d), b.sample(d));
+    std::array::from_fn(|c| m.scale[c] * (a[c] + (b[c] - a[c]) * w))
+}
+
+pub(super) fn shade(m: &Cones, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let tangents = !q.t.iter().any(|t| t.is_empty());
+    steradian_simd::dispatch(|| {
+        for i in 0..out.len() {
+            let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
+            let (n, wo) = (at(&q.n), at(&q.wo));
+            let t = if tangents { at(&q.t) } else { tangent(n) };
+            // False for NaN too.
+            let l = if dot(n, wo) > 0.0 { radiance(m, turn, t, wo) } else { [0.0; 3] };
+            (0..3).for_each(|c| out.rgb[c][i] = l[c]);
+        }
+    });
+}
+
+pub(super) fn gpu(m: &Cones, turn: &Turn) -> GpuRoom {
+    let [r, g, b] = m.scale;
+    let slices = m.maps.last() / FRAC_PI_2;
+    GpuRoom {
+        slug: super::BanksEnv::CARD.slug,
+        wgsl: include_str!("shade.wgsl"),
+        tables: vec![m.maps.table("cones")],
+        uniforms: vec![
+            turn.uniform(),
+            Uniform { name: "scale", value: Value::Vec4([r, g, b, m.sign]) },
+            Uniform { name: "per_angle", value: Value::F32(slices) },
+        ],
+        buffers: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_exact_at_both_ends() {
+        for k in 0..=10_000 {
+            let a = std::f64::consts::FRAC_PI_2 * f64::from(k) / 1e4;
+            let wo = [a.cos() as f32, (a.sin() * 0.6) as f32, (a.sin() * 0.8) as f32];
+            let got = alpha([1.0, 0.0, 0.0], wo, wo[0]);
+            assert!((f64::from(got) - a).abs() < 3e-7, "{a}: {got}");
+        }
+    }
+
+    #[test]
+    fn the_tangent_of_nothing_is_that_of_the_conventions() {
+        for n in [glam::DVec3::new(0.2, 0.5, -0.8), glam::DVec3::Y, glam::DVec3::NEG_Y, glam::DVec3::X] {
+            let n = n.normalize();
+            let (t, f) = (tangent(n.as_vec3().to_array()), steradian_sphere::Frame::from_normal(n));
+            assert!((0..3).all(|k| (f64::from(t[k]) - f.t[k]).abs() < 1e-6), "{n}: {t:?} {:?}", f.t);
+        }
+    }
+}

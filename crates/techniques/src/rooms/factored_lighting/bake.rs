@@ -1,0 +1,228 @@
+//! The factors: parameters, gauge, halves, certificate.
+
+use super::fit::{Fit, LINE, Layout, PER_UNKNOWN, Samples, fit};
+use super::lsqr::Rgb;
+use super::maps::CubeGrid;
+use super::{FactoredLighting, shade};
+use crate::shared::certify;
+use crate::shared::distant::DistantLight;
+use crate::shared::turn::Turn;
+use crate::shared::views::Seen;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Material, Part, Technique};
+use half::f16;
+use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_formats::{Tensor, TensorData};
+use steradian_prefilter::EdgeCube;
+
+const fn switch(name: &'static str, default: f64, doc: &'static str) -> ParamInfo {
+    ParamInfo { name, unit: "", min: 0.0, max: 1.0, default, integer: true, doc }
+}
+
+const NORMAL: ParamInfo = switch("normal", 1.0, "1: a factor over n");
+const MIRROR: ParamInfo = switch("mirror", 1.0, "1: a factor over r");
+const ELEVATION: ParamInfo = switch("elevation", 1.0, "1: a factor over n·wo");
+const VIEWER: ParamInfo = switch("viewer", 0.0, "1: a factor over wo, with a quarter of the others' size");
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 128.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals per cube edge of the factors over n and r; 0: 16 or 24, as fine as the reflectance needs",
+};
+const WEIGHT: ParamInfo = ParamInfo {
+    name: "weight",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 0.5,
+    integer: false,
+    doc: "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule",
+};
+
+/// The parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// A factor over n?
+    pub n: bool,
+    /// A factor over r?
+    pub r: bool,
+    /// A factor over n·wo?
+    pub line: bool,
+    /// A factor over wo?
+    pub wo: bool,
+    /// Intervals per cube edge; 0 takes what the reflectance needs.
+    pub size: usize,
+    /// Power of the radiance by which errors of its logarithm count.
+    pub weight: f64,
+}
+
+impl steradian_base::Params for Params {
+    const INFO: &'static [ParamInfo] = &[NORMAL, MIRROR, ELEVATION, VIEWER, SIZE, WEIGHT];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        let on = |i| values.get(i) == 1.0;
+        Ok(Self {
+            n: on(&NORMAL),
+            r: on(&MIRROR),
+            line: on(&ELEVATION),
+            wo: on(&VIEWER),
+            size: values.get(&SIZE) as usize,
+            weight: values.get(&WEIGHT),
+        })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let number = |on: bool| if on { 1.0 } else { 0.0 };
+        let pairs = [
+            (NORMAL, number(self.n)),
+            (MIRROR, number(self.r)),
+            (ELEVATION, number(self.line)),
+            (VIEWER, number(self.wo)),
+            (SIZE, self.size as f64),
+            (WEIGHT, self.weight),
+        ];
+        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+    }
+}
+
+/// Tolerance of the samples where the user gives none.
+const TOLERANCE: f64 = 0.01;
+/// Highest band of light and reflectance: maps of these sizes hold no more.
+pub(super) const ORDER: usize = 48;
+
+/// What a view sees of a material.
+pub(super) fn seen(m: &Material, task: &Task) -> Result<Seen, BakeError> {
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE).clamp(1e-3, 0.1);
+    Ok(Seen::bake(m, false, tolerance, ORDER, task)?)
+}
+
+/// The logarithms of the factors, in steps of halves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Factors {
+    /// Over n, r and wo; a cube of one interval where there is none.
+    pub cubes: [EdgeCube; 3],
+    /// Which of n, r, wo and n·wo there are.
+    pub used: [bool; 4],
+    /// Over √(n·wo), equally spaced from 0 to 1.
+    pub line: Vec<[f32; 4]>,
+    /// L_o where all factors are 1, W sr⁻¹ m⁻².
+    pub scale: [f32; 3],
+}
+
+fn half(x: f64) -> f32 {
+    f16::from_f64(x.clamp(-60.0, 60.0)).to_f32()
+}
+
+/// Moves each factor's mean to the scale: it says nothing of a factor alone.
+fn gauge(layout: &Layout, x: &mut [Rgb], scale: &mut Rgb) {
+    for range in (0..4).map(|k| layout.range(k)).filter(|r| !r.is_empty()) {
+        let n = range.len() as f64;
+        for c in 0..3 {
+            let mean = x[range.clone()].iter().map(|x| x[c]).sum::<f64>() / n;
+            x[range.clone()].iter_mut().for_each(|x| x[c] -= mean);
+            scale[c] *= mean.exp();
+        }
+    }
+}
+
+impl Factors {
+    fn new(layout: &Layout, mut fit: Fit) -> Self {
+        gauge(layout, &mut fit.x, &mut fit.scale);
+        let texel = |x: Rgb| {
+            let [r, g, b] = x.map(half);
+            [r, g, b, 1.0]
+        };
+        let one = || EdgeCube::from_fn(1, |_| [0.0; 3]);
+        let cube = |k: usize, grid: &Option<CubeGrid>| {
+            let Some(g) = grid else { return one() };
+            let start = layout.range(k).start;
+            let texels: Vec<_> = (0..g.texels()).map(|t| texel(fit.x[start + g.unknown(t)])).collect();
+            let size = ((texels.len() / 6) as f64).sqrt().round() as usize - 1;
+            EdgeCube::from_texels(size, texels).unwrap_or_else(one)
+        };
+        let line: Vec<_> = fit.x[layout.range(3)].iter().map(|x| texel(*x)).collect();
+        Self {
+            cubes: [cube(0, &layout.n), cube(1, &layout.r), cube(2, &layout.wo)],
+            used: [layout.n.is_some(), layout.r.is_some(), layout.wo.is_some(), layout.line],
+            line: if line.is_empty() { vec![[0.0, 0.0, 0.0, 1.0]; 2] } else { line },
+            scale: fit.scale.map(|s| if s.is_finite() { s as f32 } else { 0.0 }),
+        }
+    }
+}
+
+/// Joins light and reflectance; the certificate compares with the integral.
+pub fn link(
+    light: &DistantLight,
+    m: &Seen,
+    p: &Params,
+    task: &Task,
+) -> Result<(Factors, Certificate), BakeError> {
+    let order = m.slices.order();
+    let size = if p.size > 0 { p.size } else { (order / 2).next_multiple_of(8).max(16) };
+    let unknowns = 12 * (size + 1) * (size + 1);
+    let (slug, allowed) = (FactoredLighting::CARD.slug, task.max_memory());
+    // Samples, rows of the matrix twice, vectors of the solution.
+    let need = (unknowns * (PER_UNKNOWN * (72 + 28 * 8 + 96) + 240)) as u64;
+    if need > allowed {
+        return Err(BakeError::Memory { slug, need, allowed });
+    }
+    let layout = Layout::new(p, size);
+    let samples = Samples::new(&m.slices, &light.source.coefficients(order), layout.count(), task)?;
+    let fit = fit(&layout, &samples, p.weight, task)?;
+    let details = [
+        ("residual", fit.residual),
+        ("residual of the logarithm", fit.log_residual),
+        ("samples", fit.samples as f64),
+        ("steps", fit.steps as f64),
+        ("order", order as f64),
+        ("size", size as f64),
+    ];
+    let factors = Factors::new(&layout, fit);
+    let error = certify::by_elevation(&light.tree, &*m.reflectance.brdf, |q, out| {
+        shade::shade(&factors, &Turn::default(), q, out);
+    });
+    let certificate = error.certificate(Known::Measured);
+    Ok((factors, details.into_iter().fold(certificate, |c, (name, value)| c.detail(name, value))))
+}
+
+const CUBES: [&str; 3] = ["normal", "mirror", "viewer"];
+
+impl Part for Factors {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let halves =
+            |v: &[[f32; 4]]| v.iter().flat_map(|t| [t[0], t[1], t[2]].map(f16::from_f32)).collect::<Vec<_>>();
+        for (cube, name) in self.cubes.iter().zip(CUBES) {
+            let shape = vec![6, cube.size() + 1, cube.size() + 1, 3];
+            let data = TensorData::F16(halves(cube.texels()));
+            to.tensors.insert(format!("{prefix}.{name}"), Tensor { shape, data });
+        }
+        let data = TensorData::F16(halves(&self.line));
+        to.tensors.insert(format!("{prefix}.elevation"), Tensor { shape: vec![self.line.len(), 3], data });
+        let used = self.used.map(|u| if u { 1.0 } else { 0.0 });
+        put_f32(to, format!("{prefix}.scale"), vec![7], [&self.scale[..], &used].concat());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let cube = |name| crate::shared::tables::load_cube(from, &format!("{prefix}.{name}"));
+        let [n, r, wo] = CUBES.map(cube);
+        let name = format!("{prefix}.elevation");
+        let (shape, v) = get_f32(from, &name, 2)?;
+        if shape[0] < 2 || shape[0] > 4 * LINE || shape[1] != 3 {
+            return Err(PartError::Unexpected(name));
+        }
+        let line = v.as_chunks::<3>().0.iter().map(|t| [t[0], t[1], t[2], 1.0]).collect();
+        let name = format!("{prefix}.scale");
+        let (_, v) = get_f32(from, &name, 1)?;
+        let [x, y, z, a, b, c, d] = v[..] else { return Err(PartError::Unexpected(name)) };
+        Ok(Self { cubes: [n?, r?, wo?], used: [a, b, c, d].map(|u| u == 1.0), line, scale: [x, y, z] })
+    }
+
+    fn bytes(&self) -> usize {
+        let cubes: usize = self.cubes.iter().map(crate::shared::tables::cube_bytes).sum();
+        cubes + 16 * self.line.len()
+    }
+}

@@ -1,0 +1,284 @@
+//! The factors by least squares in the logarithm over samples of the exact radiance.
+
+use super::bake::Params;
+use super::lsqr::{Rgb, Sparse, solve};
+use super::maps::{CubeGrid, Tap, line_taps};
+use crate::shared::views::{Slices, ViewImage};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_base::{Cancelled, Task};
+use steradian_prefilter::probe;
+use steradian_sphere::frame::reflect;
+use steradian_sphere::sh::ShRgb;
+
+/// Samples of the factor over n·wo, at equal steps of √(n·wo).
+pub const LINE: usize = 48;
+/// Samples of the radiance per unknown: where it is no product, few of them would be fitted as noise.
+pub const PER_UNKNOWN: usize = 12;
+/// Most of them.
+const MOST: usize = 600_000;
+/// Radiance below this share of the mean counts as this share.
+const FLOOR: f64 = 1e-4;
+/// Weight of smoothness beside that of the samples that see an unknown.
+const SMOOTH: f64 = 0.03;
+/// Steps of each solution, and where it stops earlier.
+const STEPS: usize = 60;
+const ACCURACY: f64 = 1e-4;
+/// Solutions after the first, each of the problem linearised about the one before.
+const REFINEMENTS: usize = 1;
+
+/// The unknowns of all factors, one after the other.
+pub struct Layout {
+    pub n: Option<CubeGrid>,
+    pub r: Option<CubeGrid>,
+    pub wo: Option<CubeGrid>,
+    pub line: bool,
+    /// First unknown of n, r, wo and the line, and the number of all.
+    pub starts: [usize; 5],
+}
+
+impl Layout {
+    pub fn new(p: &Params, size: usize) -> Self {
+        let cube = |used: bool, size: usize| used.then(|| CubeGrid::new(size));
+        // The view changes little that n and r do not tell: a coarse map, which few views determine.
+        let (n, r, wo) = (cube(p.n, size), cube(p.r, size), cube(p.wo, (size / 4).max(2)));
+        let mut starts = [0; 5];
+        let counts = [&n, &r, &wo].map(|g| g.as_ref().map_or(0, CubeGrid::count));
+        for k in 0..3 {
+            starts[k + 1] = starts[k] + counts[k];
+        }
+        starts[4] = starts[3] + if p.line { LINE } else { 0 };
+        Self { n, r, wo, line: p.line, starts }
+    }
+
+    pub fn count(&self) -> usize {
+        self.starts[4]
+    }
+
+    /// Range of factor `k` among the unknowns.
+    pub fn range(&self, k: usize) -> std::ops::Range<usize> {
+        self.starts[k]..self.starts[k + 1]
+    }
+
+    /// The row of a sample.
+    fn row(&self, n: DVec3, wo: DVec3, out: &mut Vec<Tap>) {
+        let directions = [n, reflect(wo, n), wo];
+        let cubes = [&self.n, &self.r, &self.wo].into_iter().zip(directions).zip(&self.starts);
+        for ((grid, d), start) in cubes {
+            if let Some(g) = grid {
+                let taps = g.taps(d.as_vec3().to_array());
+                out.extend(taps.map(|(k, w)| (k + *start as u32, w)));
+            }
+        }
+        if self.line {
+            let u = n.dot(wo).max(0.0).sqrt() as f32;
+            out.extend(line_taps(LINE, u).map(|(k, w)| (k + self.starts[3] as u32, w)));
+        }
+    }
+
+    /// Rows that say that an unknown is the mean of its neighbours; `put` begins a row with its factor.
+    fn smoothness(&self, mut put: impl FnMut(usize, &[(usize, f64)])) {
+        for (f, grid) in [&self.n, &self.r, &self.wo].into_iter().enumerate() {
+            let Some(g) = grid else { continue };
+            for (k, near) in g.neighbours().iter().enumerate() {
+                let share = -1.0 / near.len() as f64;
+                let mut row = vec![(self.starts[f] + k, 1.0)];
+                row.extend(near.iter().map(|j| (self.starts[f] + *j as usize, share)));
+                put(f, &row);
+            }
+        }
+        if self.line {
+            for k in self.starts[3] + 1..self.starts[4] - 1 {
+                put(3, &[(k - 1, -0.5), (k, 1.0), (k + 1, -0.5)]);
+            }
+        }
+    }
+}
+
+/// Samples of L_o over normals and views, uniform in both.
+pub struct Samples {
+    /// Normal and view.
+    at: Vec<[DVec3; 2]>,
+    /// L_o.
+    l: Vec<Rgb>,
+}
+
+impl Samples {
+    /// As many as `unknowns` need, from the exact images of views spread over the sphere.
+    pub fn new(slices: &Slices, light: &ShRgb, unknowns: usize, task: &Task) -> Result<Self, Cancelled> {
+        let total = (PER_UNKNOWN * unknowns).clamp(4096, MOST);
+        let views = ((total as f64).sqrt() * 0.7) as usize;
+        let per = total.div_ceil(views);
+        let of = |v: usize| {
+            task.check()?;
+            let wo = probe::direction(v, views);
+            let image = ViewImage::new(slices, light, wo);
+            let f = steradian_sphere::Frame::from_normal(wo);
+            let sample = |k: usize| {
+                let id = (v * per + k) as f64;
+                // n·wo in equal steps, each view by another offset.
+                let z = (k as f64 + (v as f64 * 0.618_033_988 + 0.5).fract()) / per as f64;
+                let phi = 2.0 * PI * (id * 0.754_877_666).fract();
+                let s = (1.0 - z * z).max(0.0).sqrt();
+                let n = f.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), z));
+                ([n, wo], image.towards(reflect(wo, n)))
+            };
+            Ok((0..per).map(sample).collect::<Vec<_>>())
+        };
+        let all: Vec<_> = (0..views).into_par_iter().map(of).collect::<Result<_, _>>()?;
+        let (at, l) = all.into_iter().flatten().unzip();
+        Ok(Self { at, l })
+    }
+
+    fn mean(&self) -> Rgb {
+        let mut sum = [0.0; 3];
+        self.l.iter().for_each(|l| (0..3).for_each(|c| sum[c] += l[c] / self.l.len() as f64));
+        sum
+    }
+}
+
+/// What the fit found.
+pub struct Fit {
+    /// Logarithms of the factors.
+    pub x: Vec<Rgb>,
+    /// Radiance of all factors 1.
+    pub scale: Rgb,
+    /// Relative RMS difference from the samples.
+    pub residual: f64,
+    /// RMS difference of the logarithms.
+    pub log_residual: f64,
+    /// Samples.
+    pub samples: usize,
+    /// Steps of all solutions.
+    pub steps: usize,
+}
+
+/// Fits ln L_o ≈ Σ_j P_j; `weight` 1 minimises the absolute error of the radiance, 0 the relative one.
+pub fn fit(layout: &Layout, samples: &Samples, weight: f64, task: &Task) -> Result<Fit, Cancelled> {
+    let problem = Problem::new(layout, samples, weight);
+    let logs = problem.logs();
+    let start = |k: usize| problem.floored(k);
+    let (x, mut steps) = solve(&problem.a, &problem.weights(start), &logs, ACCURACY, STEPS);
+    let mut now = problem.state(x);
+    for _ in 0..REFINEMENTS {
+        task.check()?;
+        steps += problem.refine(&mut now);
+    }
+    let Problem { scale, l, .. } = &problem;
+    let radiance = |l: Rgb| -> Rgb { std::array::from_fn(|c| scale[c] * l[c]) };
+    let shown = now.model.iter().map(|m| radiance(m.map(f64::exp)));
+    let residual = probe::relative_rms(shown.zip(l.iter().map(|l| radiance(*l))));
+    let square = |(m, b): (&Rgb, &Rgb)| (0..3).map(|c| (m[c] - b[c]).powi(2)).sum::<f64>();
+    let squares: f64 = now.model.iter().zip(&logs).take(l.len()).map(square).sum();
+    let log_residual = (squares / (3 * l.len()) as f64).sqrt();
+    Ok(Fit { x: now.x, scale: *scale, residual, log_residual, samples: l.len(), steps })
+}
+
+/// Rows, and what they should give.
+struct Problem {
+    a: Sparse,
+    /// Radiance over its mean; 1 in channels without light.
+    l: Vec<Rgb>,
+    scale: Rgb,
+    weight: f64,
+    /// Weights of the rows of smoothness.
+    smooth: Vec<Rgb>,
+}
+
+/// A solution: unknowns, what the rows give, what it costs.
+struct State {
+    x: Vec<Rgb>,
+    model: Vec<Rgb>,
+    cost: Rgb,
+}
+
+impl Problem {
+    fn new(layout: &Layout, samples: &Samples, weight: f64) -> Self {
+        let scale = samples.mean().map(|m| m.max(0.0));
+        let over = |l: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { l[c] / scale[c] } else { 1.0 });
+        let l = samples.l.iter().map(over).collect();
+        let mut problem = Self { a: matrix(layout, samples), l, scale, weight, smooth: Vec::new() };
+        problem.smooth = problem.smoothness(layout);
+        problem
+    }
+
+    fn floored(&self, k: usize) -> Rgb {
+        self.l[k].map(|l| l.max(FLOOR))
+    }
+
+    /// Right-hand sides of the first solution.
+    fn logs(&self) -> Vec<Rgb> {
+        let samples = (0..self.l.len()).map(|k| self.floored(k).map(f64::ln));
+        samples.chain(self.smooth.iter().map(|_| [0.0; 3])).collect()
+    }
+
+    /// Weights of all rows where the radiance is `of`.
+    fn weights(&self, of: impl Fn(usize) -> Rgb) -> Vec<Rgb> {
+        let samples = (0..self.l.len()).map(|k| of(k).map(|l| l.max(FLOOR).powf(self.weight)));
+        samples.chain(self.smooth.iter().copied()).collect()
+    }
+
+    /// A share of what the samples weigh at an unknown of that factor.
+    fn smoothness(&self, layout: &Layout) -> Vec<Rgb> {
+        let mut sum = [0.0; 3];
+        for l in (0..self.l.len()).map(|k| self.floored(k)) {
+            (0..3).for_each(|c| sum[c] += l[c].powf(2.0 * self.weight));
+        }
+        let mut out = Vec::new();
+        layout.smoothness(|factor, _| {
+            let per = layout.range(factor).len() as f64;
+            out.push(sum.map(|s| (SMOOTH * s / per).sqrt()));
+        });
+        out
+    }
+
+    /// Σ (L^(weight − 1) (e^model − L))² over the samples.
+    fn state(&self, x: Vec<Rgb>) -> State {
+        let model = self.a.times(&x);
+        let mut cost = [0.0; 3];
+        for (k, (l, m)) in self.l.iter().zip(&model).enumerate() {
+            let floored = self.floored(k);
+            let error = |c: usize| floored[c].powf(self.weight - 1.0) * (m[c].exp() - l[c]);
+            (0..3).for_each(|c| cost[c] += error(c).powi(2));
+        }
+        State { x, model, cost }
+    }
+
+    /// A Gauss–Newton step of that cost, L − e^m ≈ e^m δm, kept in the channels that it serves; returns the
+    /// solver's steps.
+    fn refine(&self, now: &mut State) -> usize {
+        let rest = |(k, m): (usize, &Rgb)| -> Rgb {
+            let Some(l) = self.l.get(k) else { return m.map(|m| -m) };
+            std::array::from_fn(|c| {
+                let e = m[c].exp();
+                ((l[c] - e) / e.max(FLOOR)).clamp(-1.0, 1.0)
+            })
+        };
+        let rest: Vec<Rgb> = now.model.iter().enumerate().map(rest).collect();
+        let weights = self.weights(|k| now.model[k].map(f64::exp));
+        let (step, taken) = solve(&self.a, &weights, &rest, ACCURACY, STEPS);
+        let moved = |(x, s): (&Rgb, &Rgb)| std::array::from_fn(|c| x[c] + s[c]);
+        let trial = self.state(now.x.iter().zip(&step).map(moved).collect());
+        for c in (0..3).filter(|&c| trial.cost[c] < now.cost[c]).collect::<Vec<_>>() {
+            now.cost[c] = trial.cost[c];
+            now.x.iter_mut().zip(&trial.x).for_each(|(x, t)| x[c] = t[c]);
+            now.model.iter_mut().zip(&trial.model).for_each(|(m, t)| m[c] = t[c]);
+        }
+        taken
+    }
+}
+
+/// One row per sample, then those of smoothness.
+fn matrix(layout: &Layout, samples: &Samples) -> Sparse {
+    let (mut ends, mut entries) = (Vec::new(), Vec::new());
+    for [n, wo] in &samples.at {
+        layout.row(*n, *wo, &mut entries);
+        ends.push(entries.len() as u32);
+    }
+    layout.smoothness(|_, row| {
+        entries.extend(row.iter().map(|(k, v)| (*k as u32, *v as f32)));
+        ends.push(entries.len() as u32);
+    });
+    Sparse::new(layout.count(), ends, entries)
+}

@@ -1,0 +1,143 @@
+//! The prefiltered light of an isotropic reflectance as a product of maps.
+//!
+//! Latta & Kolb (2002), *Homomorphic Factorization of BRDF-based Lighting Computation*; STAR04 7.3.5 (the same 4-D
+//! input as Cabral's, compressed); McCool, Ang & Ahmad (2001), *Homomorphic Factorization of BRDFs for High-Performance
+//! Rendering*; RH02 5.8 on factors over n:
+//!
+//! > **ln L_o(wo, n) ≈ Σ_j P_j(π_j)**, π ∈ {n, r, n·wo, wo} as the parameters choose
+//!
+//! by least squares over exact samples of L_o (eq. 32), uniform over normals and views. Each P_j is a map whose bilinear
+//! weights are the entries of the sample's row; rows that ask each texel to be the mean of its neighbours fill what the
+//! samples leave open. Rows count by a power `weight` of the radiance, and the solution is refined about itself: with 1
+//! the absolute error is minimised, with 0 the relative one, as published, and the default is half-way. Radiance below 1e-4 of its mean counts
+//! as that. The maps hold logarithms, in steps of halves.
+//!
+//! The factors' form is the one approximation: light and reflectance must be a product. V = 1. Radiance in W sr⁻¹ m⁻².
+//! The light is static, up to a rotation, which turns the frame of n, r and wo. Refused: anisotropic reflectance, point
+//! lights.
+
+mod bake;
+mod fit;
+mod lsqr;
+mod maps;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::gpu::Uniform;
+use crate::shared::distant::DistantLight;
+use crate::shared::lights;
+use crate::shared::turn::Turn;
+use crate::shared::views::Seen;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts,
+    Points, Radiance, Technique, View,
+};
+use bake::{Factors, ORDER, Params};
+use steradian_base::{Certificate, Task};
+use steradian_brdf::Brdf;
+use steradian_light::Lights;
+
+/// The room.
+pub struct FactoredLighting;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    if brdf.is_isotropic() {
+        return Ok(());
+    }
+    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
+}
+
+impl Technique for FactoredLighting {
+    const CARD: Card = Card {
+        slug: "factored_lighting",
+        title: "Factored lighting: a product of maps",
+        citation: "Latta & Kolb 2002, Homomorphic Factorization of BRDF-based Lighting Computation; STAR04 7.3.5; \
+                   McCool, Ang & Ahmad 2001; LSQR: Paige & Saunders 1982",
+        equation: "ln L_o = ln s + P_n(n) + P_r(r) + P_e(n·wo) + P_v(wo)",
+        light: "static, up to rotation: fitted together with the reflectance, floor 1e-4 of the mean radiance",
+        visibility: "none: V = 1",
+        reflectance: "any isotropic, fitted together with the light as a product of maps",
+        materials,
+        specimens: &[
+            "lambert:albedo=0.8/0.5/0.2",
+            "phong-map:n=30",
+            "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+            "ashikhmin-shirley:nu=50,nv=50,rs=0.1,rd=0.5",
+        ],
+        exact_when: &[
+            Claim {
+                statement: "the surface is lambertian: n alone",
+                light: lights::smooth,
+                brdf: "lambert:albedo=0.8/0.5/0.2",
+                params: &[],
+                within: 0.01,
+            },
+            Claim {
+                statement: "the lobe is round about r and ends at no horizon: r alone",
+                light: lights::smooth,
+                brdf: "phong-map:n=30",
+                params: &[],
+                within: 0.01,
+            },
+            Claim {
+                statement: "the light is constant: n·wo alone, the albedo",
+                light: lights::furnace,
+                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                params: &[],
+                within: 0.01,
+            },
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            all_isotropic: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[(Check::Linearity, "the logarithm of a sum of lights is not the sum of their logarithms")],
+    };
+    type Params = Params;
+    type Light = DistantLight;
+    type Material = Seen;
+    type Transfer = ();
+    type Linked = Factors;
+    type Frame = Turn;
+
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
+        DistantLight::bake(Self::CARD.slug, l, ORDER, task)
+    }
+
+    fn material(m: &Material, _: &Params, task: &Task) -> Result<Seen, BakeError> {
+        bake::seen(m, task)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Seen, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Factors, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
+        *f = Turn::new(v.light_rotation);
+    }
+
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.linked.bytes()
+    }
+
+    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+        shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,136 @@
+//! Environment maps of Lafortune's generalised cosine lobes.
+//!
+//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance Distribution
+//! Functions*; STAR04 7.3.7, eqs 36–40:
+//!
+//! > f = ρ_d/π + Σ_k ρ_k (c·wi)₊^n_k,  c = C_k wo componentwise,  r̂ = c/|c|
+//! > L_o = ρ_d E(n)/π + Σ_k ⟨n·wi⟩_k ρ_k |c|^n_k Phong_n_k(r̂),  Phong_n(r) = ∫ (r·wi)₊^n L(wi) dwi
+//!
+//! The maps know neither C nor ρ: one stack over exponents serves all lobes. The cosine is the one factor approximated: it
+//! leaves the integral as ⟨n·wi⟩_k, which the parameter `cosine` chooses: 0 is n·r̂ at the lobe's axis, 1 is n·r of the
+//! mirror direction as eqs 39–40 print it (off-specular lobes have their axis elsewhere; the two agree for
+//! C = (−1, −1, 1)), 2 is the cosine's mean over the lobe above the horizon, so that constant light gives the albedo.
+//! C and n per channel take a lookup per channel. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point
+//! lights.
+
+mod bake;
+mod material;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::gpu::Uniform;
+use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::lights;
+use crate::shared::turn::Turn;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::{Maps, Params};
+use material::Cosines;
+use steradian_base::{Certificate, Task};
+use steradian_brdf::Brdf;
+use steradian_light::Lights;
+
+/// The room.
+pub struct LafortuneEnv;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    if brdf.cosines().is_some() {
+        return Ok(());
+    }
+    let instead = if brdf.is_isotropic() { "lobe_maps" } else { "reference" };
+    Err(format!("takes lafortune only, not {}: use {instead}", brdf.info().name))
+}
+
+const fn claim(statement: &'static str, light: fn() -> Lights, brdf: &'static str, within: f64) -> Claim {
+    Claim { statement, light, brdf, params: &[], within }
+}
+
+impl Technique for LafortuneEnv {
+    const CARD: Card = Card {
+        slug: "lafortune_env",
+        title: "Environment maps of Lafortune lobes",
+        citation: "McAllister, Lastra & Heidrich 2002, Efficient Rendering of Spatial Bi-directional Reflectance \
+                   Distribution Functions; STAR04 7.3.7, eqs 36–40",
+        equation: "L_o = ρ_d E(n)/π + Σ_k ⟨n·wi⟩_k ρ_k |c|^n_k ∫ (r̂·wi)₊^n_k L dwi",
+        light: "a cube map for each exponent and one of irradiance, to the tolerance",
+        visibility: "none: V = 1",
+        reflectance: "lafortune: its lobes exact, over the whole sphere; the cosine outside the integral",
+        materials,
+        specimens: &[
+            "lafortune:@skin",
+            "lafortune:cx=-0.9,cy=-0.7,cz=0.95,n=40,ks=1/0.8/0.5,kd=0.2",
+            "lafortune:@blue-paint",
+        ],
+        exact_when: &[
+            claim(
+                "there is no lobe, only the diffuse part",
+                lights::studio,
+                "lafortune:cx=-1,cy=-1,cz=1,n=10,ks=0,kd=0.8/0.5/0.2",
+                0.01,
+            ),
+            claim("the light is constant", lights::furnace, "lafortune:@skin", 2e-3),
+            claim(
+                "the exponent grows under a smooth light",
+                lights::smooth,
+                "lafortune:cx=-1,cy=-1,cz=1,n=20000",
+                0.01,
+            ),
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            certain_isotropic: true,
+            certain_anisotropic: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: true, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = DistantLight;
+    type Material = Cosines;
+    type Transfer = ();
+    type Linked = Maps;
+    type Frame = Turn;
+
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
+        DistantLight::bake(Self::CARD.slug, l, ORDER, task)
+    }
+
+    fn material(m: &Material, _: &Params, _: &Task) -> Result<Cosines, BakeError> {
+        Cosines::of(m)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Cosines, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
+        *f = Turn::new(v.light_rotation);
+    }
+
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.linked.bytes()
+    }
+
+    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+        shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,108 @@
+//! The reflectance's factor: its radially symmetric lobes.
+
+use super::LobeMaps;
+use super::bake::Params;
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
+use crate::{BakeError, Material, Part, Technique};
+use steradian_base::Task;
+use steradian_brdf::SharedBrdf;
+use steradian_brdf::fit::radial::{Plan, RadialFit, RadialLobe, Rings, Shape, Views};
+
+/// A reflectance and its lobes.
+pub struct Fitted {
+    spec: String,
+    /// `None` in a bake loaded from a file whose reflectance lies in another file: no file names files to read.
+    brdf: Option<SharedBrdf>,
+    /// The lobes.
+    pub fit: RadialFit,
+}
+
+impl Fitted {
+    /// Fits what the parameters ask for.
+    pub fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
+        let shape = if p.dimensions == 2 { Shape::Scaled } else { Shape::Stack };
+        let plan = Plan { shape, stack: p.elevations, lobes: p.lobes, mirror: !p.off_specular };
+        let fit = RadialFit::new(&*m.brdf, plan, task)?;
+        Ok(Self { spec: m.brdf.spec(), brdf: Some(m.brdf.clone()), fit })
+    }
+
+    /// The reflectance itself.
+    pub fn brdf(&self) -> Result<&SharedBrdf, BakeError> {
+        self.brdf.as_ref().ok_or_else(|| {
+            let why =
+                format!("the error of {} cannot be measured here: give the reflectance again", self.spec);
+            BakeError::Material { slug: LobeMaps::CARD.slug, why }
+        })
+    }
+}
+
+/// The reflectance of a spec that names no file.
+fn analytic(spec: &str) -> Option<SharedBrdf> {
+    let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
+    let model = steradian_brdf::models().iter().find(|i| i.name == name)?;
+    // A model that reads files says so in the page of its parameters.
+    let reads = |key: &str| model.parameters.iter().any(|(k, doc)| *k == key && doc.contains("file"));
+    let keys = body.split(',').filter_map(|item| item.split_once('=')).map(|(k, _)| k.trim());
+    if keys.into_iter().any(reads) { None } else { steradian_brdf::parse(spec).ok() }
+}
+
+impl Part for Fitted {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        to.metadata.insert(format!("steradian.{prefix}.brdf"), self.spec.clone());
+        let f = &self.fit;
+        let (lobes, views, rings) = (f.lobes.len(), f.views.len(), f.rings.angles().len());
+        let shapes = f.lobes.first().map_or(0, |l| l.shapes.len());
+        let put = |to: &mut TensorFile, name: &str, shape: Vec<usize>, data: Vec<f64>| {
+            put_f64(to, format!("{prefix}.{name}"), shape, data);
+        };
+        put(to, "fit", vec![3], vec![f.rings.width(), f.stride as f64, f.residual]);
+        let gamma = f.lobes.iter().flat_map(|l| l.gamma.iter().copied()).collect();
+        put(to, "gamma", vec![lobes, views], gamma);
+        let amplitude = f.lobes.iter().flat_map(|l| l.amplitude.iter().flatten().copied()).collect();
+        put(to, "amplitude", vec![lobes, views, 3], amplitude);
+        let values = f.lobes.iter().flat_map(|l| l.shapes.iter().flatten().flatten().copied()).collect();
+        put(to, "shapes", vec![lobes, shapes, 3, rings], values);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let key = format!("steradian.{prefix}.brdf");
+        let spec = from.metadata.get(&key).ok_or(PartError::Missing(key))?.clone();
+        let name = |n: &str| format!("{prefix}.{n}");
+        let bad = |n: &str| PartError::Unexpected(name(n));
+        let (_, head) = get_f64(from, &name("fit"), 1)?;
+        let [width, stride, residual] = head[..] else { return Err(bad("fit")) };
+        let (shape, gamma) = get_f64(from, &name("gamma"), 2)?;
+        let [lobes, views] = shape[..] else { return Err(bad("gamma")) };
+        if !(1.0..=64.0).contains(&stride) || views < 2 || lobes == 0 {
+            return Err(bad("fit"));
+        }
+        let (shape, amplitude) = get_f64(from, &name("amplitude"), 3)?;
+        if shape != [lobes, views, 3] {
+            return Err(bad("amplitude"));
+        }
+        let rings = Rings::graded(width);
+        let count = rings.angles().len();
+        let (shape, values) = get_f64(from, &name("shapes"), 4)?;
+        let stack = shape[1];
+        if shape != [lobes, stack, 3, count] || stack == 0 {
+            return Err(bad("shapes"));
+        }
+        let lobe = |i: usize| RadialLobe {
+            gamma: gamma[i * views..(i + 1) * views].to_vec(),
+            amplitude: amplitude[3 * i * views..3 * (i + 1) * views]
+                .chunks_exact(3)
+                .map(|a| [a[0], a[1], a[2]])
+                .collect(),
+            shapes: (i * stack..(i + 1) * stack)
+                .map(|k| std::array::from_fn(|c| values[(3 * k + c) * count..][..count].to_vec()))
+                .collect(),
+        };
+        let lobes = (0..lobes).map(lobe).collect();
+        let fit = RadialFit { rings, views: Views::new(views), stride: stride as usize, lobes, residual };
+        Ok(Self { brdf: analytic(&spec), spec, fit })
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}

@@ -1,0 +1,163 @@
+//! Prefiltered maps of radially symmetric lobes.
+//!
+//! Kautz & McCool (2000), *Approximation of Glossy Reflection with Prefiltered Environment Maps*; STAR04 7.3.4,
+//! eqs 27–31:
+//!
+//! > 3-D: f_cos ≈ (n·r) p(n·r, r·wi),  L_o = (n·r) ∫ p(n·r, r·wi) L(wi) dwi
+//! > 2-D: f_cos ≈ (n·r) F(n·r) p(r·wi),  L_o = (n·r) F(n·r) ∫ p(r·wi) L(wi) dwi
+//!
+//! f is the one factor approximated: its azimuth about the lobe's axis is averaged away ([`steradian_brdf::fit::radial`]:
+//! the fit of least squares, the cosine inside the mean, so that the energy of every view is exact). With A = (n·r) F
+//! and a normalised p, several lobes and axes o_i in place of r (the paper's multilobe approximation and off-specular
+//! peaks):
+//!
+//! > L_o = Σ_i A_i(n·wo) ∫ p_i(n·wo, o_i·wi) L(wi) dwi,  o_i = a n + b_i(n·wo) r, |o_i| = 1
+//!
+//! Parameters: `dimensions` 3 (eq. 29, a stack of maps over the elevation) or 2 (eq. 31, one map), `lobes`, `axis` (0:
+//! the mirror direction, as the equations are printed; 1: what captures most), `elevations`, `size`. V = 1. Radiance in
+//! W sr⁻¹ m⁻². Refused: anisotropic reflectance, point lights.
+
+mod bake;
+mod material;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::gpu::Uniform;
+use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::lights;
+use crate::shared::turn::Turn;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::{Maps, Params};
+use material::Fitted;
+use steradian_base::{Certificate, Task};
+use steradian_brdf::Brdf;
+use steradian_light::Lights;
+
+/// The room.
+pub struct LobeMaps;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    if brdf.is_isotropic() {
+        return Ok(());
+    }
+    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
+}
+
+const fn claim(
+    statement: &'static str,
+    light: fn() -> Lights,
+    brdf: &'static str,
+    params: &'static [(&'static str, f64)],
+    within: f64,
+) -> Claim {
+    Claim { statement, light, brdf, params, within }
+}
+
+impl Technique for LobeMaps {
+    const CARD: Card = Card {
+        slug: "lobe_maps",
+        title: "Maps of radially symmetric lobes",
+        citation: "Kautz & McCool 2000, Approximation of Glossy Reflection with Prefiltered Environment Maps; STAR04 \
+                   7.3.4, eqs 27–31",
+        equation: "L_o = Σ_i A_i(n·wo) ∫ p_i(n·wo, o_i·wi) L dwi",
+        light: "cube maps filtered by each lobe, in a stack over the elevation of the view, to the tolerance",
+        visibility: "none: V = 1",
+        reflectance: "any isotropic; the mean over the azimuth about an axis in the plane of n and wo, energy exact",
+        materials,
+        specimens: &[
+            "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+            "lafortune:@skin",
+            "phong:n=30",
+            "oren-nayar:sigma=0.4,albedo=0.7",
+        ],
+        exact_when: &[
+            claim("the lobe is round (phong-map): soft boxes", lights::studio, "phong-map:n=30", &[], 0.012),
+            claim(
+                "the lobe is round (phong-map): one map, a sun",
+                lights::sunny,
+                "phong-map:n=200",
+                &[("dimensions", 2.0)],
+                0.01,
+            ),
+            claim("the surface is lambertian", lights::studio, "lambert:albedo=0.8/0.5/0.2", &[], 0.01),
+            claim(
+                "the light is constant: the energy of each view is exact",
+                lights::furnace,
+                "ggx:alpha=0.36,f0=0.9/0.6/0.3",
+                &[],
+                2e-3,
+            ),
+            claim(
+                "the light is constant: two lobes, one map each",
+                lights::furnace,
+                "lafortune:@skin",
+                &[("dimensions", 2.0), ("lobes", 2.0)],
+                3e-3,
+            ),
+            claim(
+                "the lobe narrows under a smooth light",
+                lights::smooth,
+                "ggx:alpha=0.01,f0=0.9",
+                &[],
+                0.012,
+            ),
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            certain_isotropic: true,
+            all_isotropic: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = DistantLight;
+    type Material = Fitted;
+    type Transfer = ();
+    type Linked = Maps;
+    type Frame = Turn;
+
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
+        DistantLight::bake(Self::CARD.slug, l, ORDER, task)
+    }
+
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Fitted, BakeError> {
+        Fitted::new(m, p, task)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Fitted, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
+        *f = Turn::new(v.light_rotation);
+    }
+
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.linked.bytes()
+    }
+
+    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+        shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,101 @@
+//! The maps B_pq.
+
+use super::Shrm;
+use crate::shared::bundle::Bundle;
+use crate::shared::harmonics::Harmonics;
+use crate::shared::kernels::Kernels;
+use crate::shared::shrm::{Expansion, HighestP, Orders, ScaleTable, choose, diffuse_map, local_maps};
+use crate::shared::spectrum::Spectrum;
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
+use crate::{BakeError, Part, Technique};
+use std::f64::consts::PI;
+use steradian_base::{Certificate, Task};
+use steradian_brdf::central::Centre;
+
+const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
+
+/// What shading reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Maps {
+    /// The central direction.
+    pub centre: Centre,
+    /// y_pq with its orders P and Q.
+    pub harmonics: Harmonics,
+    /// B_pq over C.
+    pub maps: Bundle,
+    /// What multiplies their sum.
+    pub scale: ScaleTable,
+    /// Radiance of the diffuse part over n.
+    pub diffuse: Option<Bundle>,
+    halves: bool,
+}
+
+/// Joins light and slices; the certificate is computed from both.
+pub fn link(
+    light: &Spectrum,
+    kernels: &Kernels,
+    p: &Orders,
+    task: &Task,
+) -> Result<(Maps, Certificate), BakeError> {
+    let slug = Shrm::CARD.slug;
+    let expansion = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
+    let Expansion { lpq, q, size, .. } = &expansion;
+    let harmonics = Harmonics::new(lpq.p, *q);
+    let need = (harmonics.len() * (size + 1) * 2 * size * 12) as u64;
+    if 2 * need > task.max_memory() {
+        return Err(BakeError::Memory { slug, need: 2 * need, allowed: task.max_memory() });
+    }
+    let mut maps = local_maps(slug, light, &expansion, *size, task)?;
+    let mut diffuse = diffuse_map(slug, light, expansion.diffuse, task)?;
+    if p.halves {
+        maps.halve();
+        diffuse.iter_mut().for_each(Bundle::halve);
+    }
+    let (centre, scale) = (lpq.centre, expansion.scale);
+    let made = Maps { centre, harmonics, maps, scale, diffuse, halves: p.halves };
+    let bytes = made.bytes() as f64;
+    Ok((made, expansion.certificate.detail("bytes", bytes)))
+}
+
+impl Part for Maps {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let centre = crate::shared::kernels::word(self.centre);
+        let head = [
+            centre,
+            self.harmonics.p() as f64,
+            self.harmonics.q() as f64,
+            f64::from(u8::from(self.diffuse.is_some())),
+        ];
+        put_f64(to, format!("{prefix}.head"), vec![4], head.to_vec());
+        self.maps.save(to, format!("{prefix}.maps"), self.halves);
+        if let Some(d) = &self.diffuse {
+            d.save(to, format!("{prefix}.diffuse"), self.halves);
+        }
+        self.scale.save(to, prefix);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.head");
+        let bad = || PartError::Unexpected(name.clone());
+        let (_, head) = get_f64(from, &name, 1)?;
+        let [centre, p, q, split] = head[..] else { return Err(bad()) };
+        let centre = crate::shared::kernels::centre_of(centre).ok_or_else(bad)?;
+        let harmonics = Harmonics::new(p as usize, q as usize);
+        let name = format!("{prefix}.maps");
+        let maps = Bundle::load(from, &name)?;
+        if maps.terms() != harmonics.len() || !maps.is_globe() {
+            return Err(PartError::Unexpected(name));
+        }
+        let halves = Bundle::is_half(from, &name);
+        let name = format!("{prefix}.diffuse");
+        let diffuse = if split > 0.0 { Some(Bundle::load(from, &name)?) } else { None };
+        if diffuse.as_ref().is_some_and(|d| d.terms() != 1 || !d.is_globe()) {
+            return Err(PartError::Unexpected(name));
+        }
+        Ok(Self { centre, harmonics, maps, scale: ScaleTable::load(from, prefix)?, diffuse, halves })
+    }
+
+    fn bytes(&self) -> usize {
+        self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes) + self.scale.bytes()
+    }
+}

@@ -1,0 +1,126 @@
+//! Spherical harmonic reflection maps, the local form.
+//!
+//! Ramamoorthi & Hanrahan (2002), *Frequency Space Environment Map Rendering*, section 5.4:
+//! B(C, wo') = Σ_{p ≤ P} Σ_{|q| ≤ p} B_pq(C) y_pq(wo') (5.10), where B_pq(C) = Σ_l ρ̂_lp|q| L'_lq(C) (5.9) are maps over
+//! the central direction C (the mirror direction of wo, the normal, or the tangent) and wo' is wo in the frame about C.
+//! What is approximated: the variation with the view, cut at order P, and all frequencies beyond F. Beyond the paper:
+//! ρ̂ is a fit weighted by elevation of f_cos over its albedo, which shading multiplies back; a diffuse part may take a
+//! map of its own about n; orders follow from the spectrum of the light at hand. Radiance in W sr⁻¹ m⁻². Refused:
+//! anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::gpu::Uniform;
+use crate::shared::kernels::{self, Kernels};
+use crate::shared::lights;
+use crate::shared::shrm::{self, Orders};
+use crate::shared::spectrum::Spectrum;
+use crate::shared::turn::Turn;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
+    Technique, View,
+};
+use bake::Maps;
+use steradian_base::{Certificate, Task};
+use steradian_light::Lights;
+
+/// Highest band to which light is analysed.
+const ORDER: usize = 255;
+
+/// The room.
+pub struct Shrm;
+
+impl Technique for Shrm {
+    const CARD: Card = Card {
+        slug: "shrm",
+        title: "Spherical harmonic reflection maps (local)",
+        citation: "Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.9-5.10",
+        equation: "L_o = a(n·wo) Σ_pq B_pq(C) y_pq(wo')",
+        light: "spherical harmonics up to F, multiplied with the reflectance's into maps B_pq",
+        visibility: "none: V = 1",
+        reflectance: "spherical harmonic coefficients about the central direction: l up to F, p up to P",
+        materials: kernels::materials,
+        specimens: &[
+            "phong-normalized:s=30",
+            "ggx:alpha=0.36,f0=0.9/0.6/0.3",
+            "lafortune:@skin",
+            "kajiya-kay:s=16",
+        ],
+        exact_when: &[
+            Claim {
+                statement: "the light is constant: the albedo goes its own way",
+                light: lights::furnace,
+                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                params: &[],
+                within: 2e-3,
+            },
+            Claim {
+                statement: "the lobe is radially symmetric: P = 0 holds it",
+                light: lights::smooth,
+                brdf: "phong-normalized:s=30",
+                params: &[("p", 0.0), ("order", 48.0), ("size", 192.0)],
+                within: 2e-3,
+            },
+            Claim {
+                statement: "strands are seen about the tangent, in the limit of P",
+                light: lights::quadratic,
+                brdf: "kajiya-kay:s=8",
+                params: &[("p", 16.0), ("order", 24.0), ("size", 96.0)],
+                within: 4e-3,
+            },
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            certain_isotropic: true,
+            all_isotropic: true,
+            certain_anisotropic: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Orders;
+    type Light = Spectrum;
+    type Material = Kernels;
+    type Transfer = ();
+    type Linked = Maps;
+    type Frame = Turn;
+
+    fn light(l: &Lights, _: &Orders, task: &Task) -> Result<Spectrum, BakeError> {
+        Spectrum::bake(Self::CARD.slug, l, ORDER, task)
+    }
+
+    fn material(m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {
+        shrm::material(Self::CARD.slug, m, p, task)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Kernels, _: &Orders, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Orders, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
+        *f = Turn::new(v.light_rotation);
+    }
+
+    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+        shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,59 @@
+//! One lookup along C for all maps, summed with y_pq(wo'); `shade.wgsl` has the same functions.
+
+use super::bake::Maps;
+use crate::gpu::{Uniform, Value};
+use crate::shared::batch::{self, Point};
+use crate::shared::bundle::Bundle;
+use crate::shared::harmonics::{self, MAX_TERMS};
+use crate::shared::kernels::word;
+use crate::shared::strands::central;
+use crate::shared::turn::Turn;
+use crate::{GpuRoom, Points, Radiance, Technique};
+
+pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let mut one = [0.0; MAX_TERMS];
+    one[0] = 1.0;
+    batch::shade(q, out, |p: Point| {
+        let c = central(m.centre, turn, q, &p);
+        let mut y = [0.0; MAX_TERMS];
+        m.harmonics.eval(harmonics::local(c, turn.apply(p.wo)), &mut y);
+        let b = m.maps.sum(m.maps.taps(c), &y);
+        let a = m.scale.at(p.cos_o);
+        let diffuse = |d: &Bundle| d.sum(d.taps(turn.apply(p.n)), &one);
+        let d = m.diffuse.as_ref().map_or([0.0; 3], diffuse);
+        std::array::from_fn(|k| a[k] * b[k] + d[k])
+    });
+}
+
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+    let [first, inverse] = m.scale.range();
+    let orders = [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, 0.0];
+    let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
+    tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
+    let wgsl = if m.diffuse.is_some() {
+        concat!(
+            include_str!("../../shared/harmonics.wgsl"),
+            include_str!("../../shared/strands.wgsl"),
+            include_str!("../../shared/shrm/diffuse.wgsl"),
+            include_str!("shade.wgsl")
+        )
+    } else {
+        concat!(
+            include_str!("../../shared/harmonics.wgsl"),
+            include_str!("../../shared/strands.wgsl"),
+            include_str!("../../shared/shrm/black.wgsl"),
+            include_str!("shade.wgsl")
+        )
+    };
+    GpuRoom {
+        slug: super::Shrm::CARD.slug,
+        wgsl,
+        tables,
+        uniforms: vec![
+            Uniform { name: "orders", value: Value::Vec4(orders) },
+            Uniform { name: "range", value: Value::Vec4([first, inverse, 0.0, 0.0]) },
+            turn.uniform(),
+        ],
+        buffers: Vec::new(),
+    }
+}

@@ -1,0 +1,155 @@
+//! The cubes B̂_pq.
+
+use super::ShrmGlobal;
+use crate::shared::bundle::Bundle;
+use crate::shared::harmonics::Harmonics;
+use crate::shared::kernels::{Kernels, centre_of, word};
+use crate::shared::shrm::{HighestP, ORDERS, Orders, ScaleTable, choose, diffuse_map, global_maps};
+use crate::shared::spectrum::Spectrum;
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
+use crate::{BakeError, Part, Technique};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_brdf::central::Centre;
+use steradian_prefilter::edge_cube::spacing;
+
+/// 36 cubes are 216 of the 256 layers that every GPU has.
+const HIGHEST: HighestP = HighestP { usual: 5, asked: 5, zonal: 5 };
+/// Texels per edge at most where the tolerance decides.
+const MOST: usize = 256;
+
+const DISTANT: ParamInfo = ParamInfo {
+    name: "distant",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 0.0,
+    integer: true,
+    doc: "1: the viewer is far away: one reflection map per frame (eq. 5.35), one lookup per point",
+};
+
+/// The room's parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// Orders and resolutions.
+    pub orders: Orders,
+    /// One map per frame.
+    pub distant: bool,
+}
+
+impl steradian_base::Params for Params {
+    const INFO: &'static [ParamInfo] =
+        &[ORDERS[0], ORDERS[1], ORDERS[2], ORDERS[3], ORDERS[4], ORDERS[5], ORDERS[6], DISTANT];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        Ok(Self { orders: Orders::read(values), distant: values.get(&DISTANT) > 0.0 })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let mut values = self.orders.to_values();
+        values.0.insert(DISTANT.name.into(), f64::from(u8::from(self.distant)));
+        values
+    }
+}
+
+/// What shading reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cubes {
+    /// The central direction.
+    pub centre: Centre,
+    /// y_pq up to P.
+    pub harmonics: Harmonics,
+    /// B̂_pq over C.
+    pub maps: Bundle,
+    /// What multiplies their sum.
+    pub scale: ScaleTable,
+    /// Radiance of the diffuse part over n.
+    pub diffuse: Option<Bundle>,
+    /// One map per frame?
+    pub distant: bool,
+    halves: bool,
+}
+
+/// Joins light and slices; the certificate is computed from both.
+pub fn link(
+    light: &Spectrum,
+    kernels: &Kernels,
+    p: &Params,
+    task: &Task,
+) -> Result<(Cubes, Certificate), BakeError> {
+    let slug = ShrmGlobal::CARD.slug;
+    // B̂_pq has frequencies up to F + P.
+    let apart = |size| 1.3 * spacing(size);
+    let expansion = choose(slug, light, kernels, &p.orders, apart, HIGHEST, task)?;
+    let lpq = &expansion.lpq;
+    let size = if p.orders.size > 0 { p.orders.size } else { expansion.size.min(MOST) };
+    let harmonics = Harmonics::new(lpq.p, lpq.p);
+    let need = (harmonics.len() * 6 * (size + 1) * (size + 1) * 12) as u64;
+    if 2 * need > task.max_memory() {
+        return Err(BakeError::Memory { slug, need: 2 * need, allowed: task.max_memory() });
+    }
+    let mut maps = global_maps(slug, light, &expansion, size, task)?;
+    let mut diffuse = diffuse_map(slug, light, expansion.diffuse, task)?;
+    if p.orders.halves {
+        maps.halve();
+        diffuse.iter_mut().for_each(Bundle::halve);
+    }
+    let made = Cubes {
+        centre: lpq.centre,
+        harmonics,
+        maps,
+        scale: expansion.scale,
+        diffuse,
+        distant: p.distant,
+        halves: p.orders.halves,
+    };
+    let bytes = made.bytes() as f64;
+    Ok((made, expansion.certificate.detail("bytes", bytes)))
+}
+
+fn flag(b: bool) -> f64 {
+    f64::from(u8::from(b))
+}
+
+impl Part for Cubes {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let head = vec![
+            word(self.centre),
+            self.harmonics.p() as f64,
+            flag(self.diffuse.is_some()),
+            flag(self.distant),
+        ];
+        put_f64(to, format!("{prefix}.head"), vec![4], head);
+        self.maps.save(to, format!("{prefix}.maps"), self.halves);
+        if let Some(d) = &self.diffuse {
+            d.save(to, format!("{prefix}.diffuse"), self.halves);
+        }
+        self.scale.save(to, prefix);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.head");
+        let bad = || PartError::Unexpected(name.clone());
+        let (_, head) = get_f64(from, &name, 1)?;
+        let [centre, p, split, distant] = head[..] else { return Err(bad()) };
+        let centre = centre_of(centre).ok_or_else(bad)?;
+        let harmonics = Harmonics::new(p as usize, p as usize);
+        let name = format!("{prefix}.maps");
+        let maps = Bundle::load(from, &name)?;
+        if maps.terms() != harmonics.len() || maps.is_globe() {
+            return Err(PartError::Unexpected(name));
+        }
+        let halves = Bundle::is_half(from, &name);
+        let name = format!("{prefix}.diffuse");
+        let diffuse = if split > 0.0 { Some(Bundle::load(from, &name)?) } else { None };
+        if diffuse.as_ref().is_some_and(|d| d.terms() != 1 || !d.is_globe()) {
+            return Err(PartError::Unexpected(name));
+        }
+        let scale = ScaleTable::load(from, prefix)?;
+        Ok(Self { centre, harmonics, maps, scale, diffuse, distant: distant > 0.0, halves })
+    }
+
+    fn bytes(&self) -> usize {
+        self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes) + self.scale.bytes()
+    }
+}

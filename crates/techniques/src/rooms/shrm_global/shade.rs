@@ -1,0 +1,89 @@
+//! One lookup along C, summed with y_pq(wo) (per point, or once per frame); `shade.wgsl` has the same functions.
+
+use super::bake::Cubes;
+use crate::gpu::{Uniform, Value};
+use crate::shared::batch::{self, Point};
+use crate::shared::bundle::Bundle;
+use crate::shared::harmonics::MAX_TERMS;
+use crate::shared::kernels::word;
+use crate::shared::strands::central;
+use crate::shared::turn::Turn;
+use crate::{GpuRoom, Points, Radiance, Technique, View};
+
+/// The state of a frame.
+#[derive(Debug, Clone, Default)]
+pub struct Now {
+    /// Where the light is turned to.
+    pub turn: Turn,
+    /// The far viewer's reflection map.
+    pub map: Option<Bundle>,
+}
+
+impl Now {
+    /// The state for a view.
+    pub fn renew(&mut self, c: &Cubes, v: &View) {
+        self.turn = Turn::new(v.light_rotation);
+        self.map = c.distant.then(|| {
+            let mut y = [0.0; MAX_TERMS];
+            c.harmonics.eval(self.turn.apply((-v.forward).to_array()), &mut y);
+            c.maps.summed(&y)
+        });
+    }
+}
+
+pub(super) fn shade(m: &Cubes, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let mut one = [0.0; MAX_TERMS];
+    one[0] = 1.0;
+    let turn = &now.turn;
+    batch::shade(q, out, |p: Point| {
+        let c = central(m.centre, turn, q, &p);
+        let b = match &now.map {
+            Some(map) => map.sum(map.taps(c), &one),
+            None => {
+                let mut y = [0.0; MAX_TERMS];
+                m.harmonics.eval(turn.apply(p.wo), &mut y);
+                m.maps.sum(m.maps.taps(c), &y)
+            }
+        };
+        let a = m.scale.at(p.cos_o);
+        let diffuse = |d: &Bundle| d.sum(d.taps(turn.apply(p.n)), &one);
+        let d = m.diffuse.as_ref().map_or([0.0; 3], diffuse);
+        std::array::from_fn(|k| a[k] * b[k] + d[k])
+    });
+}
+
+pub(super) fn gpu(m: &Cubes, now: &Now) -> GpuRoom {
+    let [first, inverse] = m.scale.range();
+    let far = now.map.is_some();
+    let orders = [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, 0.0];
+    let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
+    tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
+    macro_rules! module {
+        ($diffuse:literal, $sum:literal) => {
+            concat!(
+                include_str!("../../shared/harmonics.wgsl"),
+                include_str!("../../shared/strands.wgsl"),
+                include_str!($diffuse),
+                include_str!($sum),
+                include_str!("shade.wgsl")
+            )
+        };
+    }
+    let wgsl = match (m.diffuse.is_some(), far) {
+        (false, false) => module!("../../shared/shrm/black.wgsl", "sum.wgsl"),
+        (true, false) => module!("../../shared/shrm/diffuse.wgsl", "sum.wgsl"),
+        (false, true) => module!("../../shared/shrm/black.wgsl", "far.wgsl"),
+        (true, true) => module!("../../shared/shrm/diffuse.wgsl", "far.wgsl"),
+    };
+    GpuRoom {
+        slug: super::ShrmGlobal::CARD.slug,
+        wgsl,
+        tables,
+        uniforms: vec![
+            Uniform { name: "orders", value: Value::Vec4(orders) },
+            Uniform { name: "range", value: Value::Vec4([first, inverse, 0.0, 0.0]) },
+            now.turn.uniform(),
+        ],
+        buffers: Vec::new(),
+    }
+}

@@ -1,0 +1,47 @@
+use crate::View;
+use crate::shared::lights;
+use crate::shared::trial::{bake, points, shade};
+use glam::{Mat3, Vec3};
+use steradian_prefilter::probe;
+use steradian_reference::JudgePoint;
+use steradian_sphere::Frame;
+
+const SPEC: &str = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
+const FIXED: [(&str, f64); 3] = [("p", 3.0), ("order", 16.0), ("size", 96.0)];
+
+/// (5.14): local and global maps of the same orders are the same function.
+#[test]
+fn local_and_global_maps_agree() {
+    let light = lights::studio();
+    let local = bake("shrm", &light, SPEC, &[("p", 3.0), ("order", 16.0), ("size", 256.0)], None);
+    let global = bake("shrm_global", &light, SPEC, &FIXED, None);
+    for degrees in [0.0, 30.0, 60.0, 85.0] {
+        let points = points(100, degrees);
+        let pairs = shade(&*global, &points).into_iter().zip(shade(&*local, &points));
+        let error = probe::relative_rms(pairs);
+        assert!(error < 4e-3, "{degrees}: {error}");
+    }
+}
+
+/// (5.35): for a far viewer the frame's one map is the sum of all, also under turned light.
+#[test]
+fn a_far_viewer_s_map_is_the_sum() {
+    let light = lights::studio();
+    let mut all = bake("shrm_global", &light, SPEC, &FIXED, None);
+    let mut far = bake("shrm_global", &light, SPEC, &[&FIXED[..], &[("distant", 1.0)]].concat(), None);
+    let forward = Vec3::new(0.3, -0.5, 0.8).normalize();
+    let wo = -forward.as_dvec3();
+    let seen = |k: usize| {
+        let n = probe::direction(k, 200);
+        JudgePoint { frame: Frame::from_normal(if n.dot(wo) > 0.0 { n } else { -n }), wo, position: None }
+    };
+    let points: Vec<_> = (0..200).map(seen).collect();
+    for light_rotation in [Mat3::IDENTITY, Mat3::from_rotation_x(0.7) * Mat3::from_rotation_y(2.0)] {
+        let view = View { forward, light_rotation, ..View::default() };
+        all.frame(&view);
+        far.frame(&view);
+        assert!(far.gpu_frame().is_none() && far.gpu().tables[0].level.layers == 6);
+        let error = probe::relative_rms(shade(&*far, &points).into_iter().zip(shade(&*all, &points)));
+        assert!(error < 1e-5, "{error}");
+    }
+}

@@ -1,0 +1,200 @@
+//! The reflectance's slices at all elevations that may become nodes.
+
+use crate::shared::kernels::{Kernels, refused};
+use crate::tensors::{PartError, TensorFile};
+use crate::{BakeError, Material, Part};
+use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
+use steradian_brdf::Brdf;
+use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
+
+/// Tolerance where the user gives none.
+pub const TOLERANCE: f64 = 0.03;
+/// Elevations that may become nodes.
+pub const CANDIDATES: usize = 41;
+/// The last one: at 90° itself lobes degenerate.
+const LAST: f64 = 89.5;
+/// Elevations at which centres are chosen.
+const CENTRES: usize = 11;
+/// F and Q to begin with, and at most.
+const LEAST: [usize; 2] = [64, 16];
+const MOST: [usize; 2] = [160, 28];
+
+/// Memory of the maps at most, MiB, without and with a tolerance of the user's.
+const MEBIBYTES: [f64; 2] = [96.0, 320.0];
+
+const ORDER: ParamInfo = ParamInfo {
+    name: "order",
+    unit: "",
+    min: -1.0,
+    max: 255.0,
+    default: -1.0,
+    integer: true,
+    doc: "F, the highest l; -1: what the tolerance needs",
+};
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 1024.0,
+    default: 0.0,
+    integer: true,
+    doc: "intervals from pole to pole of the maps; 0: what the tolerance needs, slice by slice",
+};
+const BUDGET: ParamInfo = ParamInfo {
+    name: "mebibytes",
+    unit: "MiB",
+    min: 0.0,
+    max: 4096.0,
+    default: 0.0,
+    integer: false,
+    doc: "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; 0: 96, or \
+          320 where a tolerance is asked for",
+};
+const HALVES: ParamInfo = ParamInfo {
+    name: "halves",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 0.0,
+    integer: true,
+    doc: "1: maps of 16-bit floats",
+};
+
+/// The room's parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// F; by tolerance where `None`.
+    pub order: Option<usize>,
+    /// Intervals from pole to pole; 0 by tolerance.
+    pub size: usize,
+    /// Memory of the maps, MiB; 0: [`MEBIBYTES`].
+    pub mebibytes: f64,
+    /// 16-bit maps.
+    pub halves: bool,
+}
+
+impl Params {
+    /// Bytes of the maps at most.
+    pub fn budget(&self, task: &Task) -> usize {
+        let usual = MEBIBYTES[usize::from(task.tolerance().is_some())];
+        let mebibytes = if self.mebibytes > 0.0 { self.mebibytes } else { usual };
+        (mebibytes * f64::from(1 << 20)) as usize
+    }
+}
+
+impl steradian_base::Params for Params {
+    const INFO: &'static [ParamInfo] = &[ORDER, SIZE, BUDGET, HALVES];
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        let order = values.get(&ORDER);
+        Ok(Self {
+            order: (order >= 0.0).then_some(order as usize),
+            size: values.get(&SIZE) as usize,
+            mebibytes: values.get(&BUDGET),
+            halves: values.get(&HALVES) > 0.0,
+        })
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let pairs = [
+            (ORDER, self.order.map_or(-1.0, |o| o as f64)),
+            (SIZE, self.size as f64),
+            (BUDGET, self.mebibytes),
+            (HALVES, f64::from(u8::from(self.halves))),
+        ];
+        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+    }
+}
+
+/// Slices about centres between the mirror direction and the middle of the lobe, denser towards grazing: θ_v = 89.5° (1 − (1 − s)²), s evenly spaced. About the
+/// tangent θ_o is evenly spaced.
+#[derive(Debug, Clone)]
+pub struct Leaning(pub Kernels);
+
+/// The place among the candidates, 0 … 1, of an angle between n and wo.
+#[inline(always)]
+pub fn place(theta_v: f32) -> f32 {
+    const INVERSE: f32 = (180.0 / (LAST * PI)) as f32;
+    1.0 - (1.0 - (theta_v * INVERSE).min(1.0)).sqrt()
+}
+
+/// The inverse of [`place`].
+fn angle(s: f64) -> f64 {
+    LAST.to_radians() * (1.0 - (1.0 - s) * (1.0 - s))
+}
+
+/// How far centres lean from the mirror direction to the middle of the lobe (the direction of ∫ f_cos² wi dwi): a
+/// little for lobes, whose tails need fewer q about the mirror direction, all the way for what is nearly diffuse.
+const LEANS: [f64; 2] = [0.3, 1.0];
+/// F and Q at which leans are compared.
+const TRIAL: [usize; 2] = [48, 8];
+
+/// Angle γ between n and C for the candidates of [`place`] 0 … 1, by the lean that leaves the least energy beyond Q.
+fn centres(brdf: &dyn Brdf, task: &Task) -> Result<Vec<f64>, CentralError> {
+    let middle = |i: usize| Slice::leaning(brdf, angle(i as f64 / (CENTRES - 1) as f64));
+    let middles = (0..CENTRES).map(middle).collect::<Result<Vec<_>, _>>()?;
+    let mut best = (f64::INFINITY, Vec::new());
+    for lean in LEANS {
+        let gamma = |m: &Slice| (m.theta_v + lean * (m.gamma - m.theta_v)).clamp(0.0, FRAC_PI_2);
+        let gammas: Vec<f64> = middles.iter().map(gamma).collect();
+        let slices = middles.iter().zip(&gammas).map(|(m, g)| Slice { theta_v: m.theta_v, gamma: *g });
+        let s = Slices::new(brdf, Centre::Reflection, slices.collect(), TRIAL[0], TRIAL[1], task)?;
+        let beyond = (0..CENTRES).map(|i| beyond(&s, i)).sum::<f64>();
+        if beyond < best.0 {
+            best = (beyond, gammas);
+        }
+    }
+    Ok(best.1)
+}
+
+/// The share of a slice's energy that its orders miss.
+fn beyond(s: &Slices, slice: usize) -> f64 {
+    let energy: f64 = s.energy[slice].iter().sum();
+    let captured: f64 = s.captured(slice, s.order, s.azimuth).iter().sum();
+    if energy > 0.0 { (1.0 - captured / energy).max(0.0) } else { 0.0 }
+}
+
+impl Leaning {
+    /// The slices of a material.
+    pub fn bake(slug: &'static str, m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
+        let refused = refused(slug);
+        let brdf = &*m.brdf;
+        let part = |i: usize| i as f64 / (CANDIDATES - 1) as f64;
+        let (centre, slices): (_, Vec<Slice>) = if brdf.is_isotropic() {
+            let gamma = centres(brdf, task).map_err(&refused)?;
+            let lean = |s: f64| {
+                let x = s * (CENTRES - 1) as f64;
+                let i = (x as usize).min(CENTRES - 2);
+                gamma[i] + (gamma[i + 1] - gamma[i]) * (x - i as f64)
+            };
+            let slice = |i: usize| Slice { theta_v: angle(part(i)), gamma: lean(part(i)) };
+            (Centre::Reflection, (0..CANDIDATES).map(slice).collect())
+        } else {
+            (Centre::Tangent, (0..CANDIDATES).map(|i| Slice::tangent(PI * part(i))).collect())
+        };
+        let share = (0.4 * task.tolerance().unwrap_or(TOLERANCE)).powi(2);
+        let fixed = |d: [usize; 2]| [p.order.unwrap_or(d[0]), d[1]];
+        let made = Kernels::new(brdf, centre, &slices, [fixed(LEAST), fixed(MOST)], share, task);
+        made.map(Self).map_err(refused)
+    }
+}
+
+impl Part for Leaning {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        self.0.save(to, prefix);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let made = Kernels::load(from, prefix)?;
+        if made.0.slices.len() != CANDIDATES {
+            return Err(PartError::Unexpected(format!("{prefix}.elevations")));
+        }
+        Ok(Self(made))
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+}

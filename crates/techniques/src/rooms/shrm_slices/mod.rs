@@ -1,0 +1,119 @@
+//! Explicit elevation slices: maps per elevation of the viewer, Fourier series in its azimuth.
+//!
+//! Ramamoorthi & Hanrahan (2002) expand the reflected light in spherical harmonics of the view about the mirror
+//! direction (5.10). At grazing angles broad lobes vary too fast for a few p, and the representation fails first where
+//! reflection is strongest. The same coefficients before their last step (5.22), k_lq(θ_o) instead of ρ̂_lpq, hold at
+//! every elevation: B(C; θ_v, φ_o) = a(θ_v) Σ_{|q| ≤ Q} a_q(φ_o) B_q(C; θ_v), B_q = Σ_l k_l|q|(θ_v)/a(θ_v) L'_lq(C),
+//! a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo. Elevations are chosen so that linear interpolation between slices,
+//! each read about the point's own centre, meets the tolerance; the centre lies between the mirror direction and the
+//! middle of the lobe, where few q hold it and neighbouring slices are aligned. What is approximated: F, Q, the interpolation, each by its exact error in the mean
+//! over frames. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the
+//! tangent), point lights.
+
+mod bake;
+mod choose;
+mod material;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::gpu::Uniform;
+use crate::shared::kernels;
+use crate::shared::lights;
+use crate::shared::spectrum::Spectrum;
+use crate::shared::turn::Turn;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
+    Technique, View,
+};
+use bake::Stack;
+use material::{Leaning, Params};
+use steradian_base::{Certificate, Task};
+use steradian_light::Lights;
+
+/// Highest band to which light is analysed.
+const ORDER: usize = 255;
+
+/// The room.
+pub struct ShrmSlices;
+
+impl Technique for ShrmSlices {
+    const CARD: Card = Card {
+        slug: "shrm_slices",
+        title: "Reflection maps by elevation slices",
+        citation: "after Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.9 and 5.22; \
+                   slices by elevation are ours",
+        equation: "L_o = a(θ_v) Σ_q a_q(φ_o) B_q(C; θ_v)",
+        light: "spherical harmonics up to F, multiplied with each slice's coefficients into maps B_q",
+        visibility: "none: V = 1",
+        reflectance: "slices at chosen elevations, each in spherical harmonics about the lobe's middle",
+        materials: kernels::materials,
+        specimens: &["phong-normalized:s=30", "ggx:alpha=0.36,f0=0.9/0.6/0.3", "kajiya-kay:s=16"],
+        exact_when: &[
+            Claim {
+                statement: "the light is constant: the albedo goes its own way",
+                light: lights::furnace,
+                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                params: &[],
+                within: 2e-3,
+            },
+            Claim {
+                statement: "the lobe is radially symmetric: one slice holds it",
+                light: lights::smooth,
+                brdf: "phong-normalized:s=30",
+                params: &[("size", 192.0)],
+                within: 4e-3,
+            },
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            certain_isotropic: true,
+            all_isotropic: true,
+            certain_anisotropic: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = Spectrum;
+    type Material = Leaning;
+    type Transfer = ();
+    type Linked = Stack;
+    type Frame = Turn;
+
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
+        Spectrum::bake(Self::CARD.slug, l, ORDER, task)
+    }
+
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Leaning, BakeError> {
+        Leaning::bake(Self::CARD.slug, m, p, task)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Leaning, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Stack, Certificate), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
+        *f = Turn::new(v.light_rotation);
+    }
+
+    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+        shade::gpu(&b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,128 @@
+//! The reflectance's factor of rooms that see it about a central direction: its slices.
+
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
+use crate::{BakeError, Part};
+use steradian_base::Task;
+use steradian_brdf::Brdf;
+use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
+
+/// Slices of one reflectance.
+#[derive(Debug, Clone)]
+pub struct Kernels(pub Slices);
+
+/// A refusal or a cancellation as a bake's.
+pub fn refused(slug: &'static str) -> impl Fn(CentralError) -> BakeError {
+    move |e| match e {
+        CentralError::Cancelled(c) => BakeError::Cancelled(c),
+        e => BakeError::Material { slug, why: format!("{e}; or use reference") },
+    }
+}
+
+/// Isotropic reflectance, and what depends on t·wi and t·wo alone.
+pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    let strands = ["kajiya-kay", "banks-map"];
+    if brdf.is_isotropic() || strands.contains(&brdf.info().name) {
+        return Ok(());
+    }
+    Err(format!(
+        "takes isotropic reflectance, kajiya-kay and banks-map, not anisotropic {}: use reference",
+        brdf.info().name
+    ))
+}
+
+impl Kernels {
+    /// Slices at `elevations` up to the orders `least` where these hold each elevation up to 80° but for `share` of its
+    /// energy, else up to `most`.
+    pub fn new(
+        brdf: &dyn Brdf,
+        centre: Centre,
+        elevations: &[Slice],
+        [least, most]: [[usize; 2]; 2],
+        share: f64,
+        task: &Task,
+    ) -> Result<Self, CentralError> {
+        let made = |[f, q]: [usize; 2]| Slices::new(brdf, centre, elevations.to_vec(), f, q, task);
+        let slices = made(least)?;
+        let [more_f, more_q] = missing(&slices, share);
+        let next = [if more_f { most[0] } else { least[0] }, if more_q { most[1] } else { least[1] }];
+        Ok(Self(if next == least { slices } else { made(next)? }))
+    }
+}
+
+/// Does F, does Q miss more than `share` of the energy of any elevation up to 80°?
+fn missing(s: &Slices, share: f64) -> [bool; 2] {
+    let mut more = [false; 2];
+    for (i, _) in s.slices.iter().enumerate().filter(|(_, s)| s.theta_v.abs() < 80.5f64.to_radians()) {
+        let captured = s.captured(i, s.order, s.azimuth);
+        for c in 0..3 {
+            let rest = s.energy[i][c] - captured[c];
+            // Rows fall off from q to q + 1: the last one stands for those beyond.
+            let last: f64 = 2.0 * s.row(i, s.azimuth)[c].iter().map(|k| k * k).sum::<f64>();
+            let most = share * s.energy[i][c];
+            more[0] |= rest - last > most;
+            more[1] |= last > most && s.azimuth > 0;
+        }
+    }
+    more
+}
+
+/// The number of a centre in parameters and files.
+pub fn word(centre: Centre) -> f64 {
+    match centre {
+        Centre::Reflection => 1.0,
+        Centre::Normal => 2.0,
+        Centre::Tangent => 3.0,
+    }
+}
+
+/// The centre that number stands for in parameters and files.
+pub fn centre_of(word: f64) -> Option<Centre> {
+    [Centre::Reflection, Centre::Normal, Centre::Tangent].into_iter().find(|c| self::word(*c) == word)
+}
+
+impl Part for Kernels {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let s = &self.0;
+        let head = vec![word(s.centre), s.accuracy];
+        put_f64(to, format!("{prefix}.centre"), vec![2], head);
+        let one = |i: usize| {
+            let (v, e, c) = (&s.slices[i], &s.energy[i], &s.cosine[i]);
+            [v.theta_v, v.gamma, e[0], e[1], e[2], c[0], c[1], c[2]]
+        };
+        let elevations = (0..s.slices.len()).flat_map(one).collect();
+        put_f64(to, format!("{prefix}.elevations"), vec![s.slices.len(), 8], elevations);
+        let shape = vec![s.slices.len(), s.azimuth + 1, 3, s.order + 1];
+        put_f64(to, format!("{prefix}.kernels"), shape, s.k.clone());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let bad = |name: &str| PartError::Unexpected(format!("{prefix}.{name}"));
+        let (_, head) = get_f64(from, &format!("{prefix}.centre"), 1)?;
+        let [centre, accuracy] = head[..] else { return Err(bad("centre")) };
+        let centre = centre_of(centre).ok_or_else(|| bad("centre"))?;
+        let (shape, elevations) = get_f64(from, &format!("{prefix}.elevations"), 2)?;
+        if shape[1] != 8 || shape[0] == 0 {
+            return Err(bad("elevations"));
+        }
+        let (of, k) = get_f64(from, &format!("{prefix}.kernels"), 4)?;
+        let whole = of[0] == shape[0] && of[2] == 3 && (1..=MAX_ORDER + 1).contains(&of[3]);
+        if !whole || !(1..=of[3]).contains(&of[1]) || !k.iter().all(|k| k.is_finite()) {
+            return Err(bad("kernels"));
+        }
+        let rows = elevations.as_chunks::<8>().0;
+        Ok(Self(Slices {
+            centre,
+            order: of[3] - 1,
+            azimuth: of[1] - 1,
+            slices: rows.iter().map(|r| Slice { theta_v: r[0], gamma: r[1] }).collect(),
+            k,
+            energy: rows.iter().map(|r| [r[2], r[3], r[4]]).collect(),
+            cosine: rows.iter().map(|r| [r[5], r[6], r[7]]).collect(),
+            accuracy,
+        }))
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.0.k.len()
+    }
+}

@@ -1,0 +1,50 @@
+//! The reflectance's slices, evenly spaced in elevation.
+
+use super::{Orders, TOLERANCE};
+use crate::shared::kernels::{Kernels, refused};
+use crate::{BakeError, Material};
+use steradian_base::Task;
+use steradian_brdf::Brdf;
+use steradian_brdf::central::{CentralError, Centre, Lpq, Slice, Slices};
+
+/// Elevations of the fit.
+const ELEVATIONS: usize = 45;
+/// F of the slices to begin with, and the highest that a tolerance asks for.
+const LEAST: usize = 48;
+const MOST: usize = 96;
+/// Elevations, F and P at which centres are compared.
+const TRIAL: (usize, usize, usize) = (8, 16, 2);
+/// Q of the slices: beyond the P of any fit, to know what is left out.
+const AZIMUTH: usize = 12;
+
+/// The middles of equal parts of what the viewer's elevation about `centre` can be.
+fn elevations(centre: Centre, count: usize) -> Vec<Slice> {
+    let middle = |i: usize| centre.reach() * (i as f64 + 0.5) / count as f64;
+    (0..count).map(|i| centre.slice(middle(i))).collect()
+}
+
+/// The centre about which low orders hold most of the energy: the tangent for what depends on it alone, else the
+/// mirror direction or the normal.
+fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
+    if !brdf.is_isotropic() {
+        return Ok(Centre::Tangent);
+    }
+    let share = |centre| {
+        let slices = Slices::new(brdf, centre, elevations(centre, TRIAL.0), TRIAL.1, TRIAL.1, task)?;
+        Ok::<_, CentralError>(Lpq::fit(&slices, TRIAL.2, &|_| 1.0, false)?.share(TRIAL.1, TRIAL.2))
+    };
+    let (reflection, normal) = (share(Centre::Reflection)?, share(Centre::Normal)?);
+    Ok(if normal > reflection { Centre::Normal } else { Centre::Reflection })
+}
+
+/// The slices of a material about the centre that the parameters say.
+pub fn material(slug: &'static str, m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {
+    let brdf = &*m.brdf;
+    let refused = refused(slug);
+    let centre = p.centre.map_or_else(|| best_centre(brdf, task), Ok).map_err(&refused)?;
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
+    let share = (0.5 * tolerance).powi(2);
+    let least = [p.order.unwrap_or(LEAST), AZIMUTH];
+    let most = [p.order.unwrap_or(MOST), AZIMUTH];
+    Kernels::new(brdf, centre, &elevations(centre, ELEVATIONS), [least, most], share, task).map_err(refused)
+}

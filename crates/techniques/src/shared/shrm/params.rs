@@ -1,0 +1,105 @@
+//! Parameters of spherical harmonic reflection maps.
+
+use crate::shared::kernels::{centre_of, word};
+use steradian_base::{ParamError, ParamInfo, ParamValues};
+use steradian_brdf::central::Centre;
+
+const fn whole(name: &'static str, [min, max, default]: [f64; 3], doc: &'static str) -> ParamInfo {
+    ParamInfo { name, unit: "", min, max, default, integer: true, doc }
+}
+
+const CENTRE: ParamInfo = whole(
+    "centre",
+    [0.0, 3.0, 0.0],
+    "central direction: 1 mirror direction, 2 normal, 3 tangent (kajiya-kay, banks-map); 0: by measured energy",
+);
+const ORDER: ParamInfo =
+    whole("order", [-1.0, 255.0, -1.0], "F, the highest l; -1: what the tolerance needs");
+const P: ParamInfo =
+    whole("p", [-1.0, 30.0, -1.0], "P, the highest p; -1: what the tolerance needs, about 5 at most");
+const EPSILON: ParamInfo = ParamInfo {
+    name: "energy_epsilon",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 0.0,
+    integer: false,
+    doc: "share of the reflectance's energy that orders may miss (eq. 5.18: a squared error); 0: use the tolerance",
+};
+const PLAIN: ParamInfo = whole(
+    "plain",
+    [0.0, 1.0, 0.0],
+    "1: the paper's projection; 0: a fit weighted by elevation of what is left when the albedo is divided out",
+);
+const SIZE: ParamInfo = ParamInfo {
+    name: "size",
+    unit: "texels",
+    min: 0.0,
+    max: 2048.0,
+    default: 0.0,
+    integer: true,
+    doc: "S: intervals from pole to pole of the maps (per edge of cubes); 0: what the tolerance needs",
+};
+const HALVES: ParamInfo = whole("halves", [0.0, 1.0, 0.0], "1: maps of 16-bit floats");
+
+/// Orders and resolutions, or how to find them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Orders {
+    /// The central direction; by measured energy where `None`.
+    pub centre: Option<Centre>,
+    /// F.
+    pub order: Option<usize>,
+    /// P.
+    pub p: Option<usize>,
+    /// ε of (5.18); 0: by tolerance.
+    pub energy_epsilon: f64,
+    /// The paper's projection.
+    pub plain: bool,
+    /// S; 0: by tolerance.
+    pub size: usize,
+    /// 16-bit maps.
+    pub halves: bool,
+}
+
+/// All of them.
+pub const ORDERS: [ParamInfo; 7] = [CENTRE, ORDER, P, EPSILON, PLAIN, SIZE, HALVES];
+
+impl Orders {
+    /// From values that somebody has checked.
+    pub fn read(values: &ParamValues) -> Self {
+        let get = |i: &ParamInfo| values.get(i);
+        let least = |i: &ParamInfo| Some(values.get(i)).filter(|x| *x >= 0.0).map(|x| x as usize);
+        Self {
+            centre: centre_of(get(&CENTRE)),
+            order: least(&ORDER),
+            p: least(&P),
+            energy_epsilon: get(&EPSILON),
+            plain: get(&PLAIN) > 0.0,
+            size: get(&SIZE) as usize,
+            halves: get(&HALVES) > 0.0,
+        }
+    }
+}
+
+impl steradian_base::Params for Orders {
+    const INFO: &'static [ParamInfo] = &ORDERS;
+
+    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
+        values.check(Self::INFO)?;
+        Ok(Self::read(values))
+    }
+
+    fn to_values(&self) -> ParamValues {
+        let optional = |x: Option<usize>| x.map_or(-1.0, |x| x as f64);
+        let pairs = [
+            (CENTRE, self.centre.map_or(0.0, word)),
+            (ORDER, optional(self.order)),
+            (P, optional(self.p)),
+            (EPSILON, self.energy_epsilon),
+            (PLAIN, f64::from(u8::from(self.plain))),
+            (SIZE, self.size as f64),
+            (HALVES, f64::from(u8::from(self.halves))),
+        ];
+        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+    }
+}

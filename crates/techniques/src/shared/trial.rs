@@ -1,0 +1,63 @@
+//! What the tests of rooms share: bakes, points at one elevation, the judge.
+
+use crate::{AnyBake, Material, PointsBuf, Radiance, find};
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+use steradian_base::{ParamValues, Task};
+use steradian_light::Lights;
+use steradian_prefilter::probe;
+use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_sphere::Frame;
+
+/// A bake of room `slug`.
+pub fn bake(
+    slug: &str,
+    lights: &Lights,
+    spec: &str,
+    params: &[(&str, f64)],
+    tolerance: Option<f64>,
+) -> Box<dyn AnyBake> {
+    let material = Material::new(steradian_brdf::parse(spec).unwrap());
+    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let task = Task::quiet().with_tolerance(tolerance);
+    find(slug).unwrap().bake(lights, &material, None, &values, &task).unwrap()
+}
+
+/// A figure of a certificate.
+pub fn detail(b: &dyn AnyBake, name: &str) -> f64 {
+    b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("{name}")).1
+}
+
+/// `n` points seen `degrees` off their normals.
+pub fn points(n: usize, degrees: f64) -> Vec<JudgePoint> {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let point = |k: usize| {
+        let frame = Frame::from_normal(probe::direction(k, n));
+        let phi = 2.0 * PI * (k as f64 * 0.569_840_291 + 0.1).fract();
+        let wo = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), c));
+        JudgePoint { frame, wo, position: None }
+    };
+    (0..n).map(point).collect()
+}
+
+/// What a bake shades there.
+pub fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+    let mut q = PointsBuf::with_capacity(points.len());
+    for p in points {
+        q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; points.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
+}
+
+/// Relative RMS error against the judge of some bakes at the same points.
+pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[JudgePoint]) -> Vec<f64> {
+    let judge = Judge::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
+    let brdf = steradian_brdf::parse(spec).unwrap();
+    let exact = judge.radiance_batch(&*brdf, points, 2e-3, &Task::quiet()).unwrap();
+    let error = |b: &&dyn AnyBake| {
+        probe::relative_rms(shade(*b, points).into_iter().zip(exact.iter().map(|e| e.rgb)))
+    };
+    bakes.iter().map(error).collect()
+}

@@ -1,0 +1,199 @@
+//! The exact outgoing radiance of any isotropic reflectance, seen along one view: STAR04 eq. 32.
+//!
+//! About the direction to the viewer as polar axis, an isotropic f_cos of the normal at (θ_v, β) is that of the
+//! normal at (θ_v, 0) turned by β, and even in the azimuth. With its real coefficients
+//!
+//! > g_lm(θ_v) = ∫ f_cos(wi, wo; n(θ_v, 0)) Y_lm(wi) dwi, m ≥ 0
+//!
+//! and the light's coefficients L_lm in the same frame,
+//!
+//! > **L_o(n(θ_v, β)) = Σ_m Σ_l g_lm(θ_v) (L_lm cos mβ + L_l,−m sin mβ)**, m = 0 … F
+//!
+//! (Ramamoorthi & Hanrahan 2002, eqs 5.8–5.10 with the view in place of the reflection as centre, where φ_o needs no
+//! expansion.) The coefficients know no light; each view costs one rotation of the light's coefficients and a sum
+//! over l per elevation. [`Slices`] holds g, [`ViewImage`] one view, [`Seen`] a material.
+
+mod image;
+mod quadrature;
+mod seen;
+#[cfg(test)]
+mod tests;
+
+pub use image::{ViewImage, frame};
+pub use seen::Seen;
+
+use crate::Part;
+use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_base::{Cancelled, Task};
+use steradian_brdf::{Brdf, Domain, Lobe};
+
+/// Highest order that rooms ask for: the light must be known as far.
+pub const MOST: usize = 96;
+
+/// Fewest elevations, less one.
+const LEAST_INTERVALS: usize = 32;
+
+/// Orders that are tried, lowest first.
+const ORDERS: [usize; 6] = [8, 16, 24, 32, 48, 64];
+
+/// g_lm(θ_v) at elevations equally spaced over [0, π/2].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slices {
+    order: usize,
+    /// Elevations less one.
+    intervals: usize,
+    /// Per elevation and coefficient (m = 0…F, then l = m…F) r, g, b.
+    g: Vec<[f32; 3]>,
+    /// f_cos has this Lambertian part, which is left out of g: f of it, sr⁻¹.
+    pub diffuse: [f64; 3],
+    /// Estimate of the squared relative error that the order leaves under natural light, whose coefficients fall
+    /// like 1/(l + 1): Σ over the bands left out of f_cos's energy/(l + 1)², over that of all bands.
+    pub missing: f64,
+}
+
+/// Number of (l, m) with m ≥ 0 up to `order`.
+pub(crate) const fn half_count(order: usize) -> usize {
+    (order + 1) * (order + 2) / 2
+}
+
+impl Slices {
+    /// To the lowest order whose [`Slices::missing`] is at most tolerance², at most `most`; `diffuse` (f, sr⁻¹) is
+    /// the Lambertian part to leave out of g.
+    pub fn bake(
+        brdf: &dyn Brdf,
+        diffuse: [f64; 3],
+        tolerance: f64,
+        most: usize,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
+        // No lobe of this width fits in fewer bands.
+        let least = (1.0 / narrowest(brdf)) as usize;
+        let fit = |o: &usize| *o < most && *o >= least;
+        for order in ORDERS.into_iter().filter(fit) {
+            let slices = Self::of_order(brdf, diffuse, order, task)?;
+            if slices.missing <= tolerance * tolerance {
+                return Ok(slices);
+            }
+        }
+        Self::of_order(brdf, diffuse, most, task)
+    }
+
+    /// Up to band `order`, whatever that leaves out.
+    pub fn of_order(
+        brdf: &dyn Brdf,
+        diffuse: [f64; 3],
+        order: usize,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
+        // Four per wavelength of the highest band in 2θ_v; bands that high hold little.
+        let intervals = (2 * order).max(LEAST_INTERVALS);
+        let rule = quadrature::Rule::new(order);
+        let slice = |j: usize| {
+            task.check()?;
+            let theta_v = (FRAC_PI_2 * j as f64 / intervals as f64).min(FRAC_PI_2 - GRAZING);
+            Ok(rule.slice(brdf, diffuse, theta_v))
+        };
+        let slices: Vec<_> = (0..=intervals).into_par_iter().map(slice).collect::<Result<_, _>>()?;
+        let missing = missing(&slices, order);
+        let g = slices.iter().flat_map(|s| s.g.iter().map(|x| x.map(|x| x as f32))).collect();
+        Ok(Self { order, intervals, g, diffuse, missing })
+    }
+
+    /// Highest band F.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Elevations, from θ_v = 0 to π/2.
+    pub fn elevations(&self) -> usize {
+        self.intervals + 1
+    }
+
+    /// Is nothing left beside the Lambertian part?
+    pub fn is_zero(&self) -> bool {
+        self.g.iter().flatten().all(|x| *x == 0.0)
+    }
+
+    /// g of elevation `j`, m by m.
+    fn at(&self, j: usize) -> &[[f32; 3]] {
+        let n = half_count(self.order);
+        &self.g[j * n..(j + 1) * n]
+    }
+}
+
+/// See [`Slices::missing`]; views uniform in solid angle. What is beyond the order counts as if in the next band.
+fn missing(slices: &[quadrature::Slice], order: usize) -> f64 {
+    let natural = |l: usize| 1.0 / ((l + 1) * (l + 1)) as f64;
+    let (mut seen, mut kept, mut all) = (0.0, 0.0, 0.0);
+    for (j, s) in slices.iter().enumerate() {
+        let w = (FRAC_PI_2 * j as f64 / (slices.len() - 1) as f64).sin();
+        all += w * s.energy;
+        let bands = (0..=order).flat_map(|m| m..=order);
+        for (l, g) in bands.zip(&s.g) {
+            let e = w * g.iter().map(|x| x * x).sum::<f64>();
+            kept += e;
+            seen += e * natural(l);
+        }
+    }
+    let lost = (all - kept).max(0.0) * natural(order + 1);
+    if seen + lost > 0.0 { lost / (seen + lost) } else { 0.0 }
+}
+
+/// Grazing views are taken this far (radians) above the surface, where reflectance still is defined.
+const GRAZING: f64 = 1e-4;
+
+/// Width of the narrowest lobe at normal view, radians.
+fn narrowest(brdf: &dyn Brdf) -> f64 {
+    let width = |l: &Lobe| match *l {
+        Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
+    };
+    brdf.lobes(DVec3::Z).iter().map(width).fold(1.0, f64::min).max(1e-6)
+}
+
+/// The largest Lambertian part (f, sr⁻¹) that leaves the rest non-negative where neither direction is more than 75°
+/// off the normal.
+pub fn lambertian_part(brdf: &dyn Brdf) -> [f64; 3] {
+    if brdf.domain() == Domain::Sphere {
+        return [0.0; 3];
+    }
+    let at = |theta: f64, phi: f64| DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+    let mut least = [f64::INFINITY; 3];
+    let theta = |k: usize| 75.0_f64.to_radians() * k as f64 / 15.0;
+    for (i, o) in (0..256).map(|k| (theta(k / 16), theta(k % 16))) {
+        for q in 0..=8 {
+            let f = brdf.eval(at(i, PI * f64::from(q) / 8.0), at(o, 0.0));
+            (0..3).for_each(|c| least[c] = least[c].min(f[c]));
+        }
+    }
+    least.map(|f| if f.is_finite() { f.max(0.0) } else { 0.0 })
+}
+
+impl Part for Slices {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let shape = vec![self.elevations(), half_count(self.order), 3];
+        put_f32(to, format!("{prefix}.slices"), shape, self.g.concat());
+        let [r, g, b] = self.diffuse;
+        put_f64(to, format!("{prefix}.split"), vec![5], vec![self.order as f64, self.missing, r, g, b]);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.split");
+        let (_, v) = get_f64(from, &name, 1)?;
+        let [order, missing, r, g, b] = v[..] else { return Err(PartError::Unexpected(name)) };
+        let order = if (0.0..=MOST as f64).contains(&order) { order as usize } else { 0 };
+        let name = format!("{prefix}.slices");
+        let (shape, v) = get_f32(from, &name, 3)?;
+        if shape[0] < 5 || shape[1] != half_count(order) || shape[2] != 3 {
+            return Err(PartError::Unexpected(name));
+        }
+        let diffuse = [r, g, b];
+        Ok(Self { order, intervals: shape[0] - 1, g: v.as_chunks().0.to_vec(), diffuse, missing })
+    }
+
+    fn bytes(&self) -> usize {
+        12 * self.g.len()
+    }
+}

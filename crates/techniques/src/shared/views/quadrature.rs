@@ -1,0 +1,160 @@
+//! g_lm of one elevation by quadrature in rings about the view, cut at the horizon and graded around the lobes.
+
+use super::half_count;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_sphere::quadrature::gauss_legendre;
+use steradian_sphere::sh::legendre;
+
+/// Phase (length × order) of the longest panel.
+const PHASE: f64 = 20.0;
+/// Nodes of a panel over which the coefficients' basis hardly varies.
+const FLAT: f64 = 4.5;
+/// Nodes of the largest rule.
+const NODES: usize = 15;
+/// Ratio of the lengths of panels, going away from a lobe.
+const GRADING: f64 = 2.5;
+/// Length of the first panel beside the horizon's tangents, radians.
+const BEND: f64 = 0.06;
+/// Width that counts as smooth, radians.
+const SMOOTH: f64 = 0.6;
+
+/// Rules for bands up to an order.
+pub(super) struct Rule {
+    order: usize,
+    gauss: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+/// Coefficients of one elevation.
+pub(super) struct Slice {
+    /// m by m, then l = m…F.
+    pub g: Vec<[f64; 3]>,
+    /// ∫ f_cos² dwi of what the coefficients are of, channels together.
+    pub energy: f64,
+}
+
+/// A lobe in the view's polar angles: θ, |φ|, width.
+type Place = [f64; 3];
+
+impl Rule {
+    pub fn new(order: usize) -> Self {
+        Self { order, gauss: (0..=NODES).map(gauss_legendre).collect() }
+    }
+
+    /// Nodes and weights over [a, b], graded around each (centre, width).
+    fn nodes(&self, a: f64, b: f64, centres: &[(f64, f64)]) -> Vec<[f64; 2]> {
+        let mut breaks = vec![a, b];
+        for &(centre, width) in centres {
+            breaks.push(centre);
+            let mut step = width;
+            while step < b - a {
+                breaks.extend([centre - step, centre + step]);
+                step *= GRADING;
+            }
+        }
+        breaks.retain(|x| (a..=b).contains(x));
+        breaks.sort_by(f64::total_cmp);
+        // A panel that is short beside its neighbours' resolution is none; the ends stay.
+        let short = centres.iter().map(|c| c.1).fold(SMOOTH, f64::min) * 0.3;
+        breaks.dedup_by(|x, y| *x - *y < short);
+        if let Some(last) = breaks.last_mut() {
+            *last = b;
+        }
+        let mut out = Vec::new();
+        for pair in breaks.windows(2) {
+            let phase = (pair[1] - pair[0]) * self.order as f64;
+            let parts = (phase / PHASE).ceil().max(1.0);
+            let h = (pair[1] - pair[0]) / parts;
+            let n = (FLAT + 0.5 * phase / parts) as usize;
+            let (x, w) = &self.gauss[n.min(NODES)];
+            for k in 0..parts as usize {
+                let middle = pair[0] + h * (k as f64 + 0.5);
+                out.extend(x.iter().zip(w).map(|(x, w)| [middle + 0.5 * h * x, 0.5 * h * w]));
+            }
+        }
+        out
+    }
+
+    /// The coefficients of the normal at `theta_v` from the view, without the Lambertian part `diffuse`.
+    pub fn slice(&self, brdf: &dyn Brdf, diffuse: [f64; 3], theta_v: f64) -> Slice {
+        let (s, c) = theta_v.sin_cos();
+        let whole = brdf.domain() == Domain::Sphere;
+        let places = places(brdf, theta_v);
+        // Where rings begin and cease to meet the horizon, their arcs change like a root.
+        let mut bends = vec![(FRAC_PI_2 - theta_v, BEND), (FRAC_PI_2 + theta_v, BEND)];
+        bends.extend(places.iter().map(|p| (p[0], p[2])));
+        let end = if whole { PI } else { (FRAC_PI_2 + theta_v).min(PI) };
+        let mut out = Slice { g: vec![[0.0; 3]; half_count(self.order)], energy: 0.0 };
+        let wo = DVec3::new(-s, 0.0, c);
+        let mut cosines = vec![[0.0; 3]; self.order + 1];
+        for [theta, w] in self.nodes(0.0, end, &bends) {
+            let (st, ct) = theta.sin_cos();
+            let reach = if whole { PI } else { (-(c * ct) / (s * st).max(1e-300)).clamp(-1.0, 1.0).acos() };
+            let arcs: Vec<_> = places.iter().map(|p| (p[1], arc_width(p, theta, st))).collect();
+            cosines.fill([0.0; 3]);
+            for [phi, wp] in self.nodes(0.0, reach, &arcs) {
+                let (sp, cp) = phi.sin_cos();
+                // The view's frame to the surface's: n = (s, 0, c) becomes z.
+                let (x, y) = (st * cp, st * sp);
+                let wi = DVec3::new(c * x - s * ct, y, s * x + c * ct);
+                let f = rest(brdf, diffuse, wi, wo);
+                let weight = 2.0 * w * wp * st;
+                out.energy += weight * f.iter().map(|f| f * f).sum::<f64>();
+                add_cosines(&mut cosines, cp, f.map(|f| weight * f));
+            }
+            self.project(&cosines, ct, st, &mut out.g);
+        }
+        out
+    }
+
+    /// Adds a ring's cosine coefficients to all bands.
+    fn project(&self, cosines: &[[f64; 3]], ct: f64, st: f64, g: &mut [[f64; 3]]) {
+        let mut at = 0;
+        for (m, a) in cosines.iter().enumerate() {
+            let norm = if m == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
+            let row = &mut g[at..at + self.order + 1 - m];
+            for (g, p) in row.iter_mut().zip(legendre(m, self.order, ct, st)) {
+                (0..3).for_each(|c| g[c] += norm * p * a[c]);
+            }
+            at += row.len();
+        }
+    }
+}
+
+/// f_cos without its Lambertian part.
+fn rest(brdf: &dyn Brdf, diffuse: [f64; 3], wi: DVec3, wo: DVec3) -> [f64; 3] {
+    let f = brdf.f_cos(wi, wo);
+    std::array::from_fn(|k| f[k] - diffuse[k] * wi.z.max(0.0))
+}
+
+/// Adds v cos mφ for all m.
+fn add_cosines(to: &mut [[f64; 3]], cos: f64, v: [f64; 3]) {
+    let (mut before, mut now) = (cos, 1.0);
+    for t in to {
+        (0..3).for_each(|c| t[c] += v[c] * now);
+        (before, now) = (now, 2.0 * cos * now - before);
+    }
+}
+
+/// Over which azimuth a lobe varies on the ring at `theta`: wider far from it, and on small rings.
+fn arc_width(p: &Place, theta: f64, sin: f64) -> f64 {
+    let away = (theta - p[0]).abs();
+    (p[2].max(0.5 * away) / sin.max(1e-3)).clamp(1e-3, PI)
+}
+
+/// The lobes about the view; isotropic reflectance has them in the plane of view and normal.
+fn places(brdf: &dyn Brdf, theta_v: f64) -> Vec<Place> {
+    let (s, c) = theta_v.sin_cos();
+    let place = |l: Lobe| {
+        let (axis, width) = match l {
+            Lobe::Axis { axis, width } | Lobe::Cone { axis, width, .. } => (axis, width),
+            Lobe::Arc { normal, width } => (normal, width),
+        };
+        // The surface's frame to the view's.
+        let d = DVec3::new(c * axis.x + s * axis.z, axis.y, c * axis.z - s * axis.x);
+        let (theta, phi) = (d.x.hypot(d.y).atan2(d.z), d.y.atan2(d.x).abs());
+        [theta, phi, width.clamp(1e-4, SMOOTH)]
+    };
+    brdf.lobes(DVec3::new(-s, 0.0, c)).into_iter().map(place).collect()
+}

@@ -1,0 +1,90 @@
+//! Figures of Ramamoorthi & Hanrahan 2002, *Frequency Space Environment Map Rendering*: ours beside the paper's.
+//!
+//! ```text
+//! cargo run --release -p steradian-xtask -- figures 5.6|5.7|5.8|5.9|elevations [-o DIR] [--light FILE|SKY]
+//!     [--brdf SPEC]… [--side N]
+//! ```
+//!
+//! Tables go to standard output, pictures to DIR (by default the current folder). Real lights and materials come from
+//! the data folder (`STERADIAN_DATA`); without it a studio stands in and says so.
+
+mod chart;
+mod elevations;
+mod energy;
+mod grazing;
+mod light;
+mod microfacet;
+mod picture;
+mod velvet;
+
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
+use steradian_render::Display;
+
+/// What a figure is asked for.
+struct Options {
+    /// Folder of pictures.
+    out: PathBuf,
+    /// In place of the figure's light.
+    light: Option<String>,
+    /// In place of, or beside, the figure's materials.
+    brdfs: Vec<String>,
+    /// Pixels a side.
+    side: Option<usize>,
+}
+
+const USAGE: &str =
+    "usage: figures 5.6|5.7|5.8|5.9|elevations [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+
+/// `figures NAME …`.
+pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
+    let name = words.next().unwrap_or_default();
+    let mut o = Options { out: PathBuf::from("."), light: None, brdfs: Vec::new(), side: None };
+    while let Some(option) = words.next() {
+        let value = words.next().with_context(|| format!("{option} needs a value; {USAGE}"))?;
+        match option.as_str() {
+            "-o" | "--output" => o.out = value.into(),
+            "--light" => o.light = Some(value),
+            "--brdf" => o.brdfs.push(value),
+            "--side" => {
+                let side = value.parse().ok().filter(|n| (16..=2048).contains(n));
+                o.side = Some(side.with_context(|| format!("--side {value}: give 16 to 2048"))?);
+            }
+            _ => bail!("{option}: {USAGE}"),
+        }
+    }
+    match name.as_str() {
+        "5.6" => microfacet::run(&o),
+        "5.7" => energy::run(&o),
+        "5.8" => velvet::run(&o),
+        "5.9" => grazing::run(&o),
+        "elevations" => elevations::run(&o),
+        _ => bail!(USAGE),
+    }
+}
+
+/// Writes a picture to the folder.
+fn save(o: &Options, name: &str, picture: &Display) -> Result<()> {
+    let path = o.out.join(name);
+    let plane = |c: usize| picture.rgb.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0).collect();
+    let raster =
+        steradian_formats::Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
+    let options = steradian_formats::WriteOptions {
+        already_encoded: true,
+        ..steradian_formats::WriteOptions::default()
+    };
+    steradian_formats::write_image(&path, &raster, &options)?;
+    say(&format!("{}: {} x {}", path.display(), picture.width, picture.height));
+    Ok(())
+}
+
+/// A line on standard output.
+#[expect(clippy::print_stdout, reason = "the tables are the output")]
+fn say(line: &str) {
+    println!("{line}");
+}
+
+/// 0.9876 as `98.8 %`.
+fn percent(x: f64) -> String {
+    format!("{:.1} %", 100.0 * x)
+}
