@@ -62,7 +62,7 @@ fn pair(
     let show = Show::of(&truth);
     say(&format!("-- {spec}"));
     say(&format!("{:<28} {:>8} {:>8} {:>8} {:>9}   certificate", "", "all", "to 60°", "60-90°", "bytes"));
-    let mut films: Vec<(String, Film, usize, String)> = Vec::new();
+    let mut films: Vec<(String, Film, Option<usize>, String)> = Vec::new();
     for (title, slug, params) in [
         (format!("SHRM, P = {p}"), "shrm", vec![("p", p), ("order", 30.0), ("size", 128.0)]),
         ("slices, 3 % asked".into(), "shrm_slices", Vec::new()),
@@ -71,7 +71,7 @@ fn pair(
         match super::picture::baked(slug, brdf, lights, &params, tolerance) {
             Ok(mut b) => {
                 let film = ball.shaded(&mut *b);
-                films.push((title, film, b.bytes(), certified(b.certificate())));
+                films.push((title, film, Some(b.bytes()), certified(b.certificate())));
             }
             Err(e) => say(&format!("{slug}: {e}")),
         }
@@ -80,9 +80,9 @@ fn pair(
         Some(way) => {
             let mut b = bake(way.slug, brdf, lights, way.params)?;
             let film = ball.shaded(&mut *b);
-            films.push((way.title.into(), film, b.bytes(), certified(b.certificate())));
+            films.push((way.title.into(), film, Some(b.bytes()), certified(b.certificate())));
         }
-        None => films.push(("twelve views, blended".into(), blended(&ball, judge, brdf)?, 0, "-".into())),
+        None => films.push(("twelve views, blended".into(), blended(&ball, judge, brdf)?, None, "-".into())),
     }
     let label = vec![spec.to_string()];
     let mut rows = [Row { label, cells: Vec::new() }, Row { label: Vec::new(), cells: vec![None] }];
@@ -90,6 +90,7 @@ fn pair(
     for (title, film, bytes, certificate) in &films {
         let error = percent(show.errors(film).relative_rms);
         let (near, far) = (show.between(film, &ball, [0.0, 60.0]), show.between(film, &ball, [60.0, 90.0]));
+        let bytes = bytes.map_or_else(|| "-".into(), |b| b.to_string());
         say(&format!(
             "{title:<28} {error:>8} {:>8} {:>8} {bytes:>9}   {certificate}",
             percent(near),

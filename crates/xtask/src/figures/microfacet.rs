@@ -71,9 +71,7 @@ fn microfacet(o: &Options, spec: &str, name: &str, lights: &Lights, judge: &Judg
     let columns = std::iter::once("integral".into()).chain((0..=P).map(|p| format!("P = {p}"))).collect();
     let sheet = Sheet {
         title: format!("{spec}, F = {F}, S = {S}"),
-        subtitle: format!(
-            "reflection maps of two views under {name}; energy of the BRDF held, true relative RMS error"
-        ),
+        subtitle: format!("two views under {name}; energy held, relative RMS error"),
         columns,
         rows,
         text_scale: 1.2,
