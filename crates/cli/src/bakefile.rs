@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use steradian_base::{Input, Provenance};
 use steradian_brdf::SharedBrdf;
-use steradian_formats::{TensorData, TensorFile, read_tensors};
+use steradian_formats::{FormatError, TensorData, TensorFile, read_tensors};
 use steradian_light::Lights;
-use steradian_techniques::{AnyBake, AnyTechnique};
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError};
 
 /// The complete bake in a folder of outputs.
 pub const IN_FOLDER: &str = "bake.safetensors";
@@ -39,10 +39,9 @@ pub struct Made {
 impl Made {
     /// Of these inputs.
     pub fn of(brdf: &str, environment: &str, adjust: &Adjust) -> Self {
-        let stripped = |text: &str| Provenance::new([text.to_string()]).arguments.concat();
         Self {
             brdf: stripped(brdf),
-            environment: stripped(environment),
+            environment: name_of_light(environment),
             rotate: adjust.rotate,
             exposure: adjust.light_exposure,
         }
@@ -98,7 +97,12 @@ impl BakeFile {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2")) {
             return Err(bad("a texture holds a bake's maps only: --bake takes a .safetensors file"));
         }
-        let tensors = read_tensors(&path, &context.limits())?;
+        let tensors = read_tensors(&path, &context.limits()).map_err(|e| match e {
+            FormatError::Invalid { .. } if !is_named_so(&path) => {
+                bad("is no bake: --bake takes a .safetensors file of steradian bake, or the folder of one")
+            }
+            e => e.into(),
+        })?;
         context.note_input(&path);
         let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
             return Err(bad("holds tensors but no bake: steradian bake writes one"));
@@ -106,7 +110,7 @@ impl BakeFile {
         let Some(technique) = steradian_techniques::find(slug) else {
             return Err(bad(&format!("a bake of '{slug}', which this version does not know")));
         };
-        if tensors.metadata.get(DIGEST).is_some_and(|d| *d != digest(&tensors)) {
+        if !is_whole(&tensors) {
             return Err(bad("damaged: it is not what was written; bake it again"));
         }
         if let Some(name) = not_finite(&tensors) {
@@ -120,9 +124,11 @@ impl BakeFile {
 
     /// The bake.
     pub fn open(&self) -> Result<Box<dyn AnyBake>, Failure> {
-        self.technique
-            .load(&self.tensors)
-            .map_err(|e| Failure { code: e.exit_code(), message: format!("{}: {e}", self.path.display()) })
+        self.technique.load(&self.tensors).map_err(|e| match e {
+            // What is out of range was said by the file, not on the command line.
+            BakeError::Param(_) => Failure::input(format!("{}: damaged: {e}", self.path.display())),
+            e => Failure { code: e.exit_code(), message: format!("{}: {e}", self.path.display()) },
+        })
     }
 
     /// The reflectance that the file names; `None` where that is a file that is not at hand.
@@ -174,14 +180,31 @@ impl BakeFile {
 
     /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?
     fn was_made_of(&self, spec: &str) -> bool {
-        match Input::of_file(Path::new(spec)) {
-            Ok(input) if !inputs::is_sky(spec) => {
-                let digest = format!("sha256:{}", input.sha256);
-                self.tensors.metadata.iter().any(|(k, v)| k.starts_with(INPUT) && *v == digest)
-            }
-            _ => Provenance::new([spec.to_string()]).arguments.concat() == self.made.environment,
+        let baked = |path: &str| {
+            let digest = Input::of_file(Path::new(path)).ok().map(|input| format!("sha256:{}", input.sha256));
+            digest.map(|d| self.tensors.metadata.iter().any(|(k, v)| k.starts_with(INPUT) && *v == d))
+        };
+        if inputs::is_sky(spec) {
+            return name_of_light(spec) == self.made.environment;
         }
+        let one = Path::new(spec).exists();
+        let files: Option<Vec<bool>> =
+            if one { vec![spec] } else { spec.split(',').collect() }.into_iter().map(baked).collect();
+        files.map_or_else(|| name_of_light(spec) == self.made.environment, |all| all.into_iter().all(|b| b))
     }
+}
+
+/// A spec without the folders of the files that it names.
+fn stripped(text: &str) -> String {
+    Provenance::new([text.to_string()]).arguments.concat()
+}
+
+/// A light's spec without folders; several files are separated by commas.
+fn name_of_light(spec: &str) -> String {
+    if inputs::is_sky(spec) || Path::new(spec).exists() {
+        return stripped(spec);
+    }
+    spec.split(',').map(stripped).collect::<Vec<_>>().join(",")
 }
 
 /// Adds the digest by which damage is found.
@@ -190,7 +213,20 @@ pub fn seal(tensors: &mut TensorFile) {
     tensors.metadata.insert(DIGEST.into(), digest);
 }
 
-/// Of the tensors and of all that is said about them. Files that libraries save have none.
+/// Is it what was written? Files of the command, which say what they were made of, have a digest; those that a library
+/// saves have neither.
+fn is_whole(t: &TensorFile) -> bool {
+    match t.metadata.get(DIGEST) {
+        Some(d) => *d == digest(t),
+        None => ![BRDF, ENVIRONMENT, ROTATE, EXPOSURE].iter().any(|k| t.metadata.contains_key(*k)),
+    }
+}
+
+fn is_named_so(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"))
+}
+
+/// Of the tensors and of all that is said about them.
 fn digest(t: &TensorFile) -> String {
     let mut bare = t.clone();
     bare.metadata.remove(DIGEST);
@@ -219,7 +255,7 @@ mod tests {
         t.metadata.insert("other".into(), "text".into());
         assert_ne!(t.metadata[DIGEST], digest(&t));
         seal(&mut t);
-        assert_eq!(t.metadata[DIGEST], digest(&t));
+        assert!(is_whole(&t));
         t.tensors.insert("a".into(), Tensor::f32([2], vec![1.0, 2.0000002]));
         assert_ne!(t.metadata[DIGEST], digest(&t));
         assert_eq!(not_finite(&t), None);
@@ -228,11 +264,26 @@ mod tests {
     }
 
     #[test]
+    fn a_file_of_the_command_without_its_digest_is_damaged() {
+        let mut t = TensorFile::default();
+        assert!(is_whole(&t), "a library's");
+        t.metadata.extend(Made::default().pairs());
+        assert!(!is_whole(&t));
+        seal(&mut t);
+        assert!(is_whole(&t));
+        let seal = t.metadata.remove(DIGEST).unwrap();
+        t.metadata.insert("steradian.digesu".into(), seal);
+        assert!(!is_whole(&t));
+    }
+
+    #[test]
     fn what_it_was_made_of_names_no_folders() {
         let adjust = Adjust { rotate: 30.0, ..Adjust::default() };
         let made = Made::of("merl:/a/b.binary", "/lights/beach.hdr", &adjust);
         assert_eq!((made.brdf.as_str(), made.environment.as_str()), ("merl:b.binary", "beach.hdr"));
         assert_eq!(Made::read(&made.pairs().into_iter().collect()), made);
+        let halves = Made::of("lambert", "/lights/front.hdr,/lights/back.hdr", &adjust);
+        assert_eq!(halves.environment, "front.hdr,back.hdr");
         let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", "sky:elevation=30", &adjust);
         assert_eq!(triple.brdf, "ggx:alpha=0.2,f0=1/0.8/0.3");
     }

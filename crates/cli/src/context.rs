@@ -123,6 +123,10 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 impl Context {
     /// Sets threads, progress and Ctrl-C up.
     pub fn new(common: Common, arguments: Vec<String>) -> Result<Self, Failure> {
+        if common.backend == Backend::Cpu && common.gpu_path != GpuPath::Auto {
+            let why = "--gpu-path says how a GPU shades: leave it out with --backend cpu";
+            return Err(Failure::usage(why));
+        }
         let gpu_asked =
             matches!(common.backend, Backend::Gpu | Backend::Both) || common.gpu_path != GpuPath::Auto;
         if cfg!(not(feature = "gpu")) && gpu_asked {

@@ -107,9 +107,15 @@ pub fn parameter(text: &str) -> Result<(String, f64), String> {
     Ok((name.trim().into(), finite(value.trim())?))
 }
 
-/// Parameters of a technique.
-pub fn parameters(given: &[(String, f64)]) -> ParamValues {
-    ParamValues(given.iter().cloned().collect())
+/// Parameters of a technique, each given once.
+pub fn parameters(given: &[(String, f64)]) -> Result<ParamValues, Failure> {
+    let mut out = ParamValues::default();
+    for (name, value) in given {
+        if out.0.insert(name.clone(), *value).is_some() {
+            return Err(Failure::usage(format!("--param {name} is given twice; give it once")));
+        }
+    }
+    Ok(out)
 }
 
 /// Is this the spec of an environment by formula rather than a file?

@@ -2,7 +2,7 @@
 
 use crate::commands::render::{Plan, SceneOverrides};
 use crate::context::Context;
-use crate::failure::Failure;
+use crate::failure::{Failure, plain};
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
 use crate::model::{complete, make_tangents};
@@ -45,15 +45,6 @@ pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> R
         background: output.background,
         tolerance: None,
     })
-}
-
-fn plain(e: &std::io::Error) -> String {
-    match e.kind() {
-        std::io::ErrorKind::NotFound => "no such file or folder".into(),
-        std::io::ErrorKind::IsADirectory => "is a folder, not a file".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => e.to_string(),
-    }
 }
 
 /// Errors of what the file refers to point at the place that refers to it.

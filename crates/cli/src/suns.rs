@@ -1,7 +1,7 @@
 //! Lights beside an environment: suns taken out of it, files of them, and lights by a spec.
 
 use crate::context::Context;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, plain};
 use crate::inputs::Adjust;
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
@@ -186,6 +186,10 @@ fn spec(text: &str) -> Result<Lamp, String> {
         Ok((k, v.to_string()))
     };
     let pairs = body.split(',').filter(|p| !p.is_empty()).map(pair).collect::<Result<Vec<_>, _>>()?;
+    let repeated = (1..pairs.len()).find(|&i| pairs[..i].iter().any(|p| p.0 == pairs[i].0));
+    if let Some(i) = repeated {
+        return Err(format!("'{text}': key '{}' is given twice; give it once", pairs[i].0));
+    }
     let pairs = Pairs(pairs.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect());
     pairs.lamp(kind.trim()).map_err(|why| format!("'{text}': {why}"))
 }
@@ -212,11 +216,11 @@ const MOST_BYTES: u64 = 1 << 24;
 /// The lights of a file.
 fn read(path: &Path, context: &mut Context) -> Result<Vec<Lamp>, Failure> {
     let fault = |why: String| Failure::input(format!("{}: {why}", path.display()));
-    let long = std::fs::metadata(path).map_err(|e| fault(e.to_string()))?.len() > MOST_BYTES;
+    let long = std::fs::metadata(path).map_err(|e| fault(plain(&e)))?.len() > MOST_BYTES;
     if long {
         return Err(fault("longer than 16 MiB: no file of lights".into()));
     }
-    let text = std::fs::read_to_string(path).map_err(|e| fault(e.to_string()))?;
+    let text = std::fs::read_to_string(path).map_err(|e| fault(plain(&e)))?;
     context.note_input(path);
     let document: Value = serde_json::from_str(&text).map_err(|e| fault(format!("not JSON: {e}")))?;
     let Some(all) = document.get("lights").and_then(Value::as_array) else {
@@ -331,6 +335,8 @@ mod tests {
             ("disk:direction=0/1/0,angular-radius=5", "needs 'irradiance'"),
             ("disk:direction", "is not KEY=VALUE"),
             ("directional:direction=a/b/c,irradiance=1", "is not a number"),
+            ("directional:direction=0/1/0,direction=1/0/0,irradiance=1", "'direction' is given twice"),
+            ("disk:direction=0/1/0,angular-radius=5,angular_radius=6,irradiance=1", "given twice"),
         ] {
             let e = spec(bad).unwrap_err();
             assert!(e.contains(why), "{bad}: {e}");

@@ -167,7 +167,15 @@ fn maps_are_array_textures_and_a_folder_holds_all() {
     well(dir, &one);
     assert!(read_ktx2_array(&dir.join("d.ktx2"), &Limits::default()).unwrap().layers >= 1);
     fails(dir, 2, "give a folder", &["bake", LIGHT, "-b", BRDF, "-t", "shrm", "-o", "s.ktx2"]);
+    // One table beside data that are none is not the bake.
+    fails(dir, 2, "give a folder", &["bake", LIGHT, "-b", "lambert", "-t", "shrm-slices", "-o", "s.ktx2"]);
     assert!(!dir.join("s.ktx2").exists());
+    // All of these can be looked at.
+    assert_eq!(json(dir, &["inspect", "out", "--json"])["technique"], "shrm");
+    let table = json(dir, &["inspect", "d.ktx2", "--json"]);
+    assert_eq!((&table["technique"], &table["layers"]), (&"diffuse_map".into(), &6.into()));
+    assert!(well(dir, &["inspect", "d.ktx2"]).contains("lambert"));
+    fails(dir, 3, "is a folder", &["inspect", "."]);
 }
 
 #[test]
@@ -194,6 +202,10 @@ fn damaged_and_foreign_files_are_exit_3() {
     t.metadata.insert("steradian.technique".into(), "split_sum".into());
     write_tensors(&dir.join("other.safetensors"), &t).unwrap();
     fails(dir, 3, "other.safetensors: damaged", &eval("other.safetensors"));
+    t.metadata.remove("steradian.digest");
+    write_tensors(&dir.join("open.safetensors"), &t).unwrap();
+    fails(dir, 3, "open.safetensors: damaged", &eval("open.safetensors"));
+    fails(dir, 3, "is no bake: --bake takes a .safetensors file", &eval(LIGHT));
     t.metadata.clear();
     write_tensors(&dir.join("bare.safetensors"), &t).unwrap();
     fails(dir, 3, "holds tensors but no bake", &eval("bare.safetensors"));
@@ -223,6 +235,16 @@ fn wrong_usage_is_exit_2_before_any_work() {
         "leave --mesh out",
         &[&bake(BRDF, "split-sum", "b.safetensors")[..], &["--mesh", "sphere"]].concat(),
     );
+    let twice = ["--param", "levels=3", "--param", "levels=4"];
+    fails(dir, 2, "levels is given twice", &[&bake(BRDF, "split-sum", "b.safetensors")[..], &twice].concat());
+    for (option, value, why) in [
+        ("--tolerance", "-1", "'-1' is not positive"),
+        ("--energy-epsilon", "-0.03", "'-0.03' is not positive"),
+    ] {
+        let o = run(dir, &[&bake(BRDF, "split-sum", "b.safetensors")[..], &[option, value]].concat());
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains(why), "{}", stderr(&o));
+    }
     fails(dir, 1, "none", &bake(BRDF, "split-sum", "none/b.safetensors"));
     let both = ["--tolerance", "0.1", "--energy-epsilon", "0.1"];
     assert_eq!(

@@ -101,6 +101,18 @@ fn wrong_usage_is_exit_2() {
     ] {
         assert_eq!(run(dir, unknown).status.code(), Some(2), "{unknown:?}");
     }
+    let cpu = ["irradiance", "furnace", "--backend", "cpu", "--gpu-path", "raster"];
+    fails(dir, 2, "leave it out with --backend cpu", &cpu);
+    for (option, value, why) in [
+        ("--tolerance", "-1", "'-1' is not positive"),
+        ("--fov", "-30", "'-30' is not positive"),
+        ("--blur", "-5", "'-5' is not 0 to 90 degrees"),
+        ("--samples", "-4", "-4 is not in 1..=32"),
+    ] {
+        let o = run(dir, &["render", "sphere", "-o", "x.png", option, value]);
+        assert_eq!(o.status.code(), Some(2));
+        assert!(stderr(&o).contains(why), "{}", stderr(&o));
+    }
     assert_eq!(run(dir, &["--help"]).status.code(), Some(0));
     assert_eq!(run(dir, &["--version"]).status.code(), Some(0));
 }

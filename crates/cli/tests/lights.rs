@@ -111,7 +111,9 @@ fn bad_lights_are_one_line() {
         |more: [&'static str; 2]| ["eval", "-e", "furnace", "-b", "lambert", "-p", "p.csv", more[0], more[1]];
     let file = |text: &str| fs::write(d.path().join("l.json"), text).expect("written");
     fails(d.path(), 2, "unknown light 'lamp'", &eval(["--light", "lamp:position=1/1/1"]));
-    fails(d.path(), 3, "none.json", &eval(["--sun-lights", "none.json"]));
+    fails(d.path(), 3, "none.json: no such file or folder", &eval(["--sun-lights", "none.json"]));
+    let twice = "directional:direction=0/1/0,direction=1/0/0,irradiance=1";
+    fails(d.path(), 2, "'direction' is given twice", &eval(["--light", twice]));
     for (text, why) in [
         ("{", "not JSON"),
         ("{}", "no list 'lights'"),

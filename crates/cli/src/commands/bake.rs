@@ -42,11 +42,11 @@ pub struct Options {
     params: Vec<(String, f64)>,
     /// Relative RMS error of radiance over normals and views asked for, such as 0.03; orders, resolutions and what is
     /// stored follow from it; a miss writes the marked output and exits 4
-    #[arg(long, value_name = "T", value_parser = inputs::positive, conflicts_with = "energy_epsilon")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive, conflicts_with = "energy_epsilon")]
     tolerance: Option<f64>,
     /// The same as an energy, epsilon of RH02's 5.16 to 5.18: the share of the reflectance's energy that orders may miss,
     /// in techniques that have a parameter of this name; in others the square of --tolerance
-    #[arg(long, value_name = "E", value_parser = inputs::positive)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = inputs::positive)]
     energy_epsilon: Option<f64>,
     /// Mesh file or shape, for techniques that bake per vertex
     #[arg(long, value_name = "FILE|SHAPE")]
@@ -152,7 +152,7 @@ fn bake(o: &Options, technique: &'static dyn AnyTechnique, context: &mut Context
     let slug = technique.card().slug;
     (technique.card().materials)(&*material.brdf).map_err(|why| Failure::usage(format!("{slug}: {why}")))?;
     let asked = Asked::of(o, technique);
-    let mut params = inputs::parameters(&o.params);
+    let mut params = inputs::parameters(&o.params)?;
     if let Asked::Energy(e) = asked {
         params.0.insert(EPSILON.into(), e);
     }

@@ -54,10 +54,10 @@ pub struct Options {
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     size: (usize, usize),
     /// Relative error of the reference at each point
-    #[arg(long, value_name = "T", default_value_t = 5e-3, value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", default_value_t = 5e-3, allow_negative_numbers = true, value_parser = inputs::positive)]
     reference_tolerance: f64,
     /// Exit 4 where a technique's relative RMS error is larger
-    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Tone mapper of the pictures and of FLIP: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
@@ -178,13 +178,8 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
     let camera = framing(o, &mesh)?;
     let bvh = Bvh::build(&mesh);
     let mesh = Arc::new((mesh, bvh));
-    let look = |brdf, texture, maps| Wanted {
-        brdf,
-        method: None,
-        params: inputs::parameters(&o.params),
-        texture,
-        maps,
-    };
+    let params = inputs::parameters(&o.params)?;
+    let look = |brdf, texture, maps| Wanted { brdf, method: None, params: params.clone(), texture, maps };
     let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
         let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));

@@ -49,7 +49,7 @@ pub struct Options {
     params: Vec<(String, f64)>,
     /// Relative error asked for: of each point by the reference [default: 1e-4], in the RMS over normals and views by a
     /// technique; a miss exits 4
-    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// How the reference reads texels [default: constant]
     #[arg(long, value_enum)]

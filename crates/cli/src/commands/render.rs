@@ -56,7 +56,7 @@ pub struct Options {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "brdf", "technique", "params"])]
     bake: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
-    #[arg(long, value_name = "T", value_parser = inputs::positive)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Image that multiplies the net reflectance, in place of the file's base colours
     #[arg(long, visible_alias = "base-color", value_name = "FILE")]
@@ -86,14 +86,15 @@ pub struct Options {
     /// Tone mapper of .png: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
-    /// Samples per pixel and axis on edges [default: 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
+    /// Samples per pixel and axis on edges [default: 4]; a GPU takes 4 in each of 1, 4, 9 or 16 parts of a pixel, for N up
+    /// to 4, 8, 12 or more
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=32))]
     samples: Option<u8>,
     /// What shows beside the surfaces: environment, none (black), or linear R/G/B [default: environment]
     #[arg(long, value_name = "WHAT", value_parser = background)]
     background: Option<SceneBackground>,
     /// Blur of the background, degrees [default: 0]
-    #[arg(long, value_name = "DEGREES", value_parser = inputs::finite)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = blur)]
     blur: Option<f64>,
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
@@ -102,7 +103,7 @@ pub struct Options {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     at: Option<[f64; 3]>,
     /// Vertical field of view, degrees [default: 32, or what the scene file says]
-    #[arg(long, value_name = "DEGREES", value_parser = inputs::positive)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
     fov: Option<f64>,
 }
 
@@ -115,6 +116,15 @@ enum Exposure {
 
 fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" { Ok(Exposure::Auto) } else { Ok(Exposure::Ev(inputs::finite(text)? as f32)) }
+}
+
+fn blur(text: &str) -> Result<f64, String> {
+    let degrees = inputs::finite(text)?;
+    if (0.0..=90.0).contains(&degrees) {
+        Ok(degrees)
+    } else {
+        Err(format!("'{text}' is not 0 to 90 degrees"))
+    }
 }
 
 pub fn size(text: &str) -> Result<(usize, usize), String> {
@@ -210,7 +220,7 @@ fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     plan.tone_mapper = o.tone_mapper.unwrap_or(plan.tone_mapper);
     plan.background = o.background.unwrap_or(plan.background);
     if let (Some(blur), SceneBackground::Environment(b)) = (o.blur, &mut plan.background) {
-        *b = blur.clamp(0.0, 90.0).to_radians();
+        *b = blur.to_radians();
     }
     o.beside.join(&mut plan.lights, &o.adjust, context)?;
     plan.tolerance = o.tolerance;
@@ -246,6 +256,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     if o.technique.is_none() && !o.params.is_empty() {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
+    let params = inputs::parameters(&o.params)?;
     let file = o.bake.as_deref().map(|p| saved(p, o, context)).transpose()?;
     let method = match &file {
         Some(file) => Some(Method::File(file.clone())),
@@ -277,7 +288,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
             alpha2: given_maps.alpha2.clone().or(file.alpha2),
             ..file
         };
-        Wanted { brdf, method: method.clone(), params: inputs::parameters(&o.params), texture, maps }
+        Wanted { brdf, method: method.clone(), params: params.clone(), texture, maps }
     };
     let mut looks = Vec::new();
     for m in &model.materials {

@@ -98,6 +98,11 @@ impl Written {
 /// The map of a room that has one.
 fn only(room: &GpuRoom, path: &Path) -> Result<Map, Failure> {
     match room.tables.as_slice() {
+        _ if !room.buffers.is_empty() => Err(Failure::usage(format!(
+            "{}: {} has data that are no textures: give a folder, or use .safetensors",
+            path.display(),
+            room.slug
+        ))),
         [table] => Ok(Map::of(table)),
         [] => Err(Failure::usage(format!(
             "{}: {} has no tables, only numbers: use .safetensors",

@@ -28,7 +28,7 @@ pub fn baked(
 ) -> Result<Answers, Failure> {
     let geometry = geometry(o, technique, q, context)?;
     let task = context.task.clone().with_tolerance(o.tolerance);
-    let params = inputs::parameters(&o.params);
+    let params = inputs::parameters(&o.params)?;
     let (baked, direct) = split(lights, o.beside.suns());
     let material = Material::new(brdf.clone());
     let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &params, &task)?;

@@ -1,17 +1,59 @@
 //! What a saved bake is.
 
 use super::{Report, file_name};
-use crate::bakefile::BakeFile;
+use crate::bakefile::{BakeFile, IN_FOLDER};
 use crate::context::Context;
 use crate::elevation::Elevations;
 use crate::failure::Failure;
 use crate::inputs::Adjust;
 use serde_json::{Map, Value, json};
 use std::path::Path;
+use steradian_formats::read_ktx2_array;
 
-/// Is this the name of tensors?
+/// Is this the name of tensors, or a folder that holds a bake?
 pub fn is_bake(what: &str) -> bool {
-    what.to_lowercase().ends_with(".safetensors")
+    what.to_lowercase().ends_with(".safetensors") || Path::new(what).join(IN_FOLDER).is_file()
+}
+
+/// The report on a texture that holds a table of a bake; `None` where `what` is something else.
+pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failure> {
+    let path = Path::new(what);
+    if !what.to_lowercase().ends_with(".ktx2") || !path.is_file() {
+        return Ok(None);
+    }
+    // What cannot be read as an array is a map of light, or says so there.
+    let Ok(array) = read_ktx2_array(path, &context.limits()) else { return Ok(None) };
+    let (Some(technique), Some(name)) = (array.get("steradian.technique"), array.get("steradian.table"))
+    else {
+        return Ok(None);
+    };
+    context.note_input(path);
+    let head: Map<String, Value> = array.metadata.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+    let json = json!({
+        "kind": "table of a bake",
+        "name": file_name(what),
+        "technique": technique,
+        "table": name,
+        "width": array.width,
+        "height": array.height,
+        "layers": array.layers,
+        "metadata": head,
+    });
+    let mut lines = vec![
+        ("name", file_name(what)),
+        ("technique", technique.into()),
+        ("table", format!("{name}: {} x {}, {} layers", array.width, array.height, array.layers)),
+    ];
+    let said = [
+        ("lookup", "table.shape"),
+        ("rounding", "table.rounding"),
+        ("light", "environment"),
+        ("reflectance", "brdf"),
+        ("error", "error"),
+    ];
+    let value = |key: &str| array.get(&format!("steradian.{key}")).map(String::from);
+    lines.extend(said.into_iter().filter_map(|(label, key)| Some((label, value(key)?))));
+    Ok(Some(Report { json, lines }))
 }
 
 /// The report on a saved bake.

@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, saved bake (.safetensors), brdf:SPEC, or brdf: for the list of models
+    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), brdf:SPEC, or brdf: for
+    /// the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -47,6 +48,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         mesh::report(&o.what, context)?
     } else if bake::is_bake(&o.what) {
         bake::report(&o.what, context)?
+    } else if let Some(table) = bake::table(&o.what, context)? {
+        table
     } else {
         light::report(&o.what, &o.adjust, o.level, context)?
     };
