@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Times this crate's transform beside SHTns and ducc0, on one thread, three channels, in one run: in f64, and
-in image precision (f32 sums) against the same f64 times of the peers.
+"""Times this crate's transform beside SHTns and ducc0, three channels, in one run: in f64, and in image precision
+(f32 sums) against the same f64 times of the peers.
 
-    python3 crates/sphere/benches/peers.py [gl|equirectangular|cube] [band ...]
+    python3 crates/sphere/benches/peers.py [gl|equirectangular|cube] [threads=N] [rounds=N] [band ...]
 
 `cube`: synthesis at the texel centres of a cube map of 256 x 256, errors 2e-3 and 1e-5, against ducc0's
 `synthesis_general` in single precision at the same errors.
 
 Installs both libraries from PyPI into a virtual environment under the target folder (SHTns is built from
-source and needs the development files of FFTW 3). The peers run out of process, never linked. Rounds
-alternate between the programs, and the least time of each counts. Not part of continuous integration.
+source and needs the development files of FFTW 3). The peers run out of process, never linked. All programs of
+a band stay alive and take turns of a fraction of a second; the least time of each counts: on one thread that of
+the processor, so that other programs' time does not, on several the clock's. Not part of continuous integration.
 """
 
 import os
@@ -20,8 +21,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-VENV = TARGET / "peers"
-ROUNDS = 2
+VENV = Path(os.environ.get("STERADIAN_PEERS", TARGET / "peers"))
+TURN = 0.15
 
 
 def install():
@@ -39,40 +40,45 @@ def binary():
     return lines.rsplit("(", 1)[1].split(")")[0]
 
 
-def best(f):
-    """Least of several runs, on the processor: other programs' time does not count."""
+def best(f, clock):
+    """Least of several runs, in ms."""
     least, start, runs = 1e9, time.perf_counter(), 0
-    while runs < 3 or time.perf_counter() - start < 0.3:
-        t = time.thread_time()
+    while runs < 2 or time.perf_counter() - start < TURN:
+        t = clock()
         f()
-        least, runs = min(least, time.thread_time() - t), runs + 1
+        least, runs = min(least, clock() - t), runs + 1
     return least * 1e3
 
 
-def ducc(grid, band):
+def coefficients(np, band):
+    a = np.random.default_rng(1).standard_normal(((band + 1) * (band + 2) // 2, 2)) @ np.array([1, 1j])
+    a[: band + 1] = a[: band + 1].real
+    return a
+
+
+def ducc(grid, band, threads):
     if grid == "cube":
-        return ducc_cube(band)
+        return ducc_cube(band, threads)
     import ducc0
     import numpy as np
 
     rows, columns, geometry = (band + 1, 2 * band + 2, "GL") if grid == "gl" else (2 * band + 2, 4 * band + 4, "F1")
-    a = np.random.default_rng(1).standard_normal(((band + 1) * (band + 2) // 2, 2)) @ np.array([1, 1j])
-    a[: band + 1] = a[: band + 1].real
-    a = np.repeat(a[None, None], 3, 0)
+    a = np.repeat(coefficients(np, band)[None, None], 3, 0)
     maps = np.zeros((3, 1, rows, columns))
+    how = {"spin": 0, "lmax": band, "geometry": geometry, "nthreads": threads}
 
     def synthesis():
         for k in range(3):
-            ducc0.sht.synthesis_2d(alm=a[k], map=maps[k], spin=0, lmax=band, geometry=geometry, nthreads=1)
+            ducc0.sht.synthesis_2d(alm=a[k], map=maps[k], **how)
 
     def analysis():
         for k in range(3):
-            ducc0.sht.analysis_2d(map=maps[k], alm=a[k], spin=0, lmax=band, geometry=geometry, nthreads=1)
+            ducc0.sht.analysis_2d(map=maps[k], alm=a[k], **how)
 
-    return best(synthesis), best(analysis)
+    return [(synthesis, analysis)]
 
 
-def ducc_cube(band):
+def ducc_cube(band, threads):
     import ducc0
     import numpy as np
 
@@ -84,78 +90,114 @@ def ducc_cube(band):
     d /= np.linalg.norm(d, axis=1)[:, None]
     # The pole of the coefficients is y.
     loc = np.stack([np.arccos(d[:, 1]), np.arctan2(d[:, 2], d[:, 0]) % (2 * np.pi)], -1)
-    c = np.random.default_rng(1).standard_normal(((band + 1) * (band + 2) // 2, 2)) @ np.array([1, 1j])
-    c[: band + 1] = c[: band + 1].real
-    c = c[None].astype(np.complex64)
+    c = coefficients(np, band)[None].astype(np.complex64)
 
     def synthesis(epsilon):
         for k in range(3):
-            ducc0.sht.synthesis_general(alm=c, loc=loc, spin=0, lmax=band, epsilon=epsilon, nthreads=1)
+            ducc0.sht.synthesis_general(alm=c, loc=loc, spin=0, lmax=band, epsilon=epsilon, nthreads=threads)
 
-    return best(lambda: synthesis(2e-3)), best(lambda: synthesis(1e-5))
+    return [(lambda: synthesis(2e-3), lambda: synthesis(1e-5))]
 
 
-def shtns(grid, band):
+def shtns(grid, band, threads):
     import numpy as np
     import shtns
 
     if grid != "gl":
-        return None
-    result = None
-    # Above band 63 the other modes' searches for the quickest variant take minutes on a busy machine.
-    for mode in [shtns.sht_gauss, shtns.sht_quick_init][int(band > 63):]:
-        sh = shtns.sht(band, norm=shtns.sht_orthonormal, nthreads=1)
-        sh.set_grid(band + 1, 2 * band + 2, flags=mode | shtns.SHT_PHI_CONTIGUOUS, polar_opt=1e-10)
-        a = [sh.spec_array() for _ in range(3)]
-        rng = np.random.default_rng(1)
-        for v in a:
-            v[:] = rng.standard_normal(sh.nlm)
-        maps = [sh.spat_array() for _ in range(3)]
+        return []
+    # Above band 255 the searches of sht_gauss for the quickest variant take minutes.
+    return [shtns_pair(np, shtns, mode, band, threads)
+            for mode in [shtns.sht_gauss, shtns.sht_quick_init][int(band > 255):]]
 
-        def synthesis():
-            for k in range(3):
-                sh.SH_to_spat(a[k], maps[k])
 
-        def analysis():
-            for k in range(3):
-                sh.spat_to_SH(maps[k], a[k])
+def shtns_pair(np, shtns, mode, band, threads):
+    sh = shtns.sht(band, norm=shtns.sht_orthonormal, nthreads=threads)
+    # With AVX-512 it takes no fewer rows than 32.
+    sh.set_grid(max(band + 1, 32), 2 * band + 2, flags=mode | shtns.SHT_PHI_CONTIGUOUS, polar_opt=1e-10)
+    a = [sh.spec_array() for _ in range(3)]
+    rng = np.random.default_rng(1)
+    for v in a:
+        v[:] = rng.standard_normal(sh.nlm)
+    maps = [sh.spat_array() for _ in range(3)]
 
-        pair = best(synthesis), best(analysis)
-        result = pair if result is None else tuple(map(min, result, pair))
-    return result
+    def synthesis():
+        for k in range(3):
+            sh.SH_to_spat(a[k], maps[k])
+
+    def analysis():
+        for k in range(3):
+            sh.spat_to_SH(maps[k], a[k])
+
+    return synthesis, analysis
+
+
+def serve(name, grid, band, threads):
+    """Times on request, one line each."""
+    variants = {"ducc0": ducc, "shtns": shtns}[name](grid, band, threads)
+    clock = time.thread_time if threads == 1 else time.perf_counter
+    if not variants:
+        return
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        times = [[best(f, clock) for f in pair] for pair in variants]
+        print(*(min(t) for t in zip(*times)), flush=True)
+
+
+class Worker:
+    def __init__(self, command, threads):
+        environment = dict(os.environ, RAYON_NUM_THREADS=str(threads), OMP_NUM_THREADS=str(threads))
+        self.least = [1e9, 1e9]
+        self.process = subprocess.Popen(list(map(str, command)), env=environment, text=True, stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        self.alive = any(line == "ready\n" for line in iter(self.process.stdout.readline, ""))
+
+    def turn(self):
+        if self.alive:
+            print(TURN, file=self.process.stdin, flush=True)
+            words = self.process.stdout.readline().split()
+            self.alive = len(words) == 2
+            self.least = [min(a, float(b)) for a, b in zip(self.least, words)]
+
+    def end(self):
+        self.process.stdin.close()
+        self.process.wait()
 
 
 def main():
-    if len(sys.argv) == 5 and sys.argv[1] == "--time":
-        pair = {"ducc0": ducc, "shtns": shtns}[sys.argv[2]](sys.argv[3], int(sys.argv[4]))
-        print("ms:", *(pair or ()))
-        return
-    grid = sys.argv[1] if len(sys.argv) > 1 else "gl"
-    bands = [int(b) for b in sys.argv[2:]] or [63, 127, 255, 511, 1023]
+    words = sys.argv[1:]
+    if words and words[0] == "--serve":
+        return serve(words[1], words[2], *map(int, words[3:]))
+    options = dict(w.split("=") for w in words if "=" in w)
+    threads, rounds = int(options.get("threads", 1)), int(options.get("rounds", 8))
+    words = [w for w in words if "=" not in w]
+    grid = words[0] if words else "gl"
+    bands = [int(b) for b in words[1:]] or [15, 31, 63, 127, 255, 511, 1023]
     install()
-    ours = binary()
-    environment = dict(os.environ, RAYON_NUM_THREADS="1", OMP_NUM_THREADS="1")
-    print(f"{grid}, 3 channels, 1 thread, least of {ROUNDS} rounds, ms (f64, image: our time / theirs)")
+    ours = os.environ.get("STERADIAN_BENCH") or binary()
+    print(f"{grid}, 3 channels, {threads} thread(s), least of {rounds} turns, ms (f64, image: our time / theirs)")
     peers = " ".join(f"{name:>10} {'f64':>6} {'image':>6}" for name in ["SHTns", "ducc0"])
     print(f"{'band':>5} {'':10} {'f64':>10} {'image':>10} {peers}")
     for band in bands:
-        times = {name: [1e9, 1e9] for name in ["ours", "image", "shtns", "ducc0"]}
-        for _ in range(ROUNDS):
-            for name, row in times.items():
-                command = {"ours": [ours, grid, band], "image": [ours, grid, "image", band]}.get(
-                    name, [VENV / "bin/python", __file__, "--time", name, grid, band])
-                run = subprocess.run(list(map(str, command)), env=environment, capture_output=True, text=True)
-                words = run.stdout.split()
-                words = words[2:4] if command[0] == ours else words[words.index("ms:") + 1:] if "ms:" in words else []
-                if run.returncode == 0 and len(words) == 2:
-                    times[name] = [min(a, float(b)) for a, b in zip(row, words)]
+        peer = [VENV / "bin/python", __file__, "--serve"]
+        workers = {
+            "ours": [ours, grid, "serve", band],
+            "image": [ours, grid, "image", "serve", band],
+            "shtns": [*peer, "shtns", grid, band, threads],
+            "ducc0": [*peer, "ducc0", grid, band, threads],
+        }
+        workers = {name: Worker(command, threads) for name, command in workers.items()}
+        for _ in range(rounds):
+            for worker in workers.values():
+                worker.turn()
         for i, what in enumerate(["2e-3", "1e-5"] if grid == "cube" else ["synthesis", "analysis"]):
-            ours_ms, image_ms = times["ours"][i], times["image"][i]
+            ours_ms, image_ms = workers["ours"].least[i], workers["image"].least[i]
             cells = [f"{ours_ms:>10.4g} {image_ms:>10.4g}"]
             for name in ["shtns", "ducc0"]:
-                t = times[name][i]
+                t = workers[name].least[i]
                 cells.append(f"{t:>10.4g} {ours_ms / t:>6.2f} {image_ms / t:>6.2f}" if t < 1e9 else f"{'–':>10} {'':>13}")
             print(f"{band:>5} {what:10}", *cells, flush=True)
+        for worker in workers.values():
+            worker.end()
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 //! Times of the transform, in a form that `peers.py` reads; RAYON_NUM_THREADS says on how many threads.
-//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube] [image] band…`
+//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube] [image] [serve] band…`
 //!
 //! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
-//! by m, as other libraries have them. Prints grid, band, and
-//! milliseconds of synthesis and analysis (each the least of several), and of planning; for `cube`, of synthesis
-//! to a cube map of 256² texels a face with errors of 2e-3 and 1e-5.
+//! by m, as other libraries have them. Prints grid, band, and milliseconds of synthesis and analysis (each the least
+//! of several), and of planning; for `cube`, of synthesis to a cube map of 256² texels a face with errors of 2e-3
+//! and 1e-5. With `serve`, after the word "ready", both times for every line read, which says how many seconds each
+//! may take.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -13,63 +14,75 @@ use std::time::Instant;
 use steradian_sphere::Layout;
 use steradian_sphere::sh::{ColumnsRgb, Grid, PointSynthesis, Precision, Sample, ShRgb, ShTransform, count};
 
-/// Time on the processor so far in ms of the only thread, where the system tells; it lags by up to a few.
+/// Time on the processor so far in ms of the only thread, where the system tells.
 fn on_cpu() -> Option<f64> {
     if rayon::current_num_threads() > 1 {
         return None;
     }
+    // Linux brings the count up to date when a thread offers its turn to others.
+    std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-6)
 }
 
-/// Least of several runs, in milliseconds; of long ones the least of several means without what other programs
-/// took.
-fn best<R>(mut f: impl FnMut() -> R) -> f64 {
+/// Least of several runs, in milliseconds; of long ones without what other programs took.
+fn best<R>(seconds: f64, mut f: impl FnMut() -> R) -> f64 {
     let mut best = f64::INFINITY;
-    let start = Instant::now();
-    for run in 0.. {
-        let t = Instant::now();
+    let (start, mut runs) = (Instant::now(), 0);
+    while runs < 2 || start.elapsed().as_secs_f64() < seconds {
+        let (before, t) = (if best > 1.0 { on_cpu() } else { None }, Instant::now());
         black_box(f());
-        best = best.min(t.elapsed().as_secs_f64() * 1e3);
-        if run >= 4 && start.elapsed().as_secs_f64() > 0.2 {
-            break;
-        }
-    }
-    let runs = (100.0 / best).ceil();
-    for _ in 0..if best > 0.5 { 4 } else { 0 } {
-        let Some(before) = on_cpu() else { break };
-        for _ in 0..runs as usize {
-            black_box(f());
-        }
-        best = on_cpu().map_or(best, |after| best.min((after - before) / runs));
+        let clock = t.elapsed().as_secs_f64() * 1e3;
+        best = best.min(before.and_then(|b| Some(on_cpu()? - b)).unwrap_or(clock));
+        runs += 1;
     }
     best
 }
 
-fn time<S: Sample>(name: &str, band: usize, precision: Precision) {
+/// Times of two things, once or whenever asked.
+fn report(name: &str, band: usize, planning: f64, serve: bool, mut times: impl FnMut(f64) -> [f64; 2]) {
+    if !serve {
+        let [a, b] = times(0.5);
+        println!("{name} {band} {a:.5} {b:.5} {planning:.5}");
+        return;
+    }
+    println!("ready");
+    for line in std::io::stdin().lines().map_while(Result::ok) {
+        let [a, b] = times(line.trim().parse().unwrap_or(0.1));
+        println!("{a:.6} {b:.6}");
+    }
+}
+
+fn time<S: Sample>(name: &str, band: usize, precision: Precision, serve: bool) {
     let (grid, width, height) = match name {
         "gl" => (Grid::GaussLegendre, 2 * band + 2, band + 1),
         _ => (Grid::Equirectangular, 4 * band + 4, 2 * band + 2),
     };
     let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
-    let sh = ShRgb { order: band, c };
-    let columns = ColumnsRgb::from_sh(&sh);
+    let columns = ColumnsRgb::from_sh(&ShRgb { order: band, c });
     let start = Instant::now();
     let plan = ShTransform::with_precision(band, width, height, grid, precision);
     let planning = start.elapsed().as_secs_f64() * 1e3;
     let mut planes: [Vec<S>; 3] = std::array::from_fn(|_| vec![S::from_f64(0.0); width * height]);
-    let synthesis = best(|| plan.synthesize_columns(&columns, &[], planes.each_mut().map(Vec::as_mut_slice)));
     let mut back = ColumnsRgb::zero(band);
-    let analysis = best(|| plan.analyze_columns(planes.each_ref().map(Vec::as_slice), &mut back));
-    println!("{name} {band} {synthesis:.5} {analysis:.5} {planning:.5}");
+    report(name, band, planning, serve, |seconds| {
+        let synthesis = best(seconds, || {
+            plan.synthesize_columns(&columns, &[], planes.each_mut().map(Vec::as_mut_slice))
+        });
+        let analysis =
+            best(seconds, || plan.analyze_columns(planes.each_ref().map(Vec::as_slice), &mut back));
+        [synthesis, analysis]
+    });
 }
 
-fn time_cube(band: usize) {
+fn time_cube(band: usize, serve: bool) {
     let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
     let columns = ColumnsRgb::from_sh(&ShRgb { order: band, c });
-    let [coarse, fine] = [2e-3, 1e-5]
-        .map(|error| best(|| PointSynthesis::new(&columns, &[], error).image(Layout::Cube, 256, 256)));
-    println!("cube {band} {coarse:.5} {fine:.5} 0");
+    report("cube", band, 0.0, serve, |seconds| {
+        [2e-3, 1e-5].map(|error| {
+            best(seconds, || PointSynthesis::new(&columns, &[], error).image(Layout::Cube, 256, 256))
+        })
+    });
 }
 
 fn main() {
@@ -80,17 +93,18 @@ fn main() {
 fn run() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let grid = words.first().map_or("gl", String::as_str);
+    let has = |word: &str| words.iter().any(|w| w == word);
     let mut bands: Vec<usize> = words.iter().skip(1).filter_map(|w| w.parse().ok()).collect();
     if bands.is_empty() {
         bands = vec![15, 63, 127, 255, 511, 1023];
     }
     for band in bands {
         if grid == "cube" {
-            time_cube(band);
-        } else if words.iter().any(|w| w == "image") {
-            time::<f32>(grid, band, Precision::Image);
+            time_cube(band, has("serve"));
+        } else if has("image") {
+            time::<f32>(grid, band, Precision::Image, has("serve"));
         } else {
-            time::<f64>(grid, band, Precision::Double);
+            time::<f64>(grid, band, Precision::Double, has("serve"));
         }
     }
 }

@@ -104,39 +104,6 @@ impl SphericalGaussian {
     }
 }
 
-/// k_l = ∫ vMF_λ(d) P_l(d·μ) dω for l ≤ order: the factor of band l under convolution with the normalised lobe
-/// (Funk–Hecke), equal to the ratio of modified Bessel functions I_{l+½}(λ)/I_½(λ).
-///
-/// Miller's downward recurrence of k_{l−1} = k_{l+1} + (2l + 1)/λ · k_l, scaled so that k₀ = 1.
-pub fn vmf_zonal(sharpness: f64, order: usize) -> Vec<f64> {
-    let mut k = vec![0.0; order + 1];
-    k[0] = 1.0;
-    if sharpness.is_nan() || sharpness <= 1e-12 {
-        return k;
-    }
-    // The ratio r_l = k_l/k_{l−1} by its continued fraction, from far above: r_l = 1/((2l + 1)/λ + r_{l+1}).
-    let start = order + 50 + (8.0 * sharpness.sqrt().min(1e6)) as usize;
-    let mut ratio = 0.0;
-    let mut ratios = vec![0.0; order + 1];
-    for l in (1..=start).rev() {
-        ratio = 1.0 / ((2 * l + 1) as f64 / sharpness + ratio);
-        if l <= order {
-            ratios[l] = ratio;
-        }
-    }
-    for l in 1..=order {
-        // k_l = ∫ vMF P_l: with i_l the modified spherical Bessel functions k_l = i_l/i₀.
-        k[l] = k[l - 1] * ratios[l];
-    }
-    k
-}
-
-/// e^{−l(l+1)t} for l ≤ order: the heat kernel after time t, the exact Gaussian of the sphere. A lobe of
-/// sharpness λ has about t = 1/(2λ).
-pub fn heat_zonal(t: f64, order: usize) -> Vec<f64> {
-    (0..=order).map(|l| (-(l as f64) * (l as f64 + 1.0) * t).exp()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,23 +140,6 @@ mod tests {
             let (p, x, y) = (a.product(&b).value(d), a.value(d), b.value(d));
             assert!((0..3).all(|c| (p[c] - x[c] * y[c]).abs() < 1e-14 + 1e-12 * p[c]));
         }
-    }
-
-    /// k₁ = coth λ − 1/λ, k₂ = 1 − 3 k₁/λ.
-    #[test]
-    fn zonal_coefficients_are_bessel_ratios() {
-        for l in [0.3, 1.0, 20.0, 500.0] {
-            let k = vmf_zonal(l, 40);
-            let k1 = 1.0 / f64::tanh(l) - 1.0 / l;
-            assert!((k[1] / k1 - 1.0).abs() < 1e-12, "{l}: {} {k1}", k[1]);
-            let k2 = 1.0 - 3.0 * k1 / l;
-            assert!((k[2] - k2).abs() < 1e-13 / l.min(1.0).powi(2) + 1e-12, "{l}");
-            assert!(k.windows(2).all(|p| p[1] <= p[0] && p[1] >= 0.0));
-        }
-        assert_eq!(vmf_zonal(0.0, 2), [1.0, 0.0, 0.0]);
-        // Sharp lobes tend to the heat kernel.
-        let (a, b) = (vmf_zonal(2000.0, 20), heat_zonal(1.0 / 4000.0, 20));
-        assert!((0..=20).all(|l| (a[l] - b[l]).abs() < 1e-3));
     }
 
     #[test]

@@ -59,10 +59,4 @@ impl Pcg32 {
         let bits = (u64::from(self.next_u32()) << 21) ^ (u64::from(self.next_u32()) >> 11);
         bits as f64 / (1u64 << 53) as f64
     }
-
-    /// A point of the unit square.
-    pub fn next_2d(&mut self) -> DVec2 {
-        let x = self.next_f64();
-        DVec2::new(x, self.next_f64())
-    }
 }

@@ -8,6 +8,9 @@ use steradian_simd::{Arch, Kernel, Vector};
 /// Points that are read together: their channels fill the vectors that are summed at once.
 const POINTS: usize = 4;
 
+/// Points whose weights are found together.
+const GROUP: usize = 16;
+
 /// Registers of the widest window, at most.
 const WIDE: usize = WIDEST / 4;
 
@@ -26,40 +29,55 @@ impl<T: Real, S: Sample, const W: usize> Kernel for Read<'_, T, S, W> {
         let n = self.angles.len();
         let [red, green, blue] = self.out;
         let (red, green, blue) = (&mut red[..n], &mut green[..n], &mut blue[..n]);
-        let mut i = 0;
-        while i < n {
-            let mut values = [T::Short::<A>::splat(T::default()); 3 * POINTS];
-            for p in 0..POINTS {
-                let at = if i + p < n { i + p } else { n - 1 };
-                let rgb = point::<T::Short<A>, T, W>(self.fine, self.fine.place(self.angles[at]));
-                for k in 0..3 {
-                    values[3 * p + k] = rgb[k];
+        let zero = [[T::default(); WIDEST]; GROUP];
+        let (mut starts, mut across, mut down) = ([0; GROUP], zero, zero);
+        let mut first = 0;
+        while first < n {
+            // Weights of a group before its sums: chains of dependent steps side by side.
+            for p in 0..GROUP {
+                let at = if first + p < n { first + p } else { n - 1 };
+                let place = self.fine.place(self.angles[at]);
+                starts[p] = place.start;
+                let weights = &self.fine.weights;
+                weigh::<T::Short<A>, T, W>(weights, place, &mut across[p], &mut down[p]);
+            }
+            let mut q = 0;
+            while q < GROUP && first + q < n {
+                let i = first + q;
+                let mut values = [T::Short::<A>::splat(T::default()); 3 * POINTS];
+                for p in 0..POINTS {
+                    let (start, across, down) = (starts[q + p], &across[q + p], &down[q + p]);
+                    let rgb = point::<T::Short<A>, T, W>(self.fine, start, across, down);
+                    for k in 0..3 {
+                        values[3 * p + k] = rgb[k];
+                    }
                 }
+                let mut sums = [0.0; 16];
+                T::Short::<A>::add_sums(&values, &mut sums);
+                for p in 0..if i + POINTS <= n { POINTS } else { n - i } {
+                    red[i + p] = S::from_f64(sums[3 * p]);
+                    green[i + p] = S::from_f64(sums[3 * p + 1]);
+                    blue[i + p] = S::from_f64(sums[3 * p + 2]);
+                }
+                q += POINTS;
             }
-            let mut sums = [0.0; 16];
-            T::Short::<A>::add_sums(&values, &mut sums);
-            for p in 0..if i + POINTS <= n { POINTS } else { n - i } {
-                red[i + p] = S::from_f64(sums[3 * p]);
-                green[i + p] = S::from_f64(sums[3 * p + 1]);
-                blue[i + p] = S::from_f64(sums[3 * p + 2]);
-            }
-            i += POINTS;
+            first += GROUP;
         }
     }
 }
 
 /// Three channels at a point, still to be summed over the lanes.
 #[inline(always)]
-fn point<V: Vector<T = T>, T: Real, const W: usize>(fine: &Fine<T, W>, place: Place<T>) -> [V; 3] {
+fn point<V: Vector<T = T>, T: Real, const W: usize>(
+    fine: &Fine<T, W>,
+    start: usize,
+    across: &[T; WIDEST],
+    down: &[T; WIDEST],
+) -> [V; 3] {
     let n = W.div_ceil(V::LANES);
-    let (wx, wy) = weigh::<V, T, W>(&fine.weights, place);
-    let mut down = [T::default(); WIDEST];
-    for v in 0..n {
-        wy[v].store(&mut down[v * V::LANES..]);
-    }
     let mut sums = [[V::splat(T::default()); WIDE]; 3];
     let planes = &fine.grid.planes;
-    let mut at = place.start;
+    let mut at = start;
     for k in 0..W {
         let w = V::splat(down[k]);
         for c in 0..3 {
@@ -71,9 +89,10 @@ fn point<V: Vector<T = T>, T: Real, const W: usize>(fine: &Fine<T, W>, place: Pl
         at += fine.grid.stride;
     }
     let mut rgb = [V::splat(T::default()); 3];
-    for c in 0..3 {
-        for v in 0..n {
-            rgb[c] = wx[v].fma(sums[c][v], rgb[c]);
+    for v in 0..n {
+        let w = V::load(&across[v * V::LANES..]);
+        for c in 0..3 {
+            rgb[c] = w.fma(sums[c][v], rgb[c]);
         }
     }
     rgb
@@ -84,17 +103,22 @@ fn point<V: Vector<T = T>, T: Real, const W: usize>(fine: &Fine<T, W>, place: Pl
 fn weigh<V: Vector<T = T>, T: Real, const W: usize>(
     polynomials: &[[T; WIDEST]],
     place: Place<T>,
-) -> ([V; WIDE], [V; WIDE]) {
+    across: &mut [T; WIDEST],
+    down: &mut [T; WIDEST],
+) {
     let n = W.div_ceil(V::LANES);
     let (x, y) = (V::splat(place.x), V::splat(place.y));
     let zero = V::splat(T::default());
     let (mut wx, mut wy) = ([zero; WIDE], [zero; WIDE]);
-    for row in polynomials {
+    for k in 0..polynomials.len() {
         for v in 0..n {
-            let p = V::load(&row[v * V::LANES..]);
+            let p = V::load(&polynomials[k][v * V::LANES..]);
             wx[v] = wx[v].fma(x, p);
             wy[v] = wy[v].fma(y, p);
         }
     }
-    (wx, wy)
+    for v in 0..n {
+        wx[v].store(&mut across[v * V::LANES..]);
+        wy[v].store(&mut down[v * V::LANES..]);
+    }
 }

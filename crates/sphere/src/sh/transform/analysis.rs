@@ -220,10 +220,12 @@ fn gather<V: Vector>(cells: &[V::T], stride: usize, rings: Range<usize>, values:
 /// From sums over rings to coefficients.
 #[inline(always)]
 fn finish<V: Vector<T = f64>>(part: &Part<'_>, rows: &[[f64; 16]], column: &mut [Row]) {
+    let phase = [V::splat(part.phase[0]), V::splat(part.phase[1])];
     let mut carry = [V::splat(0.0); 2];
-    for ((sums, step), column) in rows.iter().zip(part.steps).zip(column.chunks_mut(2)) {
-        let even = turn(part.phase, [V::load(sums), V::load(&sums[3..])]);
-        let odd = turn(part.phase, [V::load(&sums[6..]), V::load(&sums[9..])]);
+    for k in 0..rows.len() {
+        let (sums, step, column) = (&rows[k], &part.steps[k], &mut column[2 * k..]);
+        let even = turn(phase, [V::load(sums), V::load(&sums[3..])]);
+        let odd = turn(phase, [V::load(&sums[6..]), V::load(&sums[9..])]);
         for half in 0..2 {
             let out = &mut column[0][4 * half..];
             let sum = even[half].fma(V::splat(step.even[0]), carry[half]);

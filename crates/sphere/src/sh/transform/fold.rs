@@ -1,7 +1,7 @@
 //! Between the spectra of ring pairs and cells of even and odd parts.
 
-use super::SIDE;
 use super::kernel::{CELL, Real};
+use super::passes::SIDE;
 use super::rings::{BLOCK, Rings};
 use steradian_simd::{Arch, Kernel, Vector};
 

@@ -33,6 +33,8 @@ pub(in crate::sh) trait Real: FftNum + Default + Sample {
     fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]>;
     /// Registers of f64 that hold as many numbers as one of these.
     const PARTS: usize;
+    /// Rounds a register of four into the first places of a slice.
+    fn put<V: Vector<T = f64>>(x: V, out: &mut [Self]);
     /// The v-th register of numbers.
     fn pack<A: Arch, const D: usize>(x: &[A::F64; D], v: usize) -> Self::Vector<A>;
 }
@@ -55,6 +57,10 @@ impl Real for f64 {
     #[inline(always)]
     fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]> {
         S::doubles_mut(x)
+    }
+    #[inline(always)]
+    fn put<V: Vector<T = f64>>(x: V, out: &mut [Self]) {
+        x.store(out);
     }
     const PARTS: usize = 1;
     #[inline(always)]
@@ -81,6 +87,14 @@ impl Real for f32 {
     #[inline(always)]
     fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]> {
         S::singles_mut(x)
+    }
+    #[inline(always)]
+    fn put<V: Vector<T = f64>>(x: V, out: &mut [Self]) {
+        let (mut all, out) = ([0.0; 4], &mut out[..4]);
+        x.store(&mut all);
+        for k in 0..4 {
+            out[k] = all[k] as Self;
+        }
     }
     const PARTS: usize = 2;
     #[inline(always)]
@@ -176,9 +190,8 @@ pub(super) fn place(ring: usize, stride: usize, c: usize) -> usize {
     ring / BLOCK * stride + c * BLOCK + ring % BLOCK
 }
 
-/// Cosine and sine terms, turned by an angle.
+/// Cosine and sine terms, turned by an angle that is given by its cosine and sine.
 #[inline(always)]
-pub(super) fn turn<V: Vector<T = f64>>([cos, sin]: [f64; 2], [c, s]: [V; 2]) -> [V; 2] {
-    let (cos, sin) = (V::splat(cos), V::splat(sin));
+pub(super) fn turn<V: Vector<T = f64>>([cos, sin]: [V; 2], [c, s]: [V; 2]) -> [V; 2] {
     [s.fnma(sin, c.mul(cos)), c.fma(sin, s.mul(cos))]
 }

@@ -13,106 +13,34 @@ mod columns;
 mod fold;
 mod fourier;
 mod kernel;
+mod passes;
 mod pool;
 mod recursion;
 mod rings;
 mod rows;
+mod sample;
 mod synthesis;
 
 use super::ShRgb;
 use super::rotation::exchange_yz;
-use analysis::Analysis;
 pub(super) use batch::Batch;
 pub use columns::ColumnsRgb;
 use columns::{bands, scatter};
-use fold::Cells;
 pub(super) use fourier::Lanes;
-use fourier::{Buffers, Fourier, RowBlock, analysis_phase, synthesis_phase};
-use kernel::{CELL, Part, Scratch};
+use fourier::{analysis_phase, synthesis_phase};
 pub(super) use kernel::{Real, aligned};
+use passes::Work;
 use pool::Pool;
 use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
-use rings::{BLOCK, Rings};
+use rings::Rings;
+pub use sample::Sample;
 use std::mem::take;
-use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
-use synthesis::Synthesis;
-
-/// Orders m whose cells of a block lie side by side, so that a block's spectra are met in long runs.
-const SIDE: usize = 8;
-
-/// Bytes of cells that are in memory at a time, about.
-const CELLS: usize = 64 << 20;
 
 /// Bytes up to which a plan keeps the recursion's constants and starting values.
 const KEPT: usize = 128 << 20;
-
-/// Legendre work (rings · order²) below which one thread is quicker than several.
-const SERIAL: usize = 1 << 18;
-
-/// A sample of an image plane.
-pub trait Sample: Copy + Send + Sync {
-    /// As f64.
-    fn to_f64(self) -> f64;
-    /// The nearest representable value.
-    fn from_f64(x: f64) -> Self;
-    /// The samples, if they are f32.
-    fn singles(_: &[Self]) -> Option<&[f32]> {
-        None
-    }
-    /// The samples, if they are f32.
-    fn singles_mut(_: &mut [Self]) -> Option<&mut [f32]> {
-        None
-    }
-    /// The samples, if they are f64.
-    fn doubles(_: &[Self]) -> Option<&[f64]> {
-        None
-    }
-    /// The samples, if they are f64.
-    fn doubles_mut(_: &mut [Self]) -> Option<&mut [f64]> {
-        None
-    }
-}
-
-impl Sample for f32 {
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self.into()
-    }
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x as Self
-    }
-    #[inline(always)]
-    fn singles(x: &[Self]) -> Option<&[f32]> {
-        Some(x)
-    }
-    #[inline(always)]
-    fn singles_mut(x: &mut [Self]) -> Option<&mut [f32]> {
-        Some(x)
-    }
-}
-
-impl Sample for f64 {
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self
-    }
-    #[inline(always)]
-    fn from_f64(x: f64) -> Self {
-        x
-    }
-    #[inline(always)]
-    fn doubles(x: &[Self]) -> Option<&[f64]> {
-        Some(x)
-    }
-    #[inline(always)]
-    fn doubles_mut(x: &mut [Self]) -> Option<&mut [f64]> {
-        Some(x)
-    }
-}
 
 /// A plan for transforms between `width` × `height` lat-long samples and coefficients up to `order`.
 ///
@@ -146,34 +74,6 @@ pub enum Precision {
 enum AnyWork {
     Double(Work<f64>),
     Image(Work<f32>),
-}
-
-/// What depends on the precision.
-struct Work<T: Real> {
-    fourier: Fourier<T>,
-    /// The last transform's memory: fresh memory costs more than a pass over it.
-    cells: Mutex<Vec<T>>,
-    buffers: Pool<Buffers<T>>,
-    scratch: Pool<Scratch<T>>,
-}
-
-impl<T: Real> Work<T> {
-    fn new(order: usize, width: usize) -> Self {
-        Self {
-            fourier: Fourier::new(order, width),
-            cells: Mutex::default(),
-            buffers: Pool::default(),
-            scratch: Pool::default(),
-        }
-    }
-
-    fn take(&self) -> Vec<T> {
-        take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn put_back(&self, cells: Vec<T>) {
-        *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = cells;
-    }
 }
 
 impl ShTransform {
@@ -302,24 +202,6 @@ impl ShTransform {
         }
     }
 
-    fn analyze_with<T: Real, S: Sample>(&self, work: &Work<T>, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
-        let mut buffer = work.take();
-        for pairs in self.chunks() {
-            let cells = self.forward(work, planes, pairs.clone(), &mut buffer);
-            self.each(columns.split(), &work.scratch, |scratch, m, column| {
-                if pairs.start == 0 {
-                    column.fill([0.0; 8]);
-                }
-                let stride = (self.order + 1) * CELL;
-                self.with_part(m, pairs.clone(), self.phases[m][0], |part| {
-                    let cells = &cells[m * CELL..];
-                    steradian_simd::run(Analysis { part, cells, stride, column, scratch });
-                });
-            });
-        }
-        work.put_back(buffer);
-    }
-
     /// Synthesis: the function of `sh` (its bands above the plan's order left out) at every sample.
     ///
     /// # Panics
@@ -365,132 +247,6 @@ impl ShTransform {
             }
         }
     }
-
-    fn synthesize_with<T: Real, S: Sample>(
-        &self,
-        work: &Work<T>,
-        columns: &ColumnsRgb,
-        factors: &[f64],
-        mut planes: [&mut [S]; 3],
-    ) {
-        let mut buffer = work.take();
-        for pairs in self.chunks() {
-            let blocks = pairs.len().div_ceil(BLOCK);
-            let side = blocks * SIDE * CELL;
-            let cells = aligned(&mut buffer, side * (self.order / SIDE + 1));
-            let parts = cells.chunks_exact_mut(side).collect();
-            self.each(parts, &work.scratch, |scratch, group, cells: &mut [T]| {
-                for m in (group * SIDE..=self.order).take(SIDE) {
-                    let (cells, stride) = (&mut cells[m % SIDE * CELL..], SIDE * CELL);
-                    let column = columns.of(m);
-                    let factors =
-                        if factors.is_empty() { None } else { Some(factors.get(m..).unwrap_or(&[])) };
-                    self.with_part(m, pairs.clone(), self.phases[m][1], |part| {
-                        steradian_simd::run(Synthesis { part, column, factors, cells, stride, scratch });
-                    });
-                }
-            });
-            let rows = blocks_mut(&mut planes, self.width, self.height, pairs.clone());
-            self.each(rows, &work.buffers, |buffers, b, mut rows| {
-                work.fourier.backward(Cells { cells, blocks, block: b }, &mut rows, buffers);
-            });
-        }
-        work.put_back(buffer);
-    }
-
-    /// Ranges of row pairs.
-    fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
-        let pairs = self.height.div_ceil(2);
-        let size = match self.work {
-            AnyWork::Double(_) => size_of::<f64>(),
-            AnyWork::Image(_) => size_of::<f32>(),
-        };
-        let row = (self.order + 1) * self.rings.per_row * CELL / BLOCK * size;
-        let step = (CELLS / row).next_multiple_of(BLOCK).max(2 * BLOCK);
-        (0..pairs).step_by(step).map(move |first| first..pairs.min(first + step))
-    }
-
-    /// Spectra of the row pairs of a range, as cells [ring block][m].
-    fn forward<'a, T: Real, S: Sample>(
-        &self,
-        work: &Work<T>,
-        planes: [&[S]; 3],
-        pairs: Range<usize>,
-        buffer: &'a mut Vec<T>,
-    ) -> &'a [T] {
-        let (width, height) = (self.width, self.height);
-        let block = self.rings.per_row * (self.order + 1) * CELL;
-        let cells = aligned(buffer, pairs.len().div_ceil(BLOCK) * block);
-        let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
-        self.each(blocks, &work.buffers, |buffers, _, (first, cells)| {
-            let last = pairs.end.min(first + BLOCK);
-            let rows = |r: Range<usize>| planes.map(|p| &p[r.start * width..r.end * width]);
-            // The equator of an odd height is in the north only.
-            let rows = RowBlock {
-                north: rows(first..last),
-                south: rows((height - last).max(height.div_ceil(2))..height - first),
-            };
-            work.fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
-        });
-        cells
-    }
-
-    fn with_part(&self, m: usize, pairs: Range<usize>, phase: [f64; 2], f: impl FnOnce(Part<'_>)) {
-        let made;
-        let (steps, starts) = match self.kept.get(m) {
-            Some(kept) => kept,
-            None => {
-                made = self.tables(m);
-                &made
-            }
-        };
-        let first = pairs.start * self.rings.per_row;
-        let last = first + pairs.len().next_multiple_of(BLOCK) * self.rings.per_row;
-        f(Part {
-            steps,
-            starts,
-            x: &self.rings.cos[first..last],
-            x2: &self.rings.x2[first..last],
-            ring: first,
-            phase,
-        });
-    }
-
-    /// Runs `f` on every item, with the item's index and a worker's buffers, on all threads where that pays.
-    fn each<T: Send, B: Default + Send>(
-        &self,
-        items: Vec<T>,
-        pool: &Pool<B>,
-        f: impl Fn(&mut B, usize, T) + Sync,
-    ) {
-        if self.rings.cos.len() * (self.order + 1).pow(2) < SERIAL || rayon::current_num_threads() == 1 {
-            let mut buffers = pool.lend();
-            items.into_iter().enumerate().for_each(|(i, item)| f(&mut buffers, i, item));
-        } else {
-            let items = items.into_par_iter().enumerate();
-            items.for_each_init(|| pool.lend(), |buffers, (i, item)| f(buffers, i, item));
-        }
-    }
-}
-
-/// The rows of a range of pairs, by blocks.
-fn blocks_mut<'a, S>(
-    planes: &'a mut [&mut [S]; 3],
-    width: usize,
-    height: usize,
-    pairs: Range<usize>,
-) -> Vec<RowBlock<&'a mut [S]>> {
-    let middle = height.div_ceil(2);
-    let halves = planes.each_mut().map(|p| p.split_at_mut(middle * width));
-    let south_end = height - pairs.start;
-    let south_start = (height - pairs.end).max(middle);
-    let [r, g, b] = halves.map(|(north, south)| {
-        let north = north[pairs.start * width..pairs.end * width].chunks_mut(BLOCK * width);
-        let south = &mut south[(south_start - middle) * width..(south_end - middle) * width];
-        let south = south.rchunks_mut(BLOCK * width).chain(std::iter::repeat_with(|| &mut [] as &mut [S]));
-        north.zip(south)
-    });
-    r.zip(g).zip(b).map(|((r, g), b)| RowBlock { north: [r.0, g.0, b.0], south: [r.1, g.1, b.1] }).collect()
 }
 
 #[cfg(test)]

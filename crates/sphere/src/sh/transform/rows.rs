@@ -22,11 +22,54 @@ impl<T: Real, S: Sample> Kernel for Load<'_, T, S> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let (width, lanes) = (self.width, T::Vector::<A>::LANES);
-        let zero = T::Vector::<A>::splat(T::default());
-        let pairs = T::Vector::<A>::view(self.x).as_chunks_mut::<2>().0;
-        let (mut north, mut south) = ([&self.north[..0]; BLOCK], [&self.south[..0]; BLOCK]);
-        for q in 0..lanes {
+        match T::Vector::<A>::LANES {
+            2 => self.tiles::<A, 2>(),
+            4 => self.tiles::<A, 4>(),
+            8 => self.tiles::<A, 8>(),
+            _ => self.tiles::<A, BLOCK>(),
+        }
+    }
+}
+
+impl<T: Real, S: Sample> Load<'_, T, S> {
+    /// N columns of N rows at a time, N the lanes of a register.
+    #[inline(always)]
+    fn tiles<A: Arch, const N: usize>(self) {
+        let (width, zero) = (self.width, T::Vector::<A>::splat(T::default()));
+        let pairs = &mut T::Vector::<A>::view(self.x).as_chunks_mut::<2>().0[..width];
+        let rows = (self.first + N) * width;
+        let mut at = 0;
+        if let (Some(north), Some(south)) = (T::same(self.north), T::same(self.south))
+            && rows <= north.len()
+            && rows <= south.len()
+        {
+            let (north, south) = (&north[rows - N * width..rows], &south[south.len() - rows..]);
+            let south = &south[..N * width];
+            while at + N <= width {
+                let pairs = &mut pairs[at..at + N];
+                // Sums, then differences: both together do not fit the registers.
+                let mut x = [zero; N];
+                for q in 0..N {
+                    let m = T::Vector::<A>::load(&south[(N - 1 - q) * width + at..]);
+                    x[q] = T::Vector::<A>::load(&north[q * width + at..]).add(m);
+                }
+                T::Vector::<A>::transpose(&mut x);
+                for k in 0..N {
+                    pairs[k][0] = x[k];
+                }
+                for q in 0..N {
+                    let m = T::Vector::<A>::load(&south[(N - 1 - q) * width + at..]);
+                    x[q] = T::Vector::<A>::load(&north[q * width + at..]).sub(m);
+                }
+                T::Vector::<A>::transpose(&mut x);
+                for k in 0..N {
+                    pairs[k][1] = x[k];
+                }
+                at += N;
+            }
+        }
+        let (mut north, mut south) = ([&self.north[..0]; N], [&self.south[..0]; N]);
+        for q in 0..N {
             let row = self.first + q;
             if (row + 1) * width <= self.north.len() {
                 north[q] = &self.north[row * width..(row + 1) * width];
@@ -36,27 +79,19 @@ impl<T: Real, S: Sample> Kernel for Load<'_, T, S> {
                 south[q] = &self.south[end - width..end];
             }
         }
-        let mut at = 0;
         while at < width {
-            let (mut s, mut d) = ([zero; BLOCK], [zero; BLOCK]);
-            for q in 0..lanes {
+            let (mut s, mut d) = ([zero; N], [zero; N]);
+            for q in 0..N {
                 let (n, m) = (read::<A, T, S>(north[q], at), read::<A, T, S>(south[q], at));
                 s[q] = n.add(m);
                 d[q] = n.sub(m);
             }
-            T::Vector::<A>::transpose(&mut s[..lanes]);
-            T::Vector::<A>::transpose(&mut d[..lanes]);
-            if at + lanes <= width {
-                let pairs = &mut pairs[at..at + lanes];
-                for k in 0..lanes {
-                    pairs[k] = [s[k], d[k]];
-                }
-            } else {
-                for k in 0..width - at {
-                    pairs[at + k] = [s[k], d[k]];
-                }
+            T::Vector::<A>::transpose(&mut s);
+            T::Vector::<A>::transpose(&mut d);
+            for k in 0..if at + N <= width { N } else { width - at } {
+                pairs[at + k] = [s[k], d[k]];
             }
-            at += lanes;
+            at += N;
         }
     }
 }
@@ -98,30 +133,62 @@ impl<T: Real, S: Sample> Kernel for Store<'_, T, S> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let (width, lanes) = (self.width, T::Vector::<A>::LANES);
-        let zero = T::Vector::<A>::splat(T::default());
+        match T::Vector::<A>::LANES {
+            2 => self.tiles::<A, 2>(),
+            4 => self.tiles::<A, 4>(),
+            8 => self.tiles::<A, 8>(),
+            _ => self.tiles::<A, BLOCK>(),
+        }
+    }
+}
+
+impl<T: Real, S: Sample> Store<'_, T, S> {
+    /// N columns of N rows at a time, N the lanes of a register.
+    #[inline(always)]
+    fn tiles<A: Arch, const N: usize>(self) {
+        let (width, zero) = (self.width, T::Vector::<A>::splat(T::default()));
         let pairs = &T::Vector::<A>::view(self.x).as_chunks_mut::<2>().0[..width];
+        let rows = (self.first + N) * width;
+        let mut at = 0;
+        if rows <= self.north.len()
+            && rows <= self.south.len()
+            && let (Some(north), Some(south)) = (T::same_mut(self.north), T::same_mut(self.south))
+        {
+            let end = south.len() - rows;
+            let (north, south) = (&mut north[rows - N * width..rows], &mut south[end..end + N * width]);
+            while at + N <= width {
+                let pairs = &pairs[at..at + N];
+                let mut x = [zero; N];
+                for k in 0..N {
+                    x[k] = pairs[k][0];
+                }
+                T::Vector::<A>::transpose(&mut x);
+                for q in 0..N {
+                    x[q].store(&mut south[(N - 1 - q) * width + at..]);
+                }
+                for k in 0..N {
+                    x[k] = pairs[k][1];
+                }
+                T::Vector::<A>::transpose(&mut x);
+                for q in 0..N {
+                    x[q].store(&mut north[q * width + at..]);
+                }
+                at += N;
+            }
+        }
         let rows = |n: usize| (n / width).saturating_sub(self.first);
         let (norths, souths) = (rows(self.north.len()), rows(self.south.len()));
         let (north, last) =
             (self.first * width, self.south.len() - (self.first * width).min(self.south.len()));
-        let mut at = 0;
         while at < width {
-            let (mut s, mut n) = ([zero; BLOCK], [zero; BLOCK]);
-            let count = if at + lanes <= width { lanes } else { width - at };
-            if count == lanes {
-                let pairs = &pairs[at..at + lanes];
-                for k in 0..lanes {
-                    [s[k], n[k]] = pairs[k];
-                }
-            } else {
-                for k in 0..count {
-                    [s[k], n[k]] = pairs[at + k];
-                }
+            let (mut s, mut n) = ([zero; N], [zero; N]);
+            let count = if at + N <= width { N } else { width - at };
+            for k in 0..count {
+                [s[k], n[k]] = pairs[at + k];
             }
-            T::Vector::<A>::transpose(&mut s[..lanes]);
-            T::Vector::<A>::transpose(&mut n[..lanes]);
-            for q in 0..lanes {
+            T::Vector::<A>::transpose(&mut s);
+            T::Vector::<A>::transpose(&mut n);
+            for q in 0..N {
                 if q < norths {
                     let row = north + q * width + at;
                     write::<A, T, S>(n[q], &mut self.north[row..row + count]);
@@ -131,7 +198,7 @@ impl<T: Real, S: Sample> Kernel for Store<'_, T, S> {
                     write::<A, T, S>(s[q], &mut self.south[row..row + count]);
                 }
             }
-            at += lanes;
+            at += N;
         }
     }
 }

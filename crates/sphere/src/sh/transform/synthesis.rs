@@ -41,6 +41,7 @@ impl<T: Real> Synthesis<'_, T> {
         let units = &part.starts.units[part.ring / BLOCK..];
         let terms = &mut self.scratch.terms;
         prepare::<A::F64x4, T>(&part, self.column, self.factors, terms);
+        let terms = &terms[..part.steps.len()];
         let mut ring = 0;
         while ring < part.x2.len() {
             let sums = over_steps::<A, T, N, D>(&part, units[ring / BLOCK], ring, terms);
@@ -76,9 +77,11 @@ fn over_steps<A: Arch, T: Real, const N: usize, const D: usize>(
         part.steps[k].advance(&x2, &mut now, &mut before);
         k += 1;
     }
-    for (step, terms) in part.steps[all..].iter().zip(&terms[all..]) {
-        add::<A, T, N, D>(&now, terms, &mut sums);
-        step.advance(&x2, &mut now, &mut before);
+    let steps = &part.steps[..terms.len()];
+    while k < terms.len() {
+        add::<A, T, N, D>(&now, &terms[k], &mut sums);
+        steps[k].advance(&x2, &mut now, &mut before);
+        k += 1;
     }
     sums
 }
@@ -110,41 +113,40 @@ fn prepare<V: Vector<T = f64>, T: Real>(
     factors: Option<&[f64]>,
     terms: &mut Vec<[T; 16]>,
 ) {
-    let back = [part.phase[0], -part.phase[1]];
-    terms.resize(part.steps.len(), [T::default(); 16]);
+    let (cos, sin) = (V::splat(part.phase[0]), V::splat(-part.phase[1]));
+    let n = part.steps.len();
+    if terms.len() < n {
+        terms.resize(n, [T::default(); 16]);
+    }
+    let (steps, terms) = (&part.steps[..n], &mut terms[..n]);
     let bands = column.len().min(factors.map_or(usize::MAX, <[f64]>::len));
-    let mut even: [V; 2] = band(back, column, factors, bands, 0);
-    for (k, (terms, step)) in terms.iter_mut().zip(part.steps).enumerate() {
-        let odd: [V; 2] = band(back, column, factors, bands, 2 * k + 1);
-        let next: [V; 2] = band(back, column, factors, bands, 2 * k + 2);
+    let column = &column[..bands];
+    let mut even = band([cos, sin], column, factors, 0);
+    for k in 0..n {
+        let odd = band([cos, sin], column, factors, 2 * k + 1);
+        let next = band([cos, sin], column, factors, 2 * k + 2);
+        let (step, terms) = (&steps[k], &mut terms[k]);
         let (e, f, o) = (V::splat(step.even[0]), V::splat(step.even[1]), V::splat(step.odd));
-        let mut all = [0.0; 16];
         for half in 0..2 {
-            next[half].fma(f, even[half].mul(e)).store(&mut all[4 * half..]);
-            odd[half].mul(o).store(&mut all[8 + 4 * half..]);
-        }
-        for c in 0..16 {
-            terms[c] = T::of(all[c]);
+            T::put(next[half].fma(f, even[half].mul(e)), &mut terms[4 * half..]);
+            T::put(odd[half].mul(o), &mut terms[8 + 4 * half..]);
         }
         even = next;
     }
 }
 
-/// One of the first `bands` of a column, turned and multiplied; 0 beyond.
+/// A band of a column, turned and multiplied; 0 beyond.
 #[inline(always)]
-fn band<V: Vector<T = f64>>(
-    back: [f64; 2],
-    column: &[Row],
-    factors: Option<&[f64]>,
-    bands: usize,
-    k: usize,
-) -> [V; 2] {
-    if k >= bands {
+fn band<V: Vector<T = f64>>(phase: [V; 2], column: &[Row], factors: Option<&[f64]>, k: usize) -> [V; 2] {
+    if k >= column.len() {
         return [V::splat(0.0); 2];
     }
-    let factor = match factors {
-        Some(factors) => factors[k],
-        None => 1.0,
-    };
-    turn([factor * back[0], factor * back[1]], [V::load(&column[k]), V::load(&column[k][4..])])
+    let [c, s] = turn(phase, [V::load(&column[k]), V::load(&column[k][4..])]);
+    match factors {
+        Some(factors) => {
+            let factor = V::splat(factors[k]);
+            [c.mul(factor), s.mul(factor)]
+        }
+        None => [c, s],
+    }
 }
