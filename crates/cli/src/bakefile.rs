@@ -171,10 +171,18 @@ impl BakeFile {
     }
 
     /// Warns where `spec` is not the light that was baked.
-    fn warn_of_another(&self, spec: &str, context: &Context) {
+    pub fn warn_of_another(&self, spec: &str, context: &Context) {
         if !self.was_made_of(spec) {
             let (name, light) = (self.path.display(), &self.made.environment);
             context.warn(format_args!("{spec}: {name} was baked from another light, {light}"));
+        }
+    }
+
+    /// Warns where `spec`, a reflectance's canonical one, is not what was baked.
+    pub fn warn_of_another_brdf(&self, spec: &str, context: &Context) {
+        if self.brdf().is_some_and(|b| b.spec() != spec) {
+            let (name, brdf) = (self.path.display(), &self.made.brdf);
+            context.warn(format_args!("{spec}: {name} was baked of another reflectance, {brdf}"));
         }
     }
 

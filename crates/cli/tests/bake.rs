@@ -294,6 +294,13 @@ fn pictures_and_comparisons_take_saved_bakes() {
     );
     let foreign = run(dir, &["compare", "--bake", "b.safetensors", "-e", "sky", "--size", "16x16"]);
     assert!(stderr(&foreign).contains("was baked from another light, overcast"), "{}", stderr(&foreign));
+    // Each of several is looked at.
+    well(dir, &["bake", "sky", "-b", "lambert", "-t", "sh-irradiance", "-o", "l.safetensors", "-q"]);
+    let two = ["compare", "--bake", "b.safetensors", "--bake", "l.safetensors", "--size", "16x16"];
+    let said = stderr(&run(dir, &two));
+    assert!(said.contains("overcast: l.safetensors was baked from another light, sky"), "{said}");
+    assert!(said.contains("l.safetensors was baked of another reflectance, lambert"), "{said}");
+    assert!(!said.contains("b.safetensors was"), "{said}");
 }
 
 #[test]

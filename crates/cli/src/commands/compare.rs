@@ -1,5 +1,7 @@
 //! `steradian compare`: techniques side by side against the reference.
 
+mod forms;
+
 use crate::bakefile::BakeFile;
 use crate::commands::render::{SceneOverrides, save_display, size, tone_mapper};
 use crate::context::{Backend, Context, check_output};
@@ -8,15 +10,14 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
 use crate::model::{self, Model};
-use crate::report::Page;
 use crate::study::{self, Answer, Plan, Subject};
 use clap::Args;
-use serde_json::{Value, json};
+use forms::{document, html, sheet, table};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Background, Maps, Row, Settings, Sheet, ToneMapper};
+use steradian_render::{Background, Maps, Settings, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
 
 /// Options of `steradian compare`.
@@ -191,6 +192,7 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
         };
         for spec in own {
             let brdf = inputs::brdf(spec, context)?;
+            bakes.iter().for_each(|file| file.warn_of_another_brdf(&brdf.spec(), context));
             let mut all: Vec<_> =
                 materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
             if all.is_empty() {
@@ -203,7 +205,10 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
     let sky = bakes.first().map_or(inputs::DEFAULT_SKY, |b| &b.made.environment);
     for environment in given(&o.environment, &[sky]) {
         let lights = Arc::new(match bakes.first() {
-            Some(file) => baked_light(file, o, context)?,
+            Some(file) => {
+                bakes.iter().skip(1).for_each(|other| other.warn_of_another(environment, context));
+                baked_light(file, o, context)?
+            }
             None => inputs::light(environment, &o.adjust, context)?,
         });
         let background = Arc::new(study::backdrop(&lights, &camera, o.size.1, 0.02));
@@ -283,125 +288,6 @@ fn short(spec: &str) -> String {
     if head.is_empty() || head.contains(['/', '\\']) { name } else { format!("{head}:{name}") }
 }
 
-fn columns(findings: &[Finding]) -> Vec<String> {
-    // Every row answers for the same methods; those that no row shows have no column.
-    let Some(first) = findings.first() else { return Vec::new() };
-    let shown = |name: &String| {
-        findings.iter().any(|f| f.answers.iter().any(|a| a.name() == *name && matches!(a, Answer::Shown(_))))
-    };
-    first.answers.iter().map(Answer::name).filter(|n| shown(n)).collect()
-}
-
-fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
-    let columns = columns(findings);
-    let rows = findings
-        .iter()
-        .map(|f| Row {
-            label: wrapped(&f.brdf).into_iter().chain(wrapped(&f.environment)).collect(),
-            cells: columns.iter().map(|c| f.answers.iter().find(|a| a.name() == *c)?.cell(false)).collect(),
-        })
-        .collect();
-    Sheet {
-        title: "Techniques and the reference".into(),
-        subtitle: format!(
-            "{}: relative RMS error of radiance, and FLIP, over the pixels of the mesh",
-            short(&o.mesh)
-        ),
-        columns: columns.iter().map(|c| c.replace('_', " ")).collect(),
-        rows,
-        text_scale: 1.2,
-    }
-}
-
-/// Lines of at most 24 characters, broken after commas and colons.
-pub fn wrapped(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for piece in text.split_inclusive([',', ':', ' ']) {
-        let last = lines.len() - 1;
-        if !lines[last].is_empty() && lines[last].len() + piece.len() > 24 {
-            lines.push(String::new());
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push_str(piece);
-        }
-    }
-    lines
-}
-
-fn document(findings: &[Finding]) -> Value {
-    let rows: Vec<Value> = findings
-        .iter()
-        .map(|f| {
-            let answers: Vec<Value> = f.answers.iter().map(Answer::json).collect();
-            json!({"environment": f.environment, "brdf": f.brdf, "techniques": answers})
-        })
-        .collect();
-    json!({ "comparisons": rows })
-}
-
-/// Cells of one line of the table.
-fn line(f: &Finding, a: &Answer) -> [String; 8] {
-    let head = [f.environment.clone(), f.brdf.clone(), a.name()];
-    let [environment, brdf, slug] = head;
-    match a {
-        Answer::Refused { why, .. } => {
-            let none = || "-".to_string();
-            [environment, brdf, slug, none(), none(), none(), none(), why.clone()]
-        }
-        Answer::Shown(s) => {
-            let error = |f: &dyn Fn(&(steradian_render::Errors, f64)) -> String| {
-                s.errors.as_ref().map_or_else(|| "-".into(), f)
-            };
-            [
-                environment,
-                brdf,
-                slug,
-                error(&|e| format!("{:.2} %", 100.0 * e.0.relative_rms)),
-                error(&|e| format!("{:.4}", e.1)),
-                format!("{:.3}", s.bake_seconds),
-                format!("{:.3}", s.shade_seconds),
-                s.bytes.to_string(),
-            ]
-        }
-    }
-}
-
-const HEAD: [&str; 8] =
-    ["environment", "brdf", "technique", "rel. RMS", "FLIP", "bake s", "shade s", "bytes"];
-
-fn table(findings: &[Finding]) -> String {
-    let mut lines = vec![HEAD.map(String::from)];
-    lines.extend(findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
-    let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..7).map(width).collect();
-    lines
-        .iter()
-        .map(|l| {
-            let cells: Vec<String> = (0..7).map(|c| format!("{:<w$}", l[c], w = widths[c])).collect();
-            format!("{}  {}\n", cells.join("  "), l[7])
-        })
-        .collect()
-}
-
-fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
-    let mut page = Page::new("Techniques and the reference", &short(&o.mesh));
-    page.table(&HEAD, findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
-    for f in findings {
-        page.heading(&format!("{} under {}", f.brdf, f.environment));
-        for a in &f.answers {
-            let Answer::Shown(s) = a else { continue };
-            let caption = s.errors.as_ref().map_or_else(String::new, |(e, flip)| {
-                format!(": {:.2} %, FLIP {flip:.3}", 100.0 * e.relative_rms)
-            });
-            page.figure(&s.picture, &format!("{}{caption}", a.name()))?;
-            if let Some(d) = &s.difference {
-                page.figure(d, &format!("{}: FLIP per pixel", a.name()))?;
-            }
-        }
-    }
-    Ok(page.finish())
-}
-
 fn gate(o: &Options, findings: &[Finding]) -> Outcome {
     let Some(t) = o.tolerance else { return Ok(()) };
     for f in findings {
@@ -430,6 +316,5 @@ mod tests {
         assert_eq!(short("/a/b/c.hdr"), "c.hdr");
         assert_eq!(short("merl:/a/b.binary"), "merl:b.binary");
         assert_eq!(short("ggx:alpha=0.1,f0=1/0.8/0.3"), "ggx:alpha=0.1,f0=1/0.8/0.3");
-        assert_eq!(wrapped("ggx:alpha=0.1,f0=1.0/0.8/0.3,x=1"), ["ggx:alpha=0.1,", "f0=1.0/0.8/0.3,x=1"]);
     }
 }
