@@ -5,9 +5,8 @@
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
-use crate::ktx2::check;
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits, TextureLevels, WriteReport};
+use crate::{FormatError, Limits, StoredTexture, TextureLevels, WriteReport};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -37,16 +36,19 @@ pub fn write_dds(
     texture: &TextureLevels,
     format: TexelFormat,
 ) -> Result<WriteReport, FormatError> {
-    check(texture).map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
-    let mut report = WriteReport::default();
-    write_atomic(path, |w| {
-        report = encode(w, texture, format)?;
-        Ok(())
-    })?;
-    Ok(report)
+    StoredTexture::new(path, texture, format)?.write_dds(path)
 }
 
-fn encode(w: &mut dyn Write, t: &TextureLevels, format: TexelFormat) -> io::Result<WriteReport> {
+impl StoredTexture {
+    /// Writes a DDS file, as [`write_dds`].
+    pub fn write_dds(&self, path: &Path) -> Result<WriteReport, FormatError> {
+        write_atomic(path, |w| encode(w, self))?;
+        Ok(self.report())
+    }
+}
+
+fn encode(w: &mut dyn Write, t: &StoredTexture) -> io::Result<()> {
+    let format = t.format;
     let cube = t.faces == 6;
     let mut head = [0u32; HEADER_BYTES / 4];
     head[0] = u32::from_le_bytes(*b"DDS ");
@@ -70,17 +72,13 @@ fn encode(w: &mut dyn Write, t: &TextureLevels, format: TexelFormat) -> io::Resu
     // DX10: format, 2D texture, TEXTURECUBE, one element, alpha unknown
     (head[32], head[33], head[34], head[35]) = (dxgi(format), 3, if cube { 4 } else { 0 }, 1);
     head.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
-    let mut report = WriteReport::default();
-    let mut raw = Vec::new();
     for face in 0..t.faces {
-        for (i, level) in t.levels.iter().enumerate() {
+        for level in &t.levels {
             let n = level.len() / t.faces;
-            raw.clear();
-            format.encode(&level[face * n..(face + 1) * n], t.size(i), &mut raw, &mut report);
-            w.write_all(&raw)?;
+            w.write_all(&level[face * n..(face + 1) * n])?;
         }
     }
-    Ok(report)
+    Ok(())
 }
 
 /// Reads the texture `path`.
@@ -93,13 +91,7 @@ pub fn decode_dds(name: &Path, bytes: &[u8], limits: &Limits) -> Result<TextureL
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;
     let (format, mut texture, levels, start) = header(bytes).map_err(invalid)?;
-    let (w, h) = (texture.width as u64, texture.height as u64);
-    limits.image(name, w, h, 4, bytes.len() as u64)?;
-    let floats = u128::from(w) * u128::from(h) * texture.faces as u128 * 8;
-    limits.memory(name, floats * 4, bytes.len() as u64)?;
-    if levels > TextureLevels::full_chain(texture.width, texture.height) {
-        return Err(invalid(format!("{levels} mip levels are too many for its size")));
-    }
+    limits.texture(name, &texture, levels, bytes.len() as u64)?;
     texture.levels = vec![Vec::new(); levels];
     let mut at = start;
     for _ in 0..texture.faces {
@@ -173,7 +165,9 @@ mod tests {
                     values.for_each(|(i, v)| *v = [0.5, 2.0, 0.25, 1.0][i % 4]);
                 }
                 let mut bytes = Vec::new();
-                assert_eq!(encode(&mut bytes, &t, format).unwrap(), WriteReport::default());
+                let stored = StoredTexture::encode(&t, format);
+                assert_eq!(stored.report(), WriteReport::default());
+                encode(&mut bytes, &stored).unwrap();
                 let back = |b: &[u8]| decode_dds(Path::new("t.dds"), b, &Limits::default());
                 assert_eq!(back(&bytes).unwrap(), t, "{format:?}");
                 for cut in 0..bytes.len() {
@@ -189,7 +183,7 @@ mod tests {
         t.levels = vec![(0..96).map(|i| i as f32 * 0.25).collect(), vec![2.0; 24]];
         for (format, code) in [(TexelFormat::Rgba16f, 113u8), (TexelFormat::Rgba32f, 116)] {
             let mut bytes = Vec::new();
-            encode(&mut bytes, &t, format).unwrap();
+            encode(&mut bytes, &StoredTexture::encode(&t, format)).unwrap();
             bytes.drain(LEGACY_BYTES..HEADER_BYTES);
             bytes[84..88].copy_from_slice(&[code, 0, 0, 0]);
             let back = |b: &[u8]| decode_dds(Path::new("t.dds"), b, &Limits::default());

@@ -5,14 +5,20 @@
 
 use crate::atomic::write_atomic;
 use crate::image::{not_empty, read_bytes};
-use crate::ktx2::check;
+use crate::ktx2::{DAMAGED, key_values};
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits, TextureLevels, WriteReport};
+use crate::{FormatError, Limits, StoredTexture, TextureLevels, WriteReport};
 use std::io::{self, Write};
 use std::path::Path;
 
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
 const HEADER_BYTES: usize = 64;
+
+/// GL_R11F_G11F_B10F: the type of cmgen's files, and the only one for this format that Filament's reader knows
+/// (`Ktx1Reader`).
+const PACKED: u32 = 0x8c3a;
+/// GL_UNSIGNED_INT_10F_11F_11F_REV: the type that the specification has.
+const PACKED_REV: u32 = 0x8c3b;
 
 /// glType, glTypeSize, glFormat, glInternalFormat.
 fn numbers(format: TexelFormat) -> [u32; 4] {
@@ -22,7 +28,7 @@ fn numbers(format: TexelFormat) -> [u32; 4] {
         TexelFormat::Rgba16f => [0x140b, 2, RGBA, 0x881a],
         TexelFormat::Rgba32f => [0x1406, 4, RGBA, 0x8814],
         TexelFormat::Rgb9e5 => [0x8c3e, 4, RGB, 0x8c3d],
-        TexelFormat::R11g11b10 => [0x8c3b, 4, RGB, 0x8c3a],
+        TexelFormat::R11g11b10 => [PACKED, 4, RGB, PACKED],
         // Blocks have neither type nor format.
         TexelFormat::Bc6h => [0, 1, 0, 0x8e8f],
         TexelFormat::Bc6hSigned => [0, 1, 0, 0x8e8e],
@@ -35,16 +41,19 @@ pub fn write_ktx1(
     texture: &TextureLevels,
     format: TexelFormat,
 ) -> Result<WriteReport, FormatError> {
-    check(texture).map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
-    let mut report = WriteReport::default();
-    write_atomic(path, |w| {
-        report = encode(w, texture, format)?;
-        Ok(())
-    })?;
-    Ok(report)
+    StoredTexture::new(path, texture, format)?.write_ktx1(path)
 }
 
-fn encode(w: &mut dyn Write, t: &TextureLevels, format: TexelFormat) -> io::Result<WriteReport> {
+impl StoredTexture {
+    /// Writes a KTX1 file, as [`write_ktx1`].
+    pub fn write_ktx1(&self, path: &Path) -> Result<WriteReport, FormatError> {
+        write_atomic(path, |w| encode(w, self))?;
+        Ok(self.report())
+    }
+}
+
+fn encode(w: &mut dyn Write, t: &StoredTexture) -> io::Result<()> {
+    let format = t.format;
     let mut kvd = Vec::new();
     for (k, v) in t.metadata.iter().filter(|(k, _)| !k.is_empty() && !k.contains('\0')) {
         kvd.extend(((k.len() + v.len() + 2) as u32).to_le_bytes());
@@ -59,15 +68,12 @@ fn encode(w: &mut dyn Write, t: &TextureLevels, format: TexelFormat) -> io::Resu
     fields.iter().chain(&size).chain(&[kvd.len() as u32]).for_each(|v| head.extend(v.to_le_bytes()));
     w.write_all(&head)?;
     w.write_all(&kvd)?;
-    let mut report = WriteReport::default();
-    for (i, level) in t.levels.iter().enumerate() {
-        let mut raw = Vec::new();
-        format.encode(level, t.size(i), &mut raw, &mut report);
+    for level in &t.levels {
         // Of a cube the size of one face; texels are multiples of four bytes, so nothing is padded.
-        w.write_all(&((raw.len() / t.faces) as u32).to_le_bytes())?;
-        w.write_all(&raw)?;
+        w.write_all(&((level.len() / t.faces) as u32).to_le_bytes())?;
+        w.write_all(level)?;
     }
-    Ok(report)
+    Ok(())
 }
 
 /// Reads the texture `path`.
@@ -80,16 +86,10 @@ pub fn decode_ktx1(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Texture
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;
     let (format, mut texture, levels) = header(bytes).map_err(invalid)?;
-    let (w, h) = (texture.width as u64, texture.height as u64);
-    limits.image(name, w, h, 4, bytes.len() as u64)?;
-    let floats = u128::from(w) * u128::from(h) * texture.faces as u128 * 8;
-    limits.memory(name, floats * 4, bytes.len() as u64)?;
-    if levels > TextureLevels::full_chain(texture.width, texture.height) {
-        return Err(invalid(format!("{levels} mip levels are too many for its size")));
-    }
+    limits.texture(name, &texture, levels, bytes.len() as u64)?;
     let start = HEADER_BYTES + word(bytes, 60).unwrap_or(0) as usize;
     let pairs = bytes.get(HEADER_BYTES..start).ok_or_else(|| invalid("truncated in the metadata".into()))?;
-    texture.metadata = key_values(pairs).map_err(invalid)?;
+    texture.metadata = key_values(pairs).ok_or_else(|| invalid(DAMAGED.into()))?;
     let mut at = start;
     for level in 0..levels {
         let (w, h) = texture.size(level);
@@ -123,9 +123,15 @@ fn header(bytes: &[u8]) -> Result<(TexelFormat, TextureLevels, usize), String> {
     if f[0] != 0x0403_0201 {
         return Err("big-endian KTX1 files are not read".into());
     }
+    // cmgen before Filament 1.8.1 wrote the sized format as glFormat too.
+    let (kind, order) = if f[4] == PACKED && matches!(f[1], PACKED | PACKED_REV) && f[3] == PACKED {
+        (PACKED, 0x1907)
+    } else {
+        (if f[1] == PACKED_REV { PACKED } else { f[1] }, f[3])
+    };
     let same = |t: &TexelFormat| {
         let n = numbers(*t);
-        n[0] == f[1] && n[2] == f[3] && (t.is_plain() || n[3] == f[4])
+        n[0] == kind && n[2] == order && (t.is_plain() || n[3] == f[4])
     };
     let found = TexelFormat::ALL.into_iter().find(same);
     let format = found.ok_or_else(|| format!("glType {:#x} with glFormat {:#x} is not read", f[1], f[3]))?;
@@ -139,21 +145,6 @@ fn header(bytes: &[u8]) -> Result<(TexelFormat, TextureLevels, usize), String> {
         ..TextureLevels::default()
     };
     Ok((format, texture, f[11].max(1) as usize))
-}
-
-fn key_values(mut rest: &[u8]) -> Result<Vec<(String, String)>, String> {
-    let fault = || "the key and value data is damaged".to_string();
-    let mut pairs = Vec::new();
-    while let Some(n) = word(rest, 0) {
-        let entry = (n as usize).checked_add(4).and_then(|end| rest.get(4..end)).ok_or_else(fault)?;
-        let key = entry.iter().position(|&b| b == 0).ok_or_else(fault)?;
-        let value = entry[key + 1..].strip_suffix(&[0]).unwrap_or(&entry[key + 1..]);
-        if let (Ok(k), Ok(v)) = (std::str::from_utf8(&entry[..key]), std::str::from_utf8(value)) {
-            pairs.push((k.to_string(), v.to_string()));
-        }
-        rest = rest.get((4 + n as usize).next_multiple_of(4)..).unwrap_or(&[]);
-    }
-    Ok(pairs)
 }
 
 #[cfg(test)]
@@ -176,7 +167,9 @@ mod tests {
                 values.for_each(|(i, v)| *v = [0.5, 2.0, 0.25, 1.0][i % 4]);
             }
             let mut bytes = Vec::new();
-            assert_eq!(encode(&mut bytes, &t, format).unwrap(), WriteReport::default());
+            let stored = StoredTexture::encode(&t, format);
+            assert_eq!(stored.report(), WriteReport::default());
+            encode(&mut bytes, &stored).unwrap();
             let back = |b: &[u8]| decode_ktx1(Path::new("t.ktx"), b, &Limits::default());
             assert_eq!(back(&bytes).unwrap(), t, "{format:?}");
             for cut in 0..bytes.len() {
@@ -186,13 +179,19 @@ mod tests {
     }
 
     #[test]
-    fn the_header_is_the_specification_s() {
+    fn the_header_is_what_filament_reads() {
         let t =
             TextureLevels { width: 1, height: 1, faces: 6, levels: vec![vec![1.0; 24]], metadata: vec![] };
         let mut bytes = Vec::new();
-        encode(&mut bytes, &t, TexelFormat::R11g11b10).unwrap();
+        encode(&mut bytes, &StoredTexture::encode(&t, TexelFormat::R11g11b10)).unwrap();
         let words: Vec<u32> = (0..14).map(|i| word(&bytes, 12 + 4 * i).unwrap()).collect();
-        assert_eq!(words, [0x4030201, 0x8c3b, 4, 0x1907, 0x8c3a, 0x1907, 1, 1, 0, 0, 6, 1, 0, 4]);
+        assert_eq!(words, [0x4030201, 0x8c3a, 4, 0x1907, 0x8c3a, 0x1907, 1, 1, 0, 0, 6, 1, 0, 4]);
         assert_eq!(bytes.len(), 64 + 4 + 6 * 4);
+        // The specification's type, and what cmgen wrote before Filament 1.8.1.
+        for (kind, format) in [(0x3b, [0x07, 0x19]), (0x3a, [0x3a, 0x8c])] {
+            bytes[16] = kind;
+            bytes[24..26].copy_from_slice(&format);
+            assert_eq!(decode_ktx1(Path::new("t.ktx"), &bytes, &Limits::default()).unwrap().levels, t.levels);
+        }
     }
 }

@@ -22,6 +22,7 @@ pub mod packed;
 mod pfm;
 pub mod raster;
 mod srgb;
+mod stored;
 mod tensors;
 mod texel;
 mod tga;
@@ -42,5 +43,6 @@ pub use ktx2::{
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
+pub use stored::StoredTexture;
 pub use tensors::{Tensor, TensorData, TensorFile, decode_tensors, read_tensors, write_tensors};
 pub use texel::TexelFormat;

@@ -1,6 +1,6 @@
 //! Checks that come before every allocation.
 
-use crate::{FormatError, Limits};
+use crate::{FormatError, Limits, TextureLevels};
 use std::path::Path;
 
 impl Limits {
@@ -26,6 +26,25 @@ impl Limits {
         let pixels = width * height;
         self.memory(path, u128::from(pixels) * u128::from(planes.max(1)) * 4, file_bytes)?;
         usize::try_from(pixels).map_err(|_| FormatError::invalid(path, "too large for this machine"))
+    }
+
+    /// May a texture of the shape of `texture`, with `levels` mip levels, be decoded from `file_bytes` bytes?
+    pub(crate) fn texture(
+        &self,
+        path: &Path,
+        texture: &TextureLevels,
+        levels: usize,
+        file_bytes: u64,
+    ) -> Result<(), FormatError> {
+        let (width, height) = (texture.width as u64, texture.height as u64);
+        self.image(path, width, height, 4, file_bytes)?;
+        // All levels together are less than twice the first.
+        let floats = u128::from(width) * u128::from(height) * texture.faces as u128 * 4 * 2;
+        self.memory(path, floats * 4, file_bytes)?;
+        if levels > TextureLevels::full_chain(texture.width, texture.height) {
+            return Err(FormatError::invalid(path, format!("{levels} mip levels are too many for its size")));
+        }
+        Ok(())
     }
 
     /// May `bytes` be allocated to decode `file_bytes` bytes?

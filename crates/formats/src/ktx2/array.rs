@@ -1,9 +1,9 @@
 //! Arrays of images.
 
-use super::{Supercompression, TextureLevels, decode, encode};
+use super::{Supercompression, TextureLevels, decode};
 use crate::image::{WriteReport, read_bytes};
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits};
+use crate::{FormatError, Limits, StoredTexture};
 use std::path::Path;
 
 /// Images of one size in layers, and their mip levels.
@@ -38,7 +38,7 @@ pub fn write_ktx2_array(
 ) -> Result<WriteReport, FormatError> {
     let TextureArray { width, height, layers, levels, metadata } = array;
     let images = TextureLevels { width, height, faces: layers, levels, metadata };
-    encode::write_layers(path, &images, layers, format, compression)
+    StoredTexture::of_layers(path, &images, format)?.write_layers(path, layers, compression)
 }
 
 /// Reads the array texture `path`; one image is an array of one.

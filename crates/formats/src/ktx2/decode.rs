@@ -34,21 +34,16 @@ pub(super) fn decode_layers(
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;
     let header = Header::parse(bytes).map_err(invalid)?;
-    let faces = header.faces as u64;
-    limits.image(name, header.width, header.height, 4, bytes.len() as u64)?;
-    // All levels together are less than twice the first.
-    let floats = u128::from(header.width) * u128::from(header.height) * u128::from(faces) * 4 * 2;
-    limits.memory(name, floats * 4, bytes.len() as u64)?;
     let mut texture = TextureLevels {
-        width: header.width as usize,
-        height: header.height as usize,
+        width: header.width,
+        height: header.height,
         faces: header.faces,
-        levels: Vec::new(),
-        metadata: key_values(bytes, header.key_values).map_err(invalid)?,
+        ..TextureLevels::default()
     };
-    if header.levels > TextureLevels::full_chain(texture.width, texture.height) {
-        return Err(invalid(format!("{} mip levels are too many for its size", header.levels)));
-    }
+    limits.texture(name, &texture, header.levels, bytes.len() as u64)?;
+    let (start, length) = header.key_values;
+    let pairs = start.checked_add(length).and_then(|end| bytes.get(start..end));
+    texture.metadata = pairs.and_then(key_values).ok_or_else(|| invalid(DAMAGED.into()))?;
     for level in 0..header.levels {
         let (size, faces) = (texture.size(level), texture.faces);
         let expected = header.format.image_bytes(size) * faces;
@@ -60,8 +55,8 @@ pub(super) fn decode_layers(
 
 struct Header {
     format: Format,
-    width: u64,
-    height: u64,
+    width: usize,
+    height: usize,
     /// Images of a level: faces, or layers.
     faces: usize,
     /// 0 where it is no array.
@@ -163,8 +158,8 @@ impl Header {
         }
         Ok(Self {
             format: Format::of(f[0])?,
-            width: f[2].into(),
-            height: f[3].into(),
+            width: f[2] as usize,
+            height: f[3] as usize,
             faces: (f[6].max(f[5])) as usize,
             layers: f[5] as usize,
             // 0 asks the reader to make the levels itself; the first one is there.
@@ -212,20 +207,21 @@ fn inflate(data: &[u8], scheme: u32, expected: usize) -> Result<Vec<u8>, String>
     Ok(raw)
 }
 
-/// Keys and values; those whose value is not text are left out.
-fn key_values(bytes: &[u8], (start, length): (usize, usize)) -> Result<Vec<(String, String)>, String> {
-    let fault = || "the key and value data is damaged".to_string();
-    let mut rest = start.checked_add(length).and_then(|end| bytes.get(start..end)).ok_or_else(fault)?;
+/// What is wrong where [`key_values`] gives nothing.
+pub(crate) const DAMAGED: &str = "the key and value data is damaged";
+
+/// Keys and values, as KTX1 and KTX2 have them; those whose value is not text are left out.
+pub(crate) fn key_values(mut rest: &[u8]) -> Option<Vec<(String, String)>> {
     let mut pairs = Vec::new();
-    while rest.len() >= 4 {
-        let n = u32::from_le_bytes([rest[0], rest[1], rest[2], rest[3]]) as usize;
-        let entry = n.checked_add(4).and_then(|end| rest.get(4..end)).ok_or_else(fault)?;
-        let key = entry.iter().position(|&b| b == 0).ok_or_else(fault)?;
+    while let Some((n, entry)) = rest.split_first_chunk() {
+        let n = u32::from_le_bytes(*n) as usize;
+        let entry = entry.get(..n)?;
+        let key = entry.iter().position(|&b| b == 0)?;
         let value = entry[key + 1..].strip_suffix(&[0]).unwrap_or(&entry[key + 1..]);
         if let (Ok(k), Ok(v)) = (std::str::from_utf8(&entry[..key]), std::str::from_utf8(value)) {
             pairs.push((k.to_string(), v.to_string()));
         }
         rest = rest.get((4 + n).next_multiple_of(4)..).unwrap_or(&[]);
     }
-    Ok(pairs)
+    Some(pairs)
 }

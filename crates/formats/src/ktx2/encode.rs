@@ -1,10 +1,11 @@
 //! Textures to KTX2.
 
 use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
-use crate::FormatError;
 use crate::atomic::write_atomic;
 use crate::image::WriteReport;
 use crate::texel::TexelFormat;
+use crate::{FormatError, StoredTexture};
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -29,18 +30,18 @@ impl Supercompression {
         }
     }
 
-    fn apply(self, raw: Vec<u8>) -> io::Result<Vec<u8>> {
-        match self {
-            Self::None => Ok(raw),
+    fn apply(self, raw: &[u8]) -> io::Result<Cow<'_, [u8]>> {
+        Ok(match self {
+            Self::None => Cow::Borrowed(raw),
             Self::Zstd => {
-                Ok(ruzstd::encoding::compress_to_vec(&raw[..], ruzstd::encoding::CompressionLevel::Fastest))
+                ruzstd::encoding::compress_to_vec(raw, ruzstd::encoding::CompressionLevel::Fastest).into()
             }
             Self::Zlib => {
                 let mut w = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::new(6));
-                w.write_all(&raw)?;
-                w.finish()
+                w.write_all(raw)?;
+                w.finish()?.into()
             }
-        }
+        })
     }
 }
 
@@ -58,25 +59,25 @@ pub fn write_ktx2_as(
     format: TexelFormat,
     compression: Supercompression,
 ) -> Result<WriteReport, FormatError> {
-    write_layers(path, texture, 0, format, compression)
+    StoredTexture::new(path, texture, format)?.write_ktx2(path, compression)
 }
 
-/// Writes `texture`; an array of `layers` images, which lie where faces do, unless there are 0.
-pub(super) fn write_layers(
-    path: &Path,
-    texture: &TextureLevels,
-    layers: usize,
-    format: TexelFormat,
-    compression: Supercompression,
-) -> Result<WriteReport, FormatError> {
-    let checked = if layers > 0 { check_levels(texture) } else { check(texture) };
-    checked.map_err(|why| FormatError::Unwritable { path: path.into(), why })?;
-    let mut report = WriteReport::default();
-    write_atomic(path, |w| {
-        report = encode(w, texture, layers, format, compression)?;
-        Ok(())
-    })?;
-    Ok(report)
+impl StoredTexture {
+    /// Writes a KTX2 file, as [`write_ktx2_as`].
+    pub fn write_ktx2(&self, path: &Path, compression: Supercompression) -> Result<WriteReport, FormatError> {
+        self.write_layers(path, 0, compression)
+    }
+
+    /// Writes an array of `layers` images, which lie where faces do, unless there are 0.
+    pub(super) fn write_layers(
+        &self,
+        path: &Path,
+        layers: usize,
+        compression: Supercompression,
+    ) -> Result<WriteReport, FormatError> {
+        write_atomic(path, |w| encode(w, self, layers, compression))?;
+        Ok(self.report())
+    }
 }
 
 /// Is the texture whole and finite?
@@ -88,7 +89,7 @@ pub(crate) fn check(t: &TextureLevels) -> Result<(), String> {
 }
 
 /// [`check`] for any number of faces.
-fn check_levels(t: &TextureLevels) -> Result<(), String> {
+pub(crate) fn check_levels(t: &TextureLevels) -> Result<(), String> {
     if t.width == 0 || t.height == 0 || t.faces == 0 || t.levels.is_empty() {
         return Err("the texture is empty".into());
     }
@@ -113,20 +114,13 @@ fn check_levels(t: &TextureLevels) -> Result<(), String> {
 
 fn encode(
     w: &mut dyn Write,
-    t: &TextureLevels,
+    t: &StoredTexture,
     layers: usize,
-    format: TexelFormat,
     compression: Supercompression,
-) -> io::Result<WriteReport> {
-    let mut report = WriteReport::default();
-    let mut levels = Vec::with_capacity(t.levels.len());
-    let mut raw_bytes = Vec::with_capacity(t.levels.len());
-    for (i, level) in t.levels.iter().enumerate() {
-        let mut raw = Vec::new();
-        format.encode(level, t.size(i), &mut raw, &mut report);
-        raw_bytes.push(raw.len());
-        levels.push(compression.apply(raw)?);
-    }
+) -> io::Result<()> {
+    let format = t.format;
+    let levels: Vec<Cow<'_, [u8]>> =
+        t.levels.iter().map(|raw| compression.apply(raw)).collect::<io::Result<_>>()?;
     let dfd = descriptor(format);
     let kvd = key_values(&t.metadata);
     let dfd_at = HEADER_BYTES + LEVEL_BYTES * t.levels.len();
@@ -150,7 +144,7 @@ fn encode(
         at += bytes.len();
     }
     for (level, offset) in offsets.iter().enumerate() {
-        [*offset, levels[level].len(), raw_bytes[level]]
+        [*offset, levels[level].len(), t.levels[level].len()]
             .iter()
             .for_each(|v| head.extend((*v as u64).to_le_bytes()));
     }
@@ -158,8 +152,7 @@ fn encode(
     w.write_all(&dfd)?;
     w.write_all(&kvd)?;
     w.write_all(&vec![0; padding])?;
-    levels.iter().rev().try_for_each(|level| w.write_all(level))?;
-    Ok(report)
+    levels.iter().rev().try_for_each(|level| w.write_all(level))
 }
 
 /// The VkFormat and the size of its type.
@@ -262,8 +255,9 @@ mod tests {
 
     fn written(t: &TextureLevels, format: TexelFormat, c: Supercompression) -> (Vec<u8>, WriteReport) {
         let mut b = Vec::new();
-        let report = encode(&mut b, t, 0, format, c).unwrap();
-        (b, report)
+        let stored = StoredTexture::encode(t, format);
+        encode(&mut b, &stored, 0, c).unwrap();
+        (b, stored.report())
     }
 
     #[test]

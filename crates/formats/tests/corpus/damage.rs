@@ -3,7 +3,7 @@
 use crate::{FORMATS, decode, files, name};
 
 /// Formats whose every strict prefix is an error; of the others a prefix may be a smaller valid file.
-const STRICT: [&str; 9] = ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "dds", "safetensors"];
+const STRICT: [&str; 10] = ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors"];
 
 /// Changed files per format; `STERADIAN_FULL=1` makes a hundred times as many.
 const MUTATIONS: usize = 4000;

@@ -17,6 +17,7 @@ pub fn all() -> Vec<Entry> {
         ("jpg", jpg()),
         ("tga", tga()),
         ("ktx2", ktx2()),
+        ("ktx", ktx1()),
         ("dds", dds()),
         ("safetensors", safetensors()),
         ("csv", csv()),
@@ -220,6 +221,40 @@ fn ktx2() -> Vec<Entry> {
         entry("invalid/supercompressed.ktx2", patched(44, 2)),
         entry("invalid/level_offset.ktx2", patched(84, u32::MAX)),
         entry("invalid/key_values.ktx2", patched(60, u32::MAX)),
+    ]
+}
+
+fn ktx1() -> Vec<Entry> {
+    let make = |format: TexelFormat| {
+        let mut t = odd_cube();
+        t.metadata.push(("sh".into(), "1 2 3\n".into()));
+        written("ktx", |p| {
+            write_ktx1(p, &t, format).expect("a written texture");
+        })
+    };
+    let good = make(TexelFormat::R11g11b10);
+    let patched = |at: usize, v: u32| {
+        let mut b = good.clone();
+        b[at..at + 4].copy_from_slice(&v.to_le_bytes());
+        b
+    };
+    vec![
+        entry("valid/packed.ktx", &good),
+        entry("valid/packed_type_of_the_specification.ktx", patched(16, 0x8c3b)),
+        entry("valid/packed_old_cmgen.ktx", patched(24, 0x8c3a)),
+        entry("valid/bc6h.ktx", make(TexelFormat::Bc6h)),
+        entry("invalid/empty.ktx", ""),
+        entry("invalid/wrong_magic.ktx", &good[1..]),
+        entry("invalid/truncated.ktx", &good[..good.len() - 1]),
+        entry("invalid/big_endian.ktx", patched(12, 0x0102_0304)),
+        entry("invalid/format.ktx", patched(16, 0x1401)),
+        entry("invalid/huge.ktx", patched(36, 1 << 31)),
+        entry("invalid/zero_size.ktx", patched(36, 0)),
+        entry("invalid/array.ktx", patched(48, 3)),
+        entry("invalid/faces.ktx", patched(52, 5)),
+        entry("invalid/levels.ktx", patched(56, 200)),
+        entry("invalid/key_values.ktx", patched(64, u32::MAX)),
+        entry("invalid/key_value_bytes.ktx", patched(60, u32::MAX)),
     ]
 }
 

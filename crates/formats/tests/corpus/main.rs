@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use steradian_formats::*;
 
 /// Every format, by folder. Meshes have a test of their own.
-const FORMATS: [&str; 10] = ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "dds", "safetensors", "csv"];
+const FORMATS: [&str; 11] =
+    ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors", "csv"];
 
 /// Limits that a few kilobytes can never need.
 fn limits() -> Limits {
@@ -24,6 +25,7 @@ fn decode(format: &str, name: &Path, bytes: &[u8]) -> Result<(), String> {
     let limits = limits();
     let result = match format {
         "ktx2" => decode_ktx2(name, bytes, &limits).map(|_| ()),
+        "ktx" => decode_ktx1(name, bytes, &limits).map(|_| ()),
         "dds" => decode_dds(name, bytes, &limits).map(|_| ()),
         "safetensors" => decode_tensors(name, bytes, &limits).map(|_| ()),
         "csv" => decode_csv(name, bytes, &limits).and_then(|t| t.vectors(["x", "y", "z"]).map(|_| ())),
