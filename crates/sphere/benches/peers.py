@@ -7,10 +7,11 @@
 `cube`: synthesis at the texel centres of a cube map of 256 x 256, errors 2e-3 and 1e-5, against ducc0's
 `synthesis_general` in single precision at the same errors.
 
-Installs both libraries from PyPI into a virtual environment under the target folder (SHTns is built from
-source and needs the development files of FFTW 3). The peers run out of process, never linked. All programs of
-a band stay alive and take turns of a fraction of a second; the least time of each counts: on one thread that of
-the processor, so that other programs' time does not, on several the clock's. Not part of continuous integration.
+Installs both libraries from PyPI into a virtual environment under the target folder, or in STERADIAN_PEERS (SHTns
+is built from source and needs the development files of FFTW 3); STERADIAN_BENCH names a benchmark that is built.
+The peers run out of process, never linked. All programs of a band stay alive and take turns of a fraction of a
+second; the least time of each counts: on one thread that of the processor, so that other programs' time does not,
+on several the clock's. Not part of continuous integration.
 """
 
 import os

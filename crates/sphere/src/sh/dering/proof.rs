@@ -22,7 +22,7 @@ const FINENESS: usize = 4;
 const LEAST: usize = 220;
 
 /// Samples of a channel, about, at most.
-const SAMPLES: usize = 12 << 20;
+const SAMPLES: usize = 4 << 20;
 
 /// A grid for functions of an order.
 pub(super) struct Proof {
