@@ -3,6 +3,9 @@
 //! [`dispatch`] runs a closure compiled for the best instruction set of this machine. Everything that the
 //! closure calls must be `#[inline(always)]` to be compiled along with it. `STERADIAN_ISA`
 //! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines.
+//!
+//! On aarch64 plain loops with fused multiplication and addition stand for NEON, which compilers map to its vectors;
+//! `scripts/test-aarch64.sh` runs the tests there under emulation.
 
 mod lanes;
 mod vector;
