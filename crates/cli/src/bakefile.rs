@@ -188,18 +188,30 @@ impl BakeFile {
 
     /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?
     fn was_made_of(&self, spec: &str) -> bool {
-        let baked = |path: &str| {
-            let digest = Input::of_file(Path::new(path)).ok().map(|input| format!("sha256:{}", input.sha256));
-            digest.map(|d| self.tensors.metadata.iter().any(|(k, v)| k.starts_with(INPUT) && *v == d))
-        };
         if inputs::is_sky(spec) {
             return name_of_light(spec) == self.made.environment;
         }
-        let one = Path::new(spec).exists();
-        let files: Option<Vec<bool>> =
-            if one { vec![spec] } else { spec.split(',').collect() }.into_iter().map(baked).collect();
-        files.map_or_else(|| name_of_light(spec) == self.made.environment, |all| all.into_iter().all(|b| b))
+        let digest =
+            |path: &str| Input::of_file(Path::new(path)).ok().map(|i| format!("sha256:{}", i.sha256));
+        let files: Option<Vec<String>> =
+            if Path::new(spec).exists() { vec![spec] } else { spec.split(',').collect() }
+                .into_iter()
+                .map(digest)
+                .collect();
+        match files {
+            Some(digests) => same_files(&self.tensors.metadata, &self.made.environment, &digests),
+            // What is no file, such as a pattern of names, is known by name.
+            None => name_of_light(spec) == self.made.environment,
+        }
     }
+}
+
+/// Have the files that `environment` names these digests, in their order? Their names may have changed since.
+fn same_files(metadata: &BTreeMap<String, String>, environment: &str, digests: &[String]) -> bool {
+    let of = |name: &str| metadata.get(&format!("{INPUT}{name}"));
+    let whole = of(environment).map(|d| vec![d]);
+    let recorded = whole.or_else(|| environment.split(',').map(of).collect());
+    recorded.is_some_and(|r| r.len() == digests.len() && r.into_iter().eq(digests))
 }
 
 /// A spec without the folders of the files that it names.
@@ -282,6 +294,18 @@ mod tests {
         let seal = t.metadata.remove(DIGEST).unwrap();
         t.metadata.insert("steradian.digesu".into(), seal);
         assert!(!is_whole(&t));
+    }
+
+    #[test]
+    fn lights_are_known_by_the_content_and_the_order_of_their_files() {
+        let input = |name: &str, digest: &str| (format!("{INPUT}{name}"), digest.to_string());
+        let metadata = [input("front.hdr", "1"), input("back.hdr", "2"), input("a,b.hdr", "3")].into();
+        let same = |environment: &str, digests: &[&str]| {
+            same_files(&metadata, environment, &digests.iter().map(|d| d.to_string()).collect::<Vec<_>>())
+        };
+        assert!(same("front.hdr,back.hdr", &["1", "2"]) && same("a,b.hdr", &["3"]));
+        assert!(!same("front.hdr,back.hdr", &["2", "1"]) && !same("front.hdr,back.hdr", &["1"]));
+        assert!(!same("front.hdr", &["2"]) && !same("none.hdr", &["1"]));
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failur
     let mut lines = vec![
         ("name", file_name(what)),
         ("technique", technique.into()),
-        ("table", format!("{name}: {} x {}, {} layers", array.width, array.height, array.layers)),
+        ("table", format!("{name}: {} x {} texels, layers {}", array.width, array.height, array.layers)),
     ];
     let said = [
         ("lookup", "table.shape"),
