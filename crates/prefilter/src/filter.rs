@@ -48,11 +48,14 @@ pub struct Filtered {
     pub clipped: f64,
 }
 
+/// Relative accuracy of direct summation over a [`Tree`]: a tail below it is no reason to sum.
+const SUMMATION: f64 = 1e-3;
+
 /// Direct synthesis costs one multiplication per sample and coefficient; up to this many.
 const DIRECT: usize = 40_000_000;
 
 /// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is taken
-/// only where the tolerance needs it.
+/// only where the tolerance needs it and it is the better one.
 pub fn filter(
     source: &Source,
     tree: &Tree,
@@ -65,7 +68,7 @@ pub fn filter(
     let k = kernel.coefficients(source.order() + 64);
     let (order, tail) = order(source, &k, 0.25 * tolerance);
     let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
-    if tail > tolerance {
+    if tail > tolerance.max(SUMMATION) {
         let cube = EdgeCube::from_fn(size, |d| angular::convolve_at(tree, kernel, d));
         return Ok(Filtered { cube, way: Way::Angular, tail: 0.0, interpolation, clipped: 0.0 });
     }

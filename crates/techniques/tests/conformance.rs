@@ -1,7 +1,7 @@
 //! The checks that every registered room gets without asking, as its Card's claims make them meaningful.
 //!
 //! What a Card waives is printed with its reason. `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test
-//! conformance` records the error table anew.
+//! conformance` records the error table anew; `STERADIAN_ROOMS=split_sum,shrm` puts these rooms alone to most checks.
 
 #![expect(clippy::print_stdout, reason = "tests report what they leave out and what they measure")]
 

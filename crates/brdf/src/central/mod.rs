@@ -40,6 +40,7 @@ pub use fit::Scale;
 pub use geometry::{Centre, Slice};
 pub use lpq::Lpq;
 pub use slices::Slices;
+pub use theta::Polar;
 
 /// Highest order F, P or Q: below it f_lq needs no extended exponent.
 pub const MAX_ORDER: usize = 255;

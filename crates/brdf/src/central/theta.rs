@@ -1,15 +1,16 @@
 //! f_lq(θ), the polar part of the harmonics, for all l ≤ F and q ≤ Q at once.
 
-/// The coefficients of the recursion x f_l = ε_{l+1} f_{l+1} + ε_l f_{l−1}, ε_lq = √((l² − q²)/(4l² − 1)), which is
-/// stable upwards. Up to [`super::MAX_ORDER`] no scaling is needed: where sin^q θ underflows, f_lq is below 1e-100.
+/// f_lq(θ), where Y_lq = f_lq(θ) a_q(φ), by the recursion x f_l = ε_{l+1} f_{l+1} + ε_l f_{l−1}, x = cos θ,
+/// ε_lq = √((l² − q²)/(4l² − 1)), which is stable upwards. Up to [`super::MAX_ORDER`] no scaling is needed: where sin^q θ underflows, f_lq is below 1e-100.
 #[derive(Debug, Clone)]
-pub(super) struct Polar {
+pub struct Polar {
     f: usize,
     /// Per q ≤ Q: √((2q + 1)/(2q)) of the sectoral step, then (1/ε_l, ε_{l−1}/ε_l) for l = q + 1 … F.
     columns: Vec<(f64, Vec<[f64; 2]>)>,
 }
 
 impl Polar {
+    /// For l ≤ `f` and q ≤ `q`.
     pub fn new(f: usize, q: usize) -> Self {
         let epsilon = |l: usize, q: usize| ((l * l - q * q) as f64 / ((4 * l * l) as f64 - 1.0)).sqrt();
         let column = |q: usize| {

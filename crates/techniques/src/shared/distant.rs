@@ -37,9 +37,11 @@ impl DistantLight {
     /// Radiance from direction `d`: the texel that contains it, and the disks that do.
     pub fn radiance(&self, d: DVec3) -> [f64; 3] {
         let mut l = self.source.base.as_ref().map_or([0.0; 3], |b| b.nearest(d).map(f64::from));
-        for b in
-            self.source.beams.iter().filter(|b| b.radius > 0.0 && b.direction.angle_between(d) < b.radius)
-        {
+        // Directions nearer than the radius have a shorter chord.
+        let within = |b: &&Beam| {
+            b.radius > 0.0 && b.direction.distance_squared(d) < 4.0 * (0.5 * b.radius).sin().powi(2)
+        };
+        for b in self.source.beams.iter().filter(within) {
             let omega = 4.0 * std::f64::consts::PI * (0.5 * b.radius).sin().powi(2);
             (0..3).for_each(|c| l[c] += b.flux[c] / omega);
         }

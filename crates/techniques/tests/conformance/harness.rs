@@ -11,9 +11,14 @@ use steradian_sphere::Frame;
 use steradian_techniques::shared::lights;
 use steradian_techniques::{AnyBake, AnyTechnique, Check, Material, PointsBuf, Radiance, registry};
 
-/// Rooms that are put to `check`; the others are printed with their Card's reason.
+/// Rooms that are put to `check`; the others are printed with their Card's reason. `STERADIAN_ROOMS=split_sum,shrm`
+/// tries these alone.
 pub fn rooms(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
-    registry().iter().copied().filter(move |t| match t.card().waived(check) {
+    let only = std::env::var("STERADIAN_ROOMS").ok();
+    let asked = move |t: &&'static dyn AnyTechnique| {
+        only.as_deref().is_none_or(|only| only.split(',').any(|s| s == t.card().slug))
+    };
+    registry().iter().copied().filter(asked).filter(move |t| match t.card().waived(check) {
         Some(why) => {
             println!("{}: {check:?} left out: {why}", t.card().slug);
             false
@@ -38,12 +43,15 @@ pub fn points(n: usize) -> Vec<JudgePoint> {
     let point = |k: usize| {
         // Another spiral than that of the rooms' own certificates.
         let normal = DMat3::from_rotation_x(0.7) * probe::direction(k, n);
-        let frame = Frame::from_normal(normal);
+        let level = Frame::from_normal(normal);
         // Not by the golden section, by which the normals' azimuths go round.
         let cosine = 1.0 - 0.83 * (k as f64 * 0.754_877_666 + 0.2).fract();
         let phi = 2.0 * PI * (k as f64 * 0.569_840_291 + 0.1).fract();
         let s = (1.0 - cosine * cosine).sqrt();
-        let wo = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
+        let wo = level.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
+        // Tangents all round: the conventional one is always level.
+        let turn = 2.0 * PI * (k as f64 * 0.671_043_606 + 0.3).fract();
+        let frame = Frame::from_normal_tangent(normal, level.t * turn.cos() + level.b * turn.sin());
         JudgePoint { frame, wo, position: None }
     };
     (0..n).map(point).collect()

@@ -10,12 +10,14 @@
 //! profile times a factor ([`Shape::Scaled`], eq. 31: the weighted least squares of rank 1); several lobes by
 //! subtracting what is fitted and repeating, then refitting each against what the others leave.
 
+mod by_cosine;
 mod profiles;
 mod rank1;
 mod rings;
 #[cfg(test)]
 mod tests;
 
+pub use by_cosine::ByCosine;
 pub use profiles::{Axis, Residual, Views};
 pub use rings::{Curve, Rings};
 

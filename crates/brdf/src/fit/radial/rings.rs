@@ -124,6 +124,16 @@ impl Curve {
         self.terms[*k].iter().zip(p).map(|(c, p)| c * p).sum()
     }
 
+    /// Ends of the panels.
+    pub(super) fn edges(&self) -> &[f64] {
+        &self.edges
+    }
+
+    /// Legendre coefficients of each panel.
+    pub(super) fn terms(&self) -> &[[f64; NODES]] {
+        &self.terms
+    }
+
     /// The angle over which it varies near the axis.
     pub fn width(&self) -> f64 {
         self.width

@@ -11,7 +11,7 @@ use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use rayon::prelude::*;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::stack;
 
 const SIZE: ParamInfo = ParamInfo {
@@ -88,17 +88,16 @@ pub struct Cones {
     pub sign: f32,
 }
 
-/// Makes the stack; the certificate compares with the integral of the model itself (with its cosine and horizon).
-pub fn link(
+/// The stack, how it was planned, and the flux that clipping added to it, relative to all.
+pub fn make(
     light: &DistantLight,
-    m: &Reflectance,
+    fibre: &Fibre,
     p: &Params,
     task: &Task,
-) -> Result<(Cones, Certificate), BakeError> {
+) -> Result<(Cones, Plan, f64), BakeError> {
     let slug = BanksEnv::CARD.slug;
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
-    let fibre = Fibre::new(m, p.mean_cosine);
-    let plan = Plan::new(&light.source, &fibre, p.slices, p.size, tolerance);
+    let plan = Plan::new(&light.source, fibre, p.slices, p.size, tolerance);
     let samples = 6 * ((plan.size + 1) * (plan.size + 1)) as u64;
     let need = samples * (16 * plan.slices as u64 + 36);
     if need > task.max_memory() {
@@ -111,23 +110,34 @@ pub fn link(
     let kernels: Vec<Vec<f64>> = (0..plan.slices).into_par_iter().map(kernel).collect();
     let made = stack(&light.source, &kernels, plan.size, task)?;
     let maps = Chain::new(made.cubes).ok_or_else(|| BakeError::Light { slug, why: "no slices".into() })?;
-    let cones = Cones { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 };
+    Ok((Cones { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 }, plan, made.clipped))
+}
+
+/// Makes the stack; the certificate compares with the integral of the model itself (with its cosine and horizon).
+pub fn link(
+    light: &DistantLight,
+    m: &Reflectance,
+    p: &Params,
+    task: &Task,
+) -> Result<(Cones, Certificate), BakeError> {
+    let fibre = Fibre::new(m, p.mean_cosine);
+    let (cones, plan, clipped) = make(light, &fibre, p, task)?;
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::shade(&cones, &Turn::default(), q, out);
     };
-    let error = certify::error_of(&light.tree, &*m.brdf, shade);
-    let mut certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
+    let mut certificate = certify::measure(&light.tree, &*m.brdf, task, shade)?
+        .certificate()
         .detail("slices", plan.slices as f64)
         .detail("size", plan.size as f64)
         .detail("order", plan.order as f64)
         .detail("blur", plan.blur.sqrt())
-        .detail("clipped", made.clipped);
+        .detail("clipped", clipped);
     if m.name() == "banks" {
         // What the tables alone err by, n·wi aside.
         let lobes = |wo| m.brdf.lobes(wo);
         let model = certify::Model { whole: true, lobes: &lobes, f_cos: &fibre.f_map() };
-        certificate = certificate.detail("maps", certify::error(&light.tree, &model, shade));
+        let maps = certify::measure_model(&light.tree, &model, task, shade)?;
+        certificate = certificate.detail("maps", maps.all);
     }
     Ok((cones, certificate))
 }

@@ -11,7 +11,7 @@ use crate::shared::views::Seen;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use half::f16;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_formats::{Tensor, TensorData};
 use steradian_prefilter::EdgeCube;
 
@@ -179,13 +179,14 @@ pub fn link(
         ("samples", fit.samples as f64),
         ("steps", fit.steps as f64),
         ("order", order as f64),
+        ("blur", m.slices.blur),
         ("size", size as f64),
     ];
     let factors = Factors::new(&layout, fit);
-    let error = certify::by_elevation(&light.tree, &*m.reflectance.brdf, |q, out| {
+    let measured = certify::measure(&light.tree, &*m.reflectance.brdf, task, |q, out| {
         shade::shade(&factors, &Turn::default(), q, out);
-    });
-    let certificate = error.certificate(Known::Measured);
+    })?;
+    let certificate = measured.certificate();
     Ok((factors, details.into_iter().fold(certificate, |c, (name, value)| c.detail(name, value))))
 }
 

@@ -15,18 +15,19 @@ use steradian_sphere::sh::ShRgb;
 /// Samples of the factor over n·wo, at equal steps of √(n·wo).
 pub const LINE: usize = 48;
 /// Samples of the radiance per unknown: where it is no product, few of them would be fitted as noise.
-pub const PER_UNKNOWN: usize = 12;
+pub const PER_UNKNOWN: usize = 24;
 /// Most of them.
 const MOST: usize = 600_000;
 /// Radiance below this share of the mean counts as this share.
 const FLOOR: f64 = 1e-4;
-/// Weight of smoothness beside that of the samples that see an unknown.
-const SMOOTH: f64 = 0.03;
+/// Weight of smoothness beside that of the samples that see an unknown, of the factors over n, r, wo and n·wo. What is
+/// no product would be fitted as a grain of texels, by the factor over n most of all, which is smooth by nature.
+const SMOOTH: [f64; 4] = [1.0, 0.1, 0.1, 0.03];
 /// Steps of each solution, and where it stops earlier.
 const STEPS: usize = 60;
 const ACCURACY: f64 = 1e-4;
 /// Solutions after the first, each of the problem linearised about the one before.
-const REFINEMENTS: usize = 1;
+const REFINEMENTS: usize = 2;
 
 /// The unknowns of all factors, one after the other.
 pub struct Layout {
@@ -228,7 +229,7 @@ impl Problem {
         let mut out = Vec::new();
         layout.smoothness(|factor, _| {
             let per = layout.range(factor).len() as f64;
-            out.push(sum.map(|s| (SMOOTH * s / per).sqrt()));
+            out.push(sum.map(|s| (SMOOTH[factor] * s / per).sqrt()));
         });
         out
     }

@@ -80,8 +80,9 @@ fn parameters_choose_the_factors() {
     let only_r = [("normal", 0.0), ("elevation", 0.0)];
     let (_, c) = factors(&lights::smooth(), "lambert:albedo=0.8/0.5/0.2", &only_r);
     assert!(c.error > 0.05, "{c:?}");
-    let with_wo = factors(&lights::studio(), "ggx:alpha=0.4,f0=1", &[("viewer", 1.0)]).1;
-    let without = factors(&lights::studio(), "ggx:alpha=0.4,f0=1", &[]).1;
+    let small = ("size", 8.0);
+    let with_wo = factors(&lights::studio(), "ggx:alpha=0.4,f0=1", &[("viewer", 1.0), small]).1;
+    let without = factors(&lights::studio(), "ggx:alpha=0.4,f0=1", &[small]).1;
     assert!(detail(&with_wo, "residual") < detail(&without, "residual"), "{with_wo:?} {without:?}");
 }
 

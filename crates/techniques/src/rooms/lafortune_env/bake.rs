@@ -10,7 +10,7 @@ use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::{Cosine, EdgeCube, Lobe, filter};
 use steradian_sphere::quadrature::gauss_legendre;
 
@@ -204,9 +204,8 @@ pub fn link(
     let maps = Maps { chain, diffuse, terms: table, means: means(&stack), factors };
     let shade =
         |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
-    let error = certify::error_of(&light.tree, &m.0, shade);
-    let certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
+    let certificate = certify::measure(&light.tree, &m.0, task, shade)?
+        .certificate()
         .detail("lookups", terms.len() as f64)
         .detail("maps", stack.len() as f64)
         .detail("order", order as f64)

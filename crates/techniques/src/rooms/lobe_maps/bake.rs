@@ -9,8 +9,8 @@ use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::cell::OnceCell;
-use steradian_base::{Cancelled, Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
-use steradian_brdf::fit::radial::{Curve, RadialFit, RadialLobe, Rings};
+use steradian_base::{Cancelled, Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_brdf::fit::radial::{ByCosine, RadialFit, RadialLobe, Rings};
 use steradian_prefilter::{EdgeCube, Zonal, edge_cube, filter};
 
 const fn whole(name: &'static str, min: f64, max: f64, default: f64, doc: &'static str) -> ParamInfo {
@@ -105,27 +105,35 @@ impl Maps {
 
 /// A profile as a kernel.
 struct Profile {
-    curve: Curve,
+    curve: ByCosine,
+    width: f64,
+    support: f64,
     signed: bool,
 }
 
 impl Profile {
     fn new(rings: &Rings, values: &[f64]) -> Self {
-        Self { curve: rings.curve(values), signed: values.iter().any(|v| *v < 0.0) }
+        let curve = rings.curve(values);
+        Self {
+            width: curve.width(),
+            support: curve.support(),
+            curve: ByCosine::new(&curve),
+            signed: values.iter().any(|v| *v < 0.0),
+        }
     }
 }
 
 impl Zonal for Profile {
     fn value(&self, x: f64) -> f64 {
-        self.curve.at(2.0 * (0.5 * (1.0 - x)).clamp(0.0, 1.0).sqrt().asin())
+        self.curve.at(x)
     }
 
     fn width(&self) -> f64 {
-        self.curve.width()
+        self.width
     }
 
     fn support(&self) -> f64 {
-        self.curve.support()
+        self.support
     }
 
     fn signed(&self) -> bool {
@@ -297,9 +305,8 @@ pub fn link(
     let maps = Maps { chain, views, lobes: fit.lobes.len() };
     let shade =
         |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
-    let error = certify::error_of(&light.tree, &**brdf, shade);
-    let certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
+    let certificate = certify::measure(&light.tree, &**brdf, task, shade)?
+        .certificate()
         .detail("maps", levels as f64)
         .detail("order", found.order as f64)
         .detail("size", found.size as f64)

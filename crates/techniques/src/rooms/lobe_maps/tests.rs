@@ -40,10 +40,10 @@ fn difference(a: &dyn AnyBake, b: &dyn AnyBake) -> f64 {
 /// STAR04 eqs 30–31 with F = 1/(n·r): Phong's f = (r·wi)^N/(n·wi) is Phong's map.
 #[test]
 fn phong_is_reproduced_with_one_over_the_cosine() {
-    for (light, n) in [(lights::studio(), 30), (lights::sunny(), 300)] {
+    for (light, n, stacks) in [(lights::studio(), 30, &[2.0, 3.0][..]), (lights::sunny(), 300, &[2.0])] {
         let spec = format!("phong-map:n={n},scale=1/0.7/0.2");
         let map = bake_in("phong-diffuse-maps", &light, steradian_brdf::parse(&spec).unwrap(), &[]);
-        for dimensions in [2.0, 3.0] {
+        for &dimensions in stacks {
             let own = bake(&light, &spec, &[("dimensions", dimensions), ("axis", 0.0)]);
             let error = difference(&*own, &*map);
             assert!(error < 6e-3, "{n}, {dimensions}: {error}");

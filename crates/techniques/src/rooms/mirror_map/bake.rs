@@ -11,7 +11,7 @@ use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Params, Task};
+use steradian_base::{Cancelled, Certificate, ParamError, ParamInfo, ParamValues, Params, Task};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, EdgeCube};
 use steradian_sphere::{Layout, SphereImage, frame};
@@ -109,7 +109,7 @@ pub struct Mirror {
     pub(super) scale: [f32; 3],
 }
 
-pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Certificate) {
+pub(super) fn link(light: &Light, m: &Reflectance, task: &Task) -> Result<(Mirror, Certificate), Cancelled> {
     let f0 = m.get("f0").unwrap_or([1.0; 3]);
     let scale = m.scale();
     let mirror = Mirror { f0: f0.map(|x| x as f32), scale: scale.map(|x| x as f32) };
@@ -117,8 +117,8 @@ pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Certificate) {
         super::shade::shade(&light.cube, &mirror, &Turn::default(), q, out);
     };
     let width = ["alpha", "m"].iter().find_map(|k| m.get(k)).map_or(0.0, |w| w[0]);
-    let error = if width >= SHARPEST || m.get("ax").is_some() {
-        certify::error_of(&light.distant.tree, &*m.brdf, shade)
+    let measured = if width >= SHARPEST || m.get("ax").is_some() {
+        certify::measure(&light.distant.tree, &*m.brdf, task, shade)?
     } else {
         let exact = |fr: &steradian_sphere::Frame, wo: glam::DVec3| {
             let r = frame::reflect(fr.to_world(wo), fr.n);
@@ -126,12 +126,10 @@ pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Certificate) {
             let u = (1.0 - wo.z).powi(5);
             std::array::from_fn(|c| scale[c] * (f0[c] + (1.0 - f0[c]) * u) * l[c])
         };
-        certify::error_of_limit(exact, shade)
+        certify::measure_limit(exact, task, shade)?
     };
-    let certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
-        .detail("size", light.cube.size() as f64);
-    (mirror, certificate)
+    let certificate = measured.certificate().detail("size", light.cube.size() as f64);
+    Ok((mirror, certificate))
 }
 
 impl Part for Mirror {

@@ -97,8 +97,8 @@ impl Technique for MirrorMap {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, _: &Size, _: &Task) -> Result<(Mirror, Certificate), BakeError> {
-        Ok(bake::link(parts.light, parts.material))
+    fn link(parts: Parts<'_, Self>, _: &Size, task: &Task) -> Result<(Mirror, Certificate), BakeError> {
+        Ok(bake::link(parts.light, parts.material, task)?)
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {

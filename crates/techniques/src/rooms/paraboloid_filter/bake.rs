@@ -11,7 +11,7 @@ use crate::{BakeError, Part, Technique};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::methods::{Footprint, Lookup, Paraboloids, paraboloids};
 use steradian_prefilter::{EdgeCube, Power, angular, probe};
 
@@ -134,12 +134,9 @@ pub fn link(
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::shade(&maps, &Turn::default(), q, out);
     };
-    let error = certify::error_of(&light.tree, &*m.brdf, shade);
+    let measured = certify::measure(&light.tree, &*m.brdf, task, shade)?;
     let (all, rings) = map_errors(light, &kernel, &made);
-    let mut certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
-        .detail("side", maps.side as f64)
-        .detail("maps", all);
+    let mut certificate = measured.certificate().detail("side", maps.side as f64).detail("maps", all);
     for (name, error) in RINGS.into_iter().zip(rings) {
         certificate = certificate.detail(name, error);
     }

@@ -39,7 +39,7 @@ fn spots() -> Lights {
 
 #[test]
 fn constant_light_stays_constant() {
-    for n in [1.0, 30.0, 3000.0] {
+    for n in [1.0, 30.0, 500.0] {
         let made = maps(&distant(&lights::furnace()), n, &blended(2));
         let exact = 2.0 * std::f64::consts::PI / (n + 1.0);
         for k in 0..200 {

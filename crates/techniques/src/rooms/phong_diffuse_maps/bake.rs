@@ -13,7 +13,7 @@ use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
-use steradian_base::{Certificate, Known, Task};
+use steradian_base::{Certificate, Task};
 use steradian_brdf::Lobe;
 use steradian_prefilter::{Cosine, EdgeCube, Filtered, Power, Way, Zonal, filter};
 use steradian_sphere::frame::reflect;
@@ -144,10 +144,9 @@ pub fn link(
     let model = certify::Model { whole: true, lobes: &lobes, f_cos: &|wi, wo| blend.f_cos(wi, wo) };
     let shade =
         |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
-    let error = certify::error(&light.tree, &model, shade);
     let order = if let Way::Frequency { order } = phong.way { order as f64 } else { -1.0 };
-    let certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
+    let certificate = certify::measure_model(&light.tree, &model, task, shade)?
+        .certificate()
         .detail("order", order)
         .detail("size", maps.phong.size() as f64)
         .detail("diffuse size", maps.diffuse.size() as f64)

@@ -11,7 +11,7 @@ use crate::shared::views::{MOST, Seen, ViewImage};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use rayon::prelude::*;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::{Cosine, EdgeCube, filter, probe};
 use steradian_sphere::sh::ShRgb;
 
@@ -33,6 +33,15 @@ const DIFFUSE_SPLIT: ParamInfo = ParamInfo {
     integer: true,
     doc: "1: the Lambertian part of the reflectance has a map of its own, looked up by n; 0: as published",
 };
+const WARP: ParamInfo = ParamInfo {
+    name: "warp",
+    unit: "",
+    min: 0.0,
+    max: 1.0,
+    default: 1.0,
+    integer: true,
+    doc: "what the warp from one view to another keeps: 1 the mirror direction r, 0 the normal n",
+};
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,19 +50,26 @@ pub struct Params {
     pub size: usize,
     /// Is the Lambertian part split off?
     pub diffuse_split: bool,
+    /// Does the warp keep r? Else it keeps n.
+    pub mirror: bool,
 }
 
 impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[SIZE, DIFFUSE_SPLIT];
+    const INFO: &'static [ParamInfo] = &[SIZE, DIFFUSE_SPLIT, WARP];
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
-        Ok(Self { size: values.get(&SIZE) as usize, diffuse_split: values.get(&DIFFUSE_SPLIT) == 1.0 })
+        let on = |i| values.get(i) == 1.0;
+        Ok(Self { size: values.get(&SIZE) as usize, diffuse_split: on(&DIFFUSE_SPLIT), mirror: on(&WARP) })
     }
 
     fn to_values(&self) -> ParamValues {
-        let split = if self.diffuse_split { 1.0 } else { 0.0 };
-        let pairs = [(SIZE, self.size as f64), (DIFFUSE_SPLIT, split)];
+        let number = |on: bool| if on { 1.0 } else { 0.0 };
+        let pairs = [
+            (SIZE, self.size as f64),
+            (DIFFUSE_SPLIT, number(self.diffuse_split)),
+            (WARP, number(self.mirror)),
+        ];
         ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
     }
 }
@@ -85,6 +101,8 @@ pub struct Maps {
     pub irradiance: EdgeCube,
     /// f of the Lambertian part, sr⁻¹.
     pub diffuse: [f32; 3],
+    /// Does the warp keep r? Else it keeps n.
+    pub mirror: bool,
 }
 
 fn black() -> EdgeCube {
@@ -183,14 +201,15 @@ pub fn link(
     let size = cubes[0].size();
     let slug = ReflectionSpaceIbr::CARD.slug;
     let views = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no views".into() })?;
-    let maps = Maps { views, irradiance, diffuse: diffuse.map(|f| f as f32) };
-    let error = certify::by_elevation(&light.tree, &*m.reflectance.brdf, |q, out| {
+    let maps = Maps { views, irradiance, diffuse: diffuse.map(|f| f as f32), mirror: p.mirror };
+    let measured = certify::measure(&light.tree, &*m.reflectance.brdf, task, |q, out| {
         shade::shade(&maps, &Turn::default(), q, out);
-    });
-    let certificate = error
-        .certificate(Known::Measured)
+    })?;
+    let certificate = measured
+        .certificate()
         .detail("order", m.slices.order() as f64)
         .detail("missing", m.slices.missing)
+        .detail("blur", m.slices.blur)
         .detail("size", size as f64)
         .detail("interpolation", interpolation)
         .detail("clipped", clipped);
@@ -201,7 +220,8 @@ impl Part for Maps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.views.save(to, &format!("{prefix}.views"));
         save_cube(&self.irradiance, to, format!("{prefix}.irradiance"));
-        put_f32(to, format!("{prefix}.diffuse"), vec![3], self.diffuse.to_vec());
+        let [r, g, b] = self.diffuse;
+        put_f32(to, format!("{prefix}.diffuse"), vec![4], vec![r, g, b, if self.mirror { 1.0 } else { 0.0 }]);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -214,7 +234,8 @@ impl Part for Maps {
         let irradiance = load_cube(from, &format!("{prefix}.irradiance"))?;
         let name = format!("{prefix}.diffuse");
         let (_, v) = get_f32(from, &name, 1)?;
-        Ok(Self { views, irradiance, diffuse: v.try_into().map_err(|_| PartError::Unexpected(name))? })
+        let [r, g, b, mirror] = v[..] else { return Err(PartError::Unexpected(name)) };
+        Ok(Self { views, irradiance, diffuse: [r, g, b], mirror: mirror == 1.0 })
     }
 
     fn bytes(&self) -> usize {

@@ -25,6 +25,18 @@ pub fn vertex(k: usize) -> DVec3 {
     }
 }
 
+/// [`vertex`] in single precision.
+#[inline(always)]
+pub fn view(k: usize) -> [f32; 3] {
+    let short = if k & 1 == 1 { -SHORT } else { SHORT };
+    let long = if k & 2 == 2 { -LONG } else { LONG };
+    match k / 4 {
+        0 => [0.0, short, long],
+        1 => [short, long, 0.0],
+        _ => [long, 0.0, short],
+    }
+}
+
 /// The vertices of the face that contains unit `w`, and w's barycentric weights on the sphere (signed volumes), which
 /// sum to 1. In the octant of w, A = (0, a, b), B = (a, b, 0), C = (b, 0, a) are one face; beside each of its edges
 /// lies a face whose third vertex is the mirror image of one of the two.
@@ -67,6 +79,7 @@ mod tests {
         for i in 0..VIEWS {
             let near = (0..VIEWS).filter(|&k| (vertex(i).dot(vertex(k)) - 0.2_f64.sqrt()).abs() < 1e-12);
             assert_eq!(near.count(), 5);
+            assert!((vertex(i).as_vec3() - glam::Vec3::from_array(view(i))).length() < 1e-6);
         }
     }
 

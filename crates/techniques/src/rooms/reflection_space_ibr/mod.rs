@@ -11,6 +11,9 @@
 //! √((1 + r·wo_i)/2) ≥ 0. The one singular direction is r = −wo_i, where n_i may be any normal at a right angle to
 //! wo_i: there the map holds the mean over these, the view grazing.
 //!
+//! With `warp` = 0 it is the normal that the warp keeps, STAR04's other choice: n_i = n, over the views that see the
+//! surface, the less the nearer it is to their horizon.
+//!
 //! The one factor approximated is the dependence on the view beside that through r. For a Lambertian surface it is
 //! all wrong (it depends on n, not on r), so with `diffuse_split` (the default) the largest Lambertian part of the
 //! reflectance is looked up by n in a map of its own. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic

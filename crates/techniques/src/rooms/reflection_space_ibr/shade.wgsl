@@ -37,6 +37,38 @@ fn around(w: vec3<f32>) -> Around {
     return Around(index, max(weight, vec3<f32>(0.0)) / (weight.x + weight.y + weight.z));
 }
 
+fn view(k: u32) -> vec3<f32> {
+    let short = select(SHORT, -SHORT, (k & 1u) == 1u);
+    let long = select(LONG, -LONG, (k & 2u) == 2u);
+    if k < 4u {
+        return vec3<f32>(0.0, short, long);
+    }
+    if k < 8u {
+        return vec3<f32>(short, long, 0.0);
+    }
+    return vec3<f32>(long, 0.0, short);
+}
+
+const SEEN: f32 = 0.1;
+
+// Where the map of view k shows the normal n; w: the share of its weight that counts.
+fn same_normal(k: u32, n: vec3<f32>) -> vec4<f32> {
+    let v = view(k);
+    let c = dot(n, v);
+    return vec4<f32>(2.0 * c * n - v, clamp(c / SEEN, 0.0, 1.0));
+}
+
+fn by_normal(index: vec3<u32>, weight: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    let a = same_normal(index.x, n);
+    let b = same_normal(index.y, n);
+    let c = same_normal(index.z, n);
+    let w = weight * vec3<f32>(a.w, b.w, c.w);
+    let all = w.x + w.y + w.z;
+    let sum = w.x * fetch_views_layer(a.xyz, index.x) + w.y * fetch_views_layer(b.xyz, index.y)
+        + w.z * fetch_views_layer(c.xyz, index.z);
+    return select(vec3<f32>(0.0), sum / max(all, 1e-30), all > 0.0);
+}
+
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let cos_o = dot(n, wo);
     if !(cos_o > 0.0) {
@@ -44,6 +76,10 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     }
     let r = room.turn * (2.0 * cos_o * n - wo);
     let near = around(room.turn * wo);
+    if room.diffuse.w < 0.5 {
+        let m = room.turn * n;
+        return by_normal(near.index, near.weight, m) + room.diffuse.rgb * fetch_irradiance(m);
+    }
     let a = fetch_views_layer(r, near.index.x);
     let b = fetch_views_layer(r, near.index.y);
     let c = fetch_views_layer(r, near.index.z);

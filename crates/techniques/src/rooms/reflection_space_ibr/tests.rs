@@ -62,6 +62,23 @@ fn lambert_is_wrong_as_published_and_right_when_split_off() {
     assert!(split < 0.01, "{split}");
 }
 
+/// The warp that keeps n: right for what depends on n alone, exact at the twelve views, and wrong where r rules.
+#[test]
+fn the_warp_may_keep_the_normal() {
+    let lights = lights::studio();
+    let by_n = [("warp", 0.0), ("diffuse_split", 0.0)];
+    let points = |views: &[DVec3]| views.iter().flat_map(|v| points(*v, 30)).collect::<Vec<_>>();
+    let between: Vec<_> = (0..12).map(|k| probe::direction(k, 12)).collect();
+    let spec = "lambert:albedo=0.8/0.5/0.2";
+    let lambert = error(&*bake(&lights, spec, &by_n), &lights, spec, &points(&between));
+    assert!(lambert < 0.012, "{lambert}");
+    let spec = "phong-map:n=30";
+    let own = error(&*bake(&lights, spec, &by_n), &lights, spec, &points(&[vertex(0), vertex(7)]));
+    assert!(own < 0.012, "{own}");
+    let off = error(&*bake(&lights, spec, &by_n), &lights, spec, &points(&between));
+    assert!(off > 0.2, "{off}");
+}
+
 /// B_i towards r = −wo_i is finite and within what lies around it.
 #[test]
 fn the_singular_direction_holds_the_mean_around_it() {

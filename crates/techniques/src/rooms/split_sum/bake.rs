@@ -11,7 +11,7 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::dfg;
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Zonal, filter};
@@ -172,7 +172,7 @@ pub fn link(
     light: &Light,
     m: &Reflectance,
     p: &Params,
-    _: &Task,
+    task: &Task,
 ) -> Result<(Specular, Certificate), BakeError> {
     let alpha = m.get("alpha").map_or(1.0, |a| a[0]);
     let at = |i: usize| (i as f64 / (ALBEDO - 1) as f64).powi(2);
@@ -201,13 +201,14 @@ pub fn link(
         f
     };
     let lobes = |wo| m.brdf.lobes(wo);
-    let error = certify::error(
+    let measured = certify::measure_model(
         &light.distant.tree,
         &certify::Model { whole: false, lobes: &lobes, f_cos: &f_cos },
+        task,
         shade,
-    );
-    let certificate = Certificate::new(error, Known::Measured)
-        .metric(certify::METRIC)
+    )?;
+    let certificate = measured
+        .certificate()
         .detail("level", f64::from(specular.level))
         .detail("size", light.chain.levels()[0].size() as f64);
     Ok((specular, certificate))

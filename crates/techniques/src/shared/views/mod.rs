@@ -36,6 +36,10 @@ pub const MOST: usize = 96;
 /// Fewest elevations, less one.
 const LEAST_INTERVALS: usize = 32;
 
+/// What may be missing under white light, in tolerances, up to this order: lobes that a horizon cuts end nowhere.
+const WHITE: f64 = 0.5;
+const RINGS: usize = 48;
+
 /// Orders that are tried, lowest first.
 const ORDERS: [usize; 6] = [8, 16, 24, 32, 48, 64];
 
@@ -52,6 +56,9 @@ pub struct Slices {
     /// Estimate of the squared relative error that the order leaves under natural light, whose coefficients fall
     /// like 1/(l + 1): Σ over the bands left out of f_cos's energy/(l + 1)², over that of all bands.
     pub missing: f64,
+    /// Standard deviation of the Gaussian (e^(−l(l+1)σ²/2)) that smooths what the order cuts off, radians; 0 where the
+    /// last band is small enough not to ring.
+    pub blur: f64,
 }
 
 /// Number of (l, m) with m ≥ 0 up to `order`.
@@ -60,8 +67,8 @@ pub(crate) const fn half_count(order: usize) -> usize {
 }
 
 impl Slices {
-    /// To the lowest order whose [`Slices::missing`] is at most tolerance², at most `most`; `diffuse` (f, sr⁻¹) is
-    /// the Lambertian part to leave out of g.
+    /// To the lowest order whose [`Slices::missing`] is at most tolerance² and that hardly rings, at most `most`;
+    /// `diffuse` (f, sr⁻¹) is the Lambertian part to leave out of g.
     pub fn bake(
         brdf: &dyn Brdf,
         diffuse: [f64; 3],
@@ -73,8 +80,10 @@ impl Slices {
         let least = (1.0 / narrowest(brdf)) as usize;
         let fit = |o: &usize| *o < most && *o >= least;
         for order in ORDERS.into_iter().filter(fit) {
-            let slices = Self::of_order(brdf, diffuse, order, task)?;
-            if slices.missing <= tolerance * tolerance {
+            let (slices, white) = Self::made(brdf, diffuse, order, task)?;
+            // A sun's spectrum does not fall: cut off, the lobe would ring about it.
+            let rings = white > (WHITE * tolerance).powi(2) && order < RINGS;
+            if slices.missing <= tolerance * tolerance && !rings {
                 return Ok(slices);
             }
         }
@@ -88,6 +97,11 @@ impl Slices {
         order: usize,
         task: &Task,
     ) -> Result<Self, Cancelled> {
+        Ok(Self::made(brdf, diffuse, order, task)?.0)
+    }
+
+    /// The slices, and the share of energy that they miss under white light.
+    fn made(brdf: &dyn Brdf, diffuse: [f64; 3], order: usize, task: &Task) -> Result<(Self, f64), Cancelled> {
         // Four per wavelength of the highest band in 2θ_v; bands that high hold little.
         let intervals = (2 * order).max(LEAST_INTERVALS);
         let rule = quadrature::Rule::new(order);
@@ -97,9 +111,14 @@ impl Slices {
             Ok(rule.slice(brdf, diffuse, theta_v))
         };
         let slices: Vec<_> = (0..=intervals).into_par_iter().map(slice).collect::<Result<_, _>>()?;
-        let missing = missing(&slices, order);
-        let g = slices.iter().flat_map(|s| s.g.iter().map(|x| x.map(|x| x as f32))).collect();
-        Ok(Self { order, intervals, g, diffuse, missing })
+        let natural = missing(&slices, order, |l| 1.0 / ((l + 1) * (l + 1)) as f64);
+        let white = missing(&slices, order, |_| 1.0);
+        let blur = blur(&slices, order);
+        let window = |l: usize| (-0.5 * blur * (l * (l + 1)) as f64).exp();
+        let windows: Vec<f64> = (0..=order).flat_map(|m| m..=order).map(window).collect();
+        let smooth = |(g, w): (&[f64; 3], &f64)| g.map(|x| (w * x) as f32);
+        let g = slices.iter().flat_map(|s| s.g.iter().zip(&windows).map(smooth)).collect();
+        Ok((Self { order, intervals, g, diffuse, missing: natural, blur: blur.sqrt() }, white))
     }
 
     /// Highest band F.
@@ -124,9 +143,9 @@ impl Slices {
     }
 }
 
-/// See [`Slices::missing`]; views uniform in solid angle. What is beyond the order counts as if in the next band.
-fn missing(slices: &[quadrature::Slice], order: usize) -> f64 {
-    let natural = |l: usize| 1.0 / ((l + 1) * (l + 1)) as f64;
+/// See [`Slices::missing`], for light whose bands have the power `light`; views uniform in solid angle. What is beyond
+/// the order counts as if in the next band.
+fn missing(slices: &[quadrature::Slice], order: usize, light: impl Fn(usize) -> f64) -> f64 {
     let (mut seen, mut kept, mut all) = (0.0, 0.0, 0.0);
     for (j, s) in slices.iter().enumerate() {
         let w = (FRAC_PI_2 * j as f64 / (slices.len() - 1) as f64).sin();
@@ -135,11 +154,32 @@ fn missing(slices: &[quadrature::Slice], order: usize) -> f64 {
         for (l, g) in bands.zip(&s.g) {
             let e = w * g.iter().map(|x| x * x).sum::<f64>();
             kept += e;
-            seen += e * natural(l);
+            seen += e * light(l);
         }
     }
-    let lost = (all - kept).max(0.0) * natural(order + 1);
+    let lost = (all - kept).max(0.0) * light(order + 1);
     if seen + lost > 0.0 { lost / (seen + lost) } else { 0.0 }
+}
+
+/// Coefficients of the last band at most, relative to the first: cut off above it, the lobe would ring and go below zero.
+const LAST: f64 = 0.01;
+
+/// The variance of the Gaussian that makes the last band that small.
+fn blur(slices: &[quadrature::Slice], order: usize) -> f64 {
+    let mut energy = vec![0.0; order + 1];
+    for (j, s) in slices.iter().enumerate() {
+        let w = (FRAC_PI_2 * j as f64 / (slices.len() - 1) as f64).sin();
+        for (l, g) in (0..=order).flat_map(|m| m..=order).zip(&s.g) {
+            energy[l] += w * g.iter().map(|x| x * x).sum::<f64>() / (2 * l + 1) as f64;
+        }
+    }
+    // Odd or even bands alone may vanish.
+    let last = energy[order.saturating_sub(2)..].iter().fold(0.0_f64, |a, e| a.max(*e));
+    if last <= LAST * LAST * energy[0] || energy[0] <= 0.0 {
+        return 0.0;
+    }
+    let share = (last / energy[0]).sqrt().min(1.0);
+    2.0 * (share / LAST).ln() / (order * (order + 1)) as f64
 }
 
 /// Grazing views are taken this far (radians) above the surface, where reflectance still is defined.
@@ -176,13 +216,14 @@ impl Part for Slices {
         let shape = vec![self.elevations(), half_count(self.order), 3];
         put_f32(to, format!("{prefix}.slices"), shape, self.g.concat());
         let [r, g, b] = self.diffuse;
-        put_f64(to, format!("{prefix}.split"), vec![5], vec![self.order as f64, self.missing, r, g, b]);
+        let split = vec![self.order as f64, self.missing, self.blur, r, g, b];
+        put_f64(to, format!("{prefix}.split"), vec![6], split);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.split");
         let (_, v) = get_f64(from, &name, 1)?;
-        let [order, missing, r, g, b] = v[..] else { return Err(PartError::Unexpected(name)) };
+        let [order, missing, blur, r, g, b] = v[..] else { return Err(PartError::Unexpected(name)) };
         let order = if (0.0..=MOST as f64).contains(&order) { order as usize } else { 0 };
         let name = format!("{prefix}.slices");
         let (shape, v) = get_f32(from, &name, 3)?;
@@ -190,7 +231,7 @@ impl Part for Slices {
             return Err(PartError::Unexpected(name));
         }
         let diffuse = [r, g, b];
-        Ok(Self { order, intervals: shape[0] - 1, g: v.as_chunks().0.to_vec(), diffuse, missing })
+        Ok(Self { order, intervals: shape[0] - 1, g: v.as_chunks().0.to_vec(), diffuse, missing, blur })
     }
 
     fn bytes(&self) -> usize {

@@ -3,9 +3,10 @@
 use super::half_count;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_brdf::central::Polar;
 use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_simd::{Arch, Kernel};
 use steradian_sphere::quadrature::gauss_legendre;
-use steradian_sphere::sh::legendre;
 
 /// Phase (length × order) of the longest panel.
 const PHASE: f64 = 20.0;
@@ -23,6 +24,7 @@ const SMOOTH: f64 = 0.6;
 /// Rules for bands up to an order.
 pub(super) struct Rule {
     order: usize,
+    polar: Polar,
     gauss: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -39,7 +41,7 @@ type Place = [f64; 3];
 
 impl Rule {
     pub fn new(order: usize) -> Self {
-        Self { order, gauss: (0..=NODES).map(gauss_legendre).collect() }
+        Self { order, polar: Polar::new(order, order), gauss: (0..=NODES).map(gauss_legendre).collect() }
     }
 
     /// Nodes and weights over [a, b], graded around each (centre, width).
@@ -87,12 +89,13 @@ impl Rule {
         let end = if whole { PI } else { (FRAC_PI_2 + theta_v).min(PI) };
         let mut out = Slice { g: vec![[0.0; 3]; half_count(self.order)], energy: 0.0 };
         let wo = DVec3::new(-s, 0.0, c);
-        let mut cosines = vec![[0.0; 3]; self.order + 1];
+        let mut ring = Ring { cosines: vec![[0.0; 3]; self.order + 1], nodes: Vec::new() };
+        let mut row = Vec::new();
         for [theta, w] in self.nodes(0.0, end, &bends) {
             let (st, ct) = theta.sin_cos();
             let reach = if whole { PI } else { (-(c * ct) / (s * st).max(1e-300)).clamp(-1.0, 1.0).acos() };
             let arcs: Vec<_> = places.iter().map(|p| (p[1], arc_width(p, theta, st))).collect();
-            cosines.fill([0.0; 3]);
+            ring.nodes.clear();
             for [phi, wp] in self.nodes(0.0, reach, &arcs) {
                 let (sp, cp) = phi.sin_cos();
                 // The view's frame to the surface's: n = (s, 0, c) becomes z.
@@ -101,23 +104,64 @@ impl Rule {
                 let f = rest(brdf, diffuse, wi, wo);
                 let weight = 2.0 * w * wp * st;
                 out.energy += weight * f.iter().map(|f| f * f).sum::<f64>();
-                add_cosines(&mut cosines, cp, f.map(|f| weight * f));
+                ring.nodes.push((cp, f.map(|f| weight * f)));
             }
-            self.project(&cosines, ct, st, &mut out.g);
+            steradian_simd::run(&mut ring);
+            self.project(&ring.cosines, ct, st, &mut row, &mut out.g);
         }
         out
     }
 
     /// Adds a ring's cosine coefficients to all bands.
-    fn project(&self, cosines: &[[f64; 3]], ct: f64, st: f64, g: &mut [[f64; 3]]) {
+    fn project(&self, cosines: &[[f64; 3]], ct: f64, st: f64, row: &mut Vec<f64>, g: &mut [[f64; 3]]) {
         let mut at = 0;
-        for (m, a) in cosines.iter().enumerate() {
+        self.polar.for_each(st, ct, row, |m, f| {
             let norm = if m == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
-            let row = &mut g[at..at + self.order + 1 - m];
-            for (g, p) in row.iter_mut().zip(legendre(m, self.order, ct, st)) {
-                (0..3).for_each(|c| g[c] += norm * p * a[c]);
+            let a = cosines[m].map(|a| norm * a);
+            let f = &f[m..];
+            let to = &mut g[at..at + f.len()];
+            for k in 0..to.len() {
+                (0..3).for_each(|c| to[k][c] += f[k] * a[c]);
             }
-            at += row.len();
+            at += to.len();
+        });
+    }
+}
+
+/// The nodes of a ring, cos φ and weighted f_cos, and their sums with cos mφ.
+struct Ring {
+    cosines: Vec<[f64; 3]>,
+    nodes: Vec<(f64, [f64; 3])>,
+}
+
+/// Nodes that are summed side by side.
+const SIDE: usize = 8;
+
+impl Kernel for &mut Ring {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        self.cosines.fill([0.0; 3]);
+        for nodes in self.nodes.chunks(SIDE) {
+            let (mut twice, mut before, mut now) = ([0.0; SIDE], [0.0; SIDE], [0.0; SIDE]);
+            let mut v = [[0.0; SIDE]; 3];
+            for (k, (cos, value)) in nodes.iter().enumerate() {
+                (twice[k], before[k], now[k]) = (2.0 * cos, *cos, 1.0);
+                (0..3).for_each(|c| v[c][k] = value[c]);
+            }
+            for to in &mut self.cosines {
+                for c in 0..3 {
+                    let mut sum = [0.0; SIDE];
+                    (0..SIDE).for_each(|k| sum[k] = v[c][k] * now[k]);
+                    to[c] +=
+                        ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+                }
+                // cos (m + 1)φ = 2 cos φ cos mφ − cos (m − 1)φ.
+                for k in 0..SIDE {
+                    (before[k], now[k]) = (now[k], twice[k] * now[k] - before[k]);
+                }
+            }
         }
     }
 }
@@ -126,15 +170,6 @@ impl Rule {
 fn rest(brdf: &dyn Brdf, diffuse: [f64; 3], wi: DVec3, wo: DVec3) -> [f64; 3] {
     let f = brdf.f_cos(wi, wo);
     std::array::from_fn(|k| f[k] - diffuse[k] * wi.z.max(0.0))
-}
-
-/// Adds v cos mφ for all m.
-fn add_cosines(to: &mut [[f64; 3]], cos: f64, v: [f64; 3]) {
-    let (mut before, mut now) = (cos, 1.0);
-    for t in to {
-        (0..3).for_each(|c| t[c] += v[c] * now);
-        (before, now) = (now, 2.0 * cos * now - before);
-    }
 }
 
 /// Over which azimuth a lobe varies on the ring at `theta`: wider far from it, and on small rings.
