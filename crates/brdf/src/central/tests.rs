@@ -157,7 +157,7 @@ fn slices_agree_with_brute_force_about_the_normal() {
 /// The estimate of the quadrature's error is not below what a far stricter run finds.
 #[test]
 fn refinement_changes_no_more_than_is_said() {
-    let polar = theta::Polar::new(24, 6);
+    let polar = Polar::new(24, 6);
     for spec in
         ["ggx:alpha=0.1", "cook-torrance:m=0.3", "ashikhmin-shirley:nu=100,nv=100", "sgd:blue-acrylic"]
     {
