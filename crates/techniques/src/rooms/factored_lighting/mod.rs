@@ -9,8 +9,8 @@
 //! by least squares over exact samples of L_o (eq. 32), uniform over normals and views. Each P_j is a map whose bilinear
 //! weights are the entries of the sample's row; rows that ask each texel to be the mean of its neighbours fill what the
 //! samples leave open. Rows count by a power `weight` of the radiance, and the solution is refined about itself: with 1
-//! the absolute error is minimised, with 0 the relative one, as published, and the default is half-way. Radiance below 1e-4 of its mean counts
-//! as that. The maps hold logarithms, in steps of halves.
+//! the absolute error is minimised, with 0 the relative one, as published, and the default is half-way. Radiance below 1e-4
+//! of its mean counts as that. The maps hold logarithms, in steps of halves.
 //!
 //! The factors' form is the one approximation: light and reflectance must be a product. V = 1. Radiance in W sr⁻¹ m⁻².
 //! The light is static, up to a rotation, which turns the frame of n, r and wo. Refused: anisotropic reflectance, point
