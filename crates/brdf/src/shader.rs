@@ -61,6 +61,35 @@ impl BrdfShader {
         [MATH, &self.source, if own { "" } else { F_COS }].concat()
     }
 
+    /// The complete text with the values in it, and nothing left to declare. Every name begins with `prefix`: two such
+    /// texts, or one and [`BrdfShader::wgsl`], may stand in one module.
+    pub fn inlined(&self, prefix: &str) -> String {
+        let text = self.wgsl();
+        let mut values = self.uniforms.iter().map(|v| {
+            let [x, y, z, w] = v.map(|x| if x.is_finite() { x } else { f32::MAX.copysign(x) });
+            format!("vec4<f32>({x:?}, {y:?}, {z:?}, {w:?})")
+        });
+        let members =
+            text.split_once("struct Brdf {").and_then(|(_, t)| t.split_once('}')).map_or("", |t| t.0);
+        let mut arguments = Vec::new();
+        for member in members.lines().map(str::trim).filter(|m| m.ends_with(',') && !m.starts_with("//")) {
+            // name: array<vec4<f32>, N>,
+            let count = member
+                .split_once("array<vec4<f32>,")
+                .and_then(|(_, n)| n.trim_end_matches(['>', ',']).trim().parse().ok());
+            let all: Vec<String> = values.by_ref().take(count.unwrap_or(1)).collect();
+            let all = all.join(", ");
+            arguments.push(count.map_or_else(|| all.clone(), |n| format!("array<vec4<f32>, {n}>({all})")));
+        }
+        let value = format!("\nvar<private> brdf: Brdf = Brdf({});\n", arguments.join(", "));
+        let title: String =
+            prefix.chars().take(1).flat_map(char::to_uppercase).chain(prefix.chars().skip(1)).collect();
+        (text + &value)
+            .replace("brdf", &format!("{prefix}_brdf"))
+            .replace("Brdf", &format!("{title}Brdf"))
+            .replace("BRDF", &format!("{}_BRDF", prefix.to_uppercase()))
+    }
+
     /// The values of `brdf`, one vec4 after another.
     pub fn uniforms(&self) -> &[[f32; 4]] {
         &self.uniforms

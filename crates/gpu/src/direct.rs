@@ -8,7 +8,7 @@ use crate::scene::{Object, Scene};
 use crate::{Gpu, GpuError};
 use glam::Mat3;
 use steradian_techniques::View;
-use steradian_techniques::direct::{Direct, rule};
+use steradian_techniques::direct::{DISK_WGSL, Direct, rule};
 
 /// Lights at most.
 pub const CAPACITY: usize = 64;
@@ -28,7 +28,7 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 /// The text behind a room's library that defines `gpu_direct`.
 pub fn source(object: &Object) -> String {
     match &object.brdf {
-        Some(brdf) => brdf.wgsl() + &SHADER.replace("CAPACITY", &CAPACITY.to_string()),
+        Some(brdf) => brdf.wgsl() + DISK_WGSL + &SHADER.replace("CAPACITY", &CAPACITY.to_string()),
         None => NONE.into(),
     }
 }

@@ -144,8 +144,7 @@ fn room(shader: &BrdfShader) -> GpuRoom {
          return brdf_value(t, wo);\n}}\n",
         members.join(", ")
     );
-    let wgsl = Box::leak(wgsl.into_boxed_str());
-    GpuRoom { slug: "brdf", wgsl, tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() }
+    GpuRoom { slug: "brdf", wgsl: wgsl.into(), tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() }
 }
 
 fn compare(spec: &str) -> Result<(), Failed> {

@@ -234,7 +234,7 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     empty.objects[0].triangles = Arc::default();
     assert!(fails(empty, &Settings::new(8, 8))?.contains("no triangles"));
     let mut broken = good.clone();
-    broken.objects[0].room.wgsl = "fn shade(";
+    broken.objects[0].room.wgsl = "fn shade(".into();
     assert!(fails(broken, &Settings::new(8, 8))?.contains("refused"));
     let none = steradian_gpu::scene::Scene { objects: Vec::new(), ..good };
     let (picture, _) = Renderer::new(gpu, none, &Settings::new(8, 8))?.render(gpu)?;

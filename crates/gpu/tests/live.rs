@@ -133,7 +133,7 @@ fn technique(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed
 /// A room without tables whose radiance is `body`, and whose sites hold `data`.
 fn room(wgsl: &'static str, buffers: Vec<Buffer>) -> GpuRoom {
     let uniforms = vec![Uniform { name: "scale", value: Value::F32(2.0) }];
-    GpuRoom { slug: "test", wgsl, tables: Vec::new(), uniforms, buffers }
+    GpuRoom { slug: "test", wgsl: wgsl.into(), tables: Vec::new(), uniforms, buffers }
 }
 
 const PLAIN: &str = "fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {

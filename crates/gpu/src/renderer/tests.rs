@@ -42,7 +42,8 @@ fn rooms() -> Vec<GpuRoom> {
         wgsl:
             "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
             return vec3<f32>(fetch_data_at(site, 1u), site.uv);
-        }",
+        }"
+            .into(),
         tables: Vec::new(),
         uniforms: Vec::new(),
         buffers: vec![Buffer { name: "data", stride: 2, data: vec![0.0; 2] }],

@@ -21,6 +21,28 @@ use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
 use steradian_sphere::Frame;
 
+/// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL twin of
+/// [`Direct::radiance`]'s. It calls `brdf_value`, `brdf_scale` and `brdf_is_whole` of [`BrdfShader::wgsl`], and
+/// `gpu_node(i: u32) -> vec2<f32>`, entry i of [`rule::gauss`].
+pub const DISK_WGSL: &str = include_str!("disk.wgsl");
+
+/// [`DISK_WGSL`] with its `gpu_node`.
+pub fn disks_wgsl() -> String {
+    let nodes: Vec<String> = rule::gauss().map(|(x, w)| format!("vec2<f32>({x:?}, {w:?})")).collect();
+    format!(
+        "{DISK_WGSL}
+var<private> gpu_gauss: array<vec2<f32>, {}> = array<vec2<f32>, {}>({});
+
+fn gpu_node(i: u32) -> vec2<f32> {{
+    return gpu_gauss[i];
+}}
+",
+        nodes.len(),
+        nodes.len(),
+        nodes.join(", ")
+    )
+}
+
 /// What becomes of disks and directional lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Suns {

@@ -8,6 +8,7 @@
 
 mod wgsl;
 
+use std::borrow::Cow;
 pub use wgsl::{Binding, bindings, library, module};
 
 /// A room as plain data for a GPU.
@@ -16,7 +17,7 @@ pub struct GpuRoom {
     /// The room.
     pub slug: &'static str,
     /// The room's `shade.wgsl`.
-    pub wgsl: &'static str,
+    pub wgsl: Cow<'static, str>,
     /// Tables in binding order.
     pub tables: Vec<Table>,
     /// Members of `struct Room`, in order.

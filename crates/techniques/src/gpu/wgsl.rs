@@ -63,7 +63,7 @@ pub fn library(room: &GpuRoom) -> String {
         let text = FETCH_BUFFER.to_owned() + if room.sited() { FETCH_SITE } else { "" };
         out.push_str(&text.replace("NAME", b.name).replace("STRIDE", &b.stride.to_string()));
     }
-    out.push_str(room.wgsl);
+    out.push_str(&room.wgsl);
     out
 }
 
@@ -377,7 +377,7 @@ mod tests {
         let sum: Vec<_> = shapes.iter().map(|s| s.2).collect();
         let sum = sum.join(" + ");
         let signature = "fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32>";
-        let wgsl: &'static str = Box::leak(format!("{signature} {{ return {sum}; }}").into_boxed_str());
+        let wgsl = format!("{signature} {{ return {sum}; }}").into();
         let level = || Level { width: 2, height: 2, layers: 12, bytes: vec![0; 16 * 48] };
         let table = |(name, shape, _)| Table { name, shape, format: Format::Rgba32Float, level: level() };
         let tables = shapes.into_iter().map(table).collect();

@@ -31,39 +31,58 @@ pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 }
 
 impl Kernels {
-    /// Slices at `elevations` up to the orders `least` where these hold each elevation up to 80° but for `share` of its
-    /// energy, else up to `most`.
+    /// Slices at `elevations` up to the first of `orders` (F and Q, ascending) that hold each elevation up to `views`
+    /// radians but for `share` of its energy, else up to the last.
     pub fn new(
         brdf: &dyn Brdf,
         centre: Centre,
         elevations: &[Slice],
-        [least, most]: [[usize; 2]; 2],
+        orders: &[[usize; 2]],
+        views: f64,
         share: f64,
         task: &Task,
     ) -> Result<Self, CentralError> {
         let made = |[f, q]: [usize; 2]| Slices::new(brdf, centre, elevations.to_vec(), f, q, task);
-        let slices = made(least)?;
-        let [more_f, more_q] = missing(&slices, share);
-        let next = [if more_f { most[0] } else { least[0] }, if more_q { most[1] } else { least[1] }];
-        Ok(Self(if next == least { slices } else { made(next)? }))
+        let mut now = orders[0];
+        let mut slices = made(now)?;
+        for &[f, q] in &orders[1..] {
+            let [more_f, more_q] = missing(&slices, views, share);
+            let next = [if more_f { f } else { now[0] }, if more_q { q } else { now[1] }];
+            if next != now {
+                now = next;
+                slices = made(now)?;
+            }
+        }
+        Ok(Self(slices))
     }
 }
 
-/// Does F, does Q miss more than `share` of the energy of any elevation up to 80°?
-fn missing(s: &Slices, share: f64) -> [bool; 2] {
+/// Does F, does Q miss more than `share` of the energy of any elevation up to `views`?
+fn missing(s: &Slices, views: f64, share: f64) -> [bool; 2] {
     let mut more = [false; 2];
-    for (i, _) in s.slices.iter().enumerate().filter(|(_, s)| s.theta_v.abs() < 80.5f64.to_radians()) {
+    for (i, _) in s.slices.iter().enumerate().filter(|(_, s)| s.theta_v.abs() < views) {
         let captured = s.captured(i, s.order, s.azimuth);
         for c in 0..3 {
             let rest = s.energy[i][c] - captured[c];
-            // Rows fall off from q to q + 1: the last one stands for those beyond.
-            let last: f64 = 2.0 * s.row(i, s.azimuth)[c].iter().map(|k| k * k).sum::<f64>();
+            let turns = turns(s, i, c);
             let most = share * s.energy[i][c];
-            more[0] |= rest - last > most;
-            more[1] |= last > most && s.azimuth > 0;
+            more[0] |= rest - turns > most;
+            more[1] |= turns > most;
         }
     }
     more
+}
+
+/// The energy of a slice beyond Q, as the rows of Q/2 and of Q say: e_q ∝ q^−p gives e_Q Q/(p − 1), which holds for
+/// edges (p = 2) as for smooth lobes.
+pub fn turns(s: &Slices, slice: usize, channel: usize) -> f64 {
+    if s.azimuth < 2 {
+        return 0.0;
+    }
+    let energy = |q: usize| 2.0 * s.row(slice, q)[channel].iter().map(|k| k * k).sum::<f64>();
+    let (half, last) = (energy(s.azimuth / 2), energy(s.azimuth));
+    let power = (half / last.max(f64::MIN_POSITIVE)).log2().clamp(1.5, 16.0);
+    last * s.azimuth as f64 / (power - 1.0)
 }
 
 /// The number of a centre in parameters and files.

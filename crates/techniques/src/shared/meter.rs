@@ -10,6 +10,7 @@
 //! (2002) bound the error by one band (5.19); this is what their bound repairs to: energies take Λ_l² = 4π/(2l + 1),
 //! truncation in p or q counts, and it is a mean over directions.
 
+use crate::shared::kernels::turns;
 use crate::shared::spectrum::Spectrum;
 use std::f64::consts::PI;
 use steradian_brdf::central::Slices;
@@ -50,10 +51,9 @@ impl Meter {
     }
 
     /// What of a slice lies beyond its orders F and Q: its energy there times the light's largest mean square there.
-    /// What lies beyond Q is estimated by the last row.
+    /// What of it lies beyond Q is estimated ([`turns`]).
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
-        let last = s.row(slice, s.azimuth);
         let sup = |c: usize, l: usize| {
             let b = &self.beyond[c];
             b.get(l).or(b.last()).copied().unwrap_or(0.0)
@@ -62,8 +62,7 @@ impl Meter {
             // Below the accuracy of the quadrature there is nothing.
             let noise = s.energy[slice][c] * (4.0 * s.accuracy * s.accuracy).max(1e-9);
             let rest = (s.energy[slice][c] - captured[c] - noise).max(0.0);
-            let turns = (4.0 * last[c].iter().map(|k| k * k).sum::<f64>()).min(rest);
-            let turns = if s.azimuth == 0 { 0.0 } else { turns };
+            let turns = turns(s, slice, c).min(rest);
             turns * sup(c, s.azimuth + 1) + (rest - turns) * sup(c, s.order + 1)
         };
         (0..3).map(channel).sum()

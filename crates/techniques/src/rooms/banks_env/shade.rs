@@ -66,7 +66,7 @@ pub(super) fn gpu(m: &Cones, turn: &Turn) -> GpuRoom {
     let slices = m.maps.last() / FRAC_PI_2;
     GpuRoom {
         slug: super::BanksEnv::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![m.maps.table("cones")],
         uniforms: vec![
             turn.uniform(),

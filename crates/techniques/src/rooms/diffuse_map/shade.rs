@@ -37,14 +37,14 @@ pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom 
         include_str!("shade.wgsl"),
         include_str!("shade_lobe.wgsl")
     );
-    GpuRoom { wgsl, ..gpu(map, albedo, turn) }
+    GpuRoom { wgsl: wgsl.into(), ..gpu(map, albedo, turn) }
 }
 
 pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {
     let [r, g, b] = albedo.0;
     GpuRoom {
         slug: super::DiffuseMap::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![cube_table("irradiance_over_pi", map)],
         uniforms: vec![turn.uniform(), Uniform { name: "albedo", value: Value::Vec4([r, g, b, 0.0]) }],
         buffers: Vec::new(),

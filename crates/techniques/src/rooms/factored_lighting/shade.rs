@@ -45,7 +45,7 @@ pub(super) fn gpu(f: &Factors, turn: &Turn) -> GpuRoom {
     let [n, m, v] = &f.cubes;
     GpuRoom {
         slug: super::FactoredLighting::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![cube_table("normal", n), cube_table("mirror", m), cube_table("viewer", v), elevation],
         uniforms: vec![
             turn.uniform(),

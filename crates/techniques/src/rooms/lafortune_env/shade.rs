@@ -94,7 +94,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let counts = [m.terms.len() as f32, (rows - 1) as f32, 0.0, 0.0];
     GpuRoom {
         slug: super::LafortuneEnv::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![m.chain.table("phong"), cube_table("irradiance", &m.diffuse), cosines],
         uniforms: vec![
             turn.uniform(),

@@ -50,7 +50,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let counts = [m.lobes as f32, m.levels() as f32, count as f32, (m.views.len() - 1) as f32];
     GpuRoom {
         slug: super::LobeMaps::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![m.chain.table("maps"), views],
         uniforms: vec![turn.uniform(), Uniform { name: "counts", value: Value::Vec4(counts) }],
         buffers: Vec::new(),

@@ -54,7 +54,8 @@ pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &Turn) -> GpuRoom {
             include_str!("../../shared/lobe.wgsl"),
             include_str!("fresnel.wgsl"),
             include_str!("shade_lobe.wgsl")
-        ),
+        )
+        .into(),
         tables: vec![map.table("environment")],
         uniforms: uniforms(m, turn, finest(map)),
         ..gpu(&map.levels()[0], m, turn)
@@ -69,7 +70,7 @@ fn uniforms(m: &Mirror, turn: &Turn, finest: f32) -> Vec<Uniform> {
 pub(super) fn gpu(map: &EdgeCube, m: &Mirror, turn: &Turn) -> GpuRoom {
     GpuRoom {
         slug: super::MirrorMap::CARD.slug,
-        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")),
+        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")).into(),
         tables: vec![cube_table("environment", map)],
         uniforms: uniforms(m, turn, 0.0),
         buffers: Vec::new(),

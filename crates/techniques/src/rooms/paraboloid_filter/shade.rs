@@ -48,7 +48,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let [r, g, b] = m.factor;
     GpuRoom {
         slug: super::ParaboloidFilter::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![table("front", m, 0), table("back", m, 1)],
         uniforms: vec![
             turn.uniform(),

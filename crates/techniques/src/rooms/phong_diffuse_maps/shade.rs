@@ -70,7 +70,8 @@ pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &Turn) -> GpuRoom {
         include_str!("../../shared/lobe.wgsl"),
         include_str!("fresnel.wgsl"),
         include_str!("shade_lobe.wgsl")
-    );
+    )
+    .into();
     room.tables[0] = lobes.table("lobes");
     room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, first, per, m.n]) });
     room
@@ -80,7 +81,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     GpuRoom {
         slug: super::PhongDiffuseMaps::CARD.slug,
-        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")),
+        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")).into(),
         tables: vec![cube_table("phong", &m.phong), cube_table("irradiance", &m.diffuse)],
         uniforms: vec![turn.uniform(), vec("k_s", m.k_s, m.f[0]), vec("k_d_over_pi", m.k_d_over_pi, m.f[1])],
         buffers: Vec::new(),

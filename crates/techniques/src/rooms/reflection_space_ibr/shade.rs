@@ -57,7 +57,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let views = Table { name: "views", shape: Shape::CubeStack, format: Format::Rgba32Float, level };
     GpuRoom {
         slug: super::ReflectionSpaceIbr::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![views, cube_table("irradiance", &m.irradiance)],
         uniforms: vec![
             turn.uniform(),

@@ -28,7 +28,7 @@ pub(super) fn gpu_lobe(f: &Quadric) -> GpuRoom {
         include_str!("shade.wgsl"),
         include_str!("shade_lobe.wgsl")
     );
-    GpuRoom { wgsl, ..gpu(f) }
+    GpuRoom { wgsl: wgsl.into(), ..gpu(f) }
 }
 
 #[inline(always)]
@@ -46,7 +46,7 @@ fn plane(m: &Mat4, q: &Points<'_>, out: &mut [f32]) {
 pub(super) fn gpu(f: &Quadric) -> GpuRoom {
     GpuRoom {
         slug: super::ShIrradiance::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: Vec::new(),
         uniforms: f.uniforms(["red", "green", "blue"]).collect(),
         buffers: Vec::new(),

@@ -47,7 +47,7 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     };
     GpuRoom {
         slug: super::Shrm::CARD.slug,
-        wgsl,
+        wgsl: wgsl.into(),
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },

@@ -77,7 +77,7 @@ pub(super) fn gpu(m: &Cubes, now: &Now) -> GpuRoom {
     };
     GpuRoom {
         slug: super::ShrmGlobal::CARD.slug,
-        wgsl,
+        wgsl: wgsl.into(),
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },

@@ -1,41 +1,55 @@
-//! The maps of all nodes.
+//! The maps of all components.
 
 use super::ShrmSlices;
-use super::choose::{Node, Scaled};
-use super::material::{CANDIDATES, Leaning, Params, TOLERANCE};
-use crate::shared::bundle::Bundle;
+use super::choose::{Choice, choose};
+use super::components::Component;
+use super::material::{Leaning, Params};
+use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::{centre_of, word};
-use crate::shared::meter::Meter;
 use crate::shared::shrm::{bundle, columns, grid};
 use crate::shared::spectrum::Spectrum;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
-use std::collections::BTreeMap;
+use glam::DVec3;
 use steradian_base::{Certificate, Task};
 use steradian_brdf::central::Centre;
+use steradian_light::DiskLight;
 use steradian_prefilter::shrm::{Plan, Term};
+
+/// γ and the scale, before the components' weights.
+pub const HEAD: usize = 4;
+
+/// Components of one resolution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// q of each component, ascending.
+    pub q: Vec<u32>,
+    /// Their maps: one for q = 0, else the cosine's and the sine's.
+    pub maps: Bundle,
+}
 
 /// What shading reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack {
     /// About the tangent, or near the mirror direction?
     pub centre: Centre,
-    /// Places of the nodes among the candidates, ascending from 0 to the last one.
-    pub places: Vec<u32>,
-    /// Each node's maps: +q (and −q) for q = 0, 1, …
-    pub maps: Vec<Bundle>,
-    /// γ and the scale at every candidate.
-    pub curve: Vec<[f32; 4]>,
-    /// The node before each interval between candidates.
-    pub before: Vec<u32>,
+    /// Numbers of an elevation: γ, the scale, and the weight of each component of all levels.
+    pub stride: usize,
+    /// Elevation after elevation.
+    pub curve: Vec<f32>,
+    /// The maps.
+    pub levels: Vec<Level>,
+    /// Light that no map holds.
+    pub disks: Vec<DiskLight>,
     halves: bool,
 }
 
-/// The node before each interval between candidates.
-fn before(places: &[u32]) -> Vec<u32> {
-    let node = |i: u32| (places.partition_point(|p| *p <= i) - 1).min(places.len() - 2) as u32;
-    (0..CANDIDATES as u32 - 1).map(node).collect()
+impl Stack {
+    /// Number of elevations.
+    pub fn elevations(&self) -> usize {
+        self.curve.len() / self.stride
+    }
 }
 
 /// Joins light and slices; the certificate is computed from both.
@@ -46,75 +60,74 @@ pub fn link(
     task: &Task,
 ) -> Result<(Stack, Certificate), BakeError> {
     let slug = ShrmSlices::CARD.slug;
-    let s = &material.0.0;
-    let meter = Meter::new(light);
-    let scaled = Scaled::new(s, &meter);
-    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let nodes = scaled.choose(tolerance, p, p.budget(task));
-    let need = 2 * nodes.iter().map(Node::bytes).sum::<usize>() as u64;
+    let chosen = choose(light, material, p, task)?;
+    let need = 2 * chosen.expansion.bytes() as u64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
-    let mut maps = all_maps(slug, light, &scaled, &nodes, task)?;
-    if p.halves {
-        maps.iter_mut().for_each(Bundle::halve);
+    let Choice { apart, expansion, scale, certificate, .. } = chosen;
+    let s = &material.kernels.0;
+    let (stride, mut curve) = (HEAD + expansion.components.len(), Vec::new());
+    for (i, a) in scale.iter().enumerate() {
+        curve.extend([s.slices[i].gamma, a[0], a[1], a[2]].map(|x| x as f32));
+        curve.extend(expansion.components.iter().map(|c| c.u[i] as f32));
     }
-    let curve = |(i, a): (usize, &[f64; 3])| [s.slices[i].gamma, a[0], a[1], a[2]].map(|x| x as f32);
-    let places: Vec<u32> = nodes.iter().map(|n| n.candidate as u32).collect();
-    let stack = Stack {
-        centre: s.centre,
-        before: before(&places),
-        places,
-        maps,
-        curve: scaled.scale.iter().enumerate().map(curve).collect(),
-        halves: p.halves,
-    };
-    Ok((stack, scaled.certify(&nodes)))
+    let mut levels = Vec::new();
+    for members in expansion.components.chunk_by(|a, b| a.size == b.size) {
+        levels.extend(level(slug, &apart.rest, expansion.f, members, task)?);
+    }
+    if p.halves {
+        levels.iter_mut().for_each(|l| l.maps.halve());
+    }
+    let stack = Stack { centre: s.centre, stride, curve, levels, disks: apart.disks, halves: p.halves };
+    Ok((stack, certificate))
 }
 
-/// Nodes of one size share a plan.
-fn all_maps(
+/// The maps of components of one size, in bundles of as many as shading sums at a time.
+fn level(
     slug: &'static str,
     light: &Spectrum,
-    scaled: &Scaled<'_>,
-    nodes: &[Node],
+    f: usize,
+    members: &[Component],
     task: &Task,
-) -> Result<Vec<Bundle>, BakeError> {
-    let mut sizes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    nodes.iter().enumerate().for_each(|(i, n)| sizes.entry(n.size).or_default().push(i));
-    let mut made: BTreeMap<usize, Bundle> = BTreeMap::new();
-    for (size, members) in sizes {
-        let most = |of: &dyn Fn(&Node) -> usize| members.iter().map(|&i| of(&nodes[i])).max().unwrap_or(0);
-        let order = most(&|n| n.f).min(light.sh.order);
-        let plan = Plan::new(order, most(&|n| n.q), grid(size));
-        let light = columns(light, order);
-        for i in members {
-            let n = &nodes[i];
-            let rows: Vec<[Vec<f64>; 3]> = (0..=n.q)
-                .map(|q| {
-                    std::array::from_fn(|c| {
-                        let mut k = scaled.kappa(n.candidate, q, c);
-                        k.truncate(n.f + 1);
-                        k
-                    })
-                })
-                .collect();
-            let rows = rows.iter().enumerate();
-            let terms: Vec<_> = rows.map(|(q, k)| Term { q, k: [&k[0][..], &k[1], &k[2]] }).collect();
-            made.insert(i, bundle(slug, &plan.maps(&light, &terms, task)?)?);
-        }
+) -> Result<Vec<Level>, BakeError> {
+    let Some(size) = members.first().map(|c| c.size) else { return Ok(Vec::new()) };
+    // Higher bands are lost between the texels anyway.
+    let order = f.min(light.sh.order).min(size);
+    let most_q = members.iter().map(|c| c.q).max().unwrap_or(0);
+    let plan = Plan::new(order, most_q, grid(size));
+    let light = columns(light, order);
+    let mut out = Vec::new();
+    for part in members.chunks(MAX_TERMS / 2) {
+        let row =
+            |c: &'_ Component, k: usize| -> Vec<f64> { c.v[k].iter().take(order + 1).copied().collect() };
+        let rows: Vec<[Vec<f64>; 3]> = part.iter().map(|c| std::array::from_fn(|k| row(c, k))).collect();
+        let terms = part.iter().zip(&rows).map(|(c, k)| Term { q: c.q, k: [&k[0][..], &k[1], &k[2]] });
+        let terms: Vec<_> = terms.collect();
+        let maps = bundle(slug, &plan.maps(&light, &terms, task)?)?;
+        out.push(Level { q: part.iter().map(|c| c.q as u32).collect(), maps });
     }
-    Ok(made.into_values().collect())
+    Ok(out)
 }
 
 impl Part for Stack {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         put_f64(to, format!("{prefix}.centre"), vec![1], vec![word(self.centre)]);
-        let places = self.places.iter().map(|p| f64::from(*p)).collect();
-        put_f64(to, format!("{prefix}.nodes"), vec![self.places.len()], places);
-        put_f32(to, format!("{prefix}.curve"), vec![self.curve.len(), 4], self.curve.concat());
-        for (i, m) in self.maps.iter().enumerate() {
-            m.save(to, format!("{prefix}.slice{i:02}"), self.halves);
+        let shape = vec![self.elevations(), self.stride];
+        put_f32(to, format!("{prefix}.curve"), shape, self.curve.clone());
+        for (i, l) in self.levels.iter().enumerate() {
+            l.maps.save(to, format!("{prefix}.maps{i:02}"), self.halves);
+            let q = l.q.iter().map(|q| f64::from(*q)).collect();
+            put_f64(to, format!("{prefix}.orders{i:02}"), vec![l.q.len()], q);
+        }
+        let disk = |d: &DiskLight| {
+            let [x, y, z] = d.direction.to_array();
+            let [r, g, b] = d.radiance;
+            [x, y, z, d.angular_radius, r, g, b]
+        };
+        if !self.disks.is_empty() {
+            let disks = self.disks.iter().flat_map(disk).collect();
+            put_f64(to, format!("{prefix}.disks"), vec![self.disks.len(), 7], disks);
         }
     }
 
@@ -122,27 +135,59 @@ impl Part for Stack {
         let bad = |name: &str| PartError::Unexpected(format!("{prefix}.{name}"));
         let (_, head) = get_f64(from, &format!("{prefix}.centre"), 1)?;
         let centre = head.first().and_then(|w| centre_of(*w)).ok_or_else(|| bad("centre"))?;
-        let (_, nodes) = get_f64(from, &format!("{prefix}.nodes"), 1)?;
-        let places: Vec<u32> = nodes.iter().map(|p| *p as u32).collect();
-        let whole = places.is_sorted_by(|a, b| a < b) && places.first() == Some(&0);
-        if !whole || places.last() != Some(&(CANDIDATES as u32 - 1)) {
-            return Err(bad("nodes"));
-        }
         let (shape, curve) = get_f32(from, &format!("{prefix}.curve"), 2)?;
-        if shape != [CANDIDATES, 4] {
+        let mut levels = Vec::new();
+        let has = |i: usize| from.tensors.contains_key(&format!("{prefix}.maps{i:02}"));
+        for i in (0..).take_while(|i| has(*i)) {
+            let maps = Bundle::load(from, &format!("{prefix}.maps{i:02}"))?;
+            let (_, q) = get_f64(from, &format!("{prefix}.orders{i:02}"), 1)?;
+            let q: Vec<u32> = q.iter().map(|q| *q as u32).collect();
+            let terms: usize = q.iter().map(|q| if *q == 0 { 1 } else { 2 }).sum();
+            let small = q.iter().all(|q| (*q as usize) < MAX_ORDERS);
+            if !maps.is_globe() || terms != maps.terms() || !q.is_sorted() || !small {
+                return Err(bad("maps"));
+            }
+            levels.push(Level { q, maps });
+        }
+        let components: usize = levels.iter().map(|l| l.q.len()).sum();
+        if shape[0] < 3 || shape[1] != HEAD + components {
             return Err(bad("curve"));
         }
-        let name = |i: usize| format!("{prefix}.slice{i:02}");
-        let maps = (0..places.len()).map(|i| Bundle::load(from, &name(i))).collect::<Result<Vec<_>, _>>()?;
-        if maps.iter().any(|m| !m.is_globe() || m.terms() % 2 == 0 || m.terms() > MAX_TERMS) {
-            return Err(bad("slice"));
+        let name = format!("{prefix}.disks");
+        let (shape, disks) = match from.tensors.contains_key(&name) {
+            true => get_f64(from, &name, 2)?,
+            false => (vec![0, 7], Vec::new()),
+        };
+        if shape[1] != 7 || disks.iter().any(|x| !x.is_finite()) {
+            return Err(bad("disks"));
         }
-        let halves = Bundle::is_half(from, &name(0));
-        let curve = curve.as_chunks::<4>().0.to_vec();
-        Ok(Self { centre, before: before(&places), places, maps, curve, halves })
+        let disk = |d: &[f64; 7]| DiskLight {
+            direction: DVec3::new(d[0], d[1], d[2]),
+            angular_radius: d[3],
+            radiance: [d[4], d[5], d[6]],
+        };
+        let disks: Vec<DiskLight> = disks.as_chunks::<7>().0.iter().map(disk).collect();
+        let unit = |d: &DiskLight| (d.direction.length() - 1.0).abs() < 1e-3 && d.angular_radius > 0.0;
+        if !disks.iter().all(unit) {
+            return Err(bad("disks"));
+        }
+        let halves = Bundle::is_half(from, &format!("{prefix}.maps00"));
+        Ok(Self { centre, stride: HEAD + components, curve, levels, disks, halves })
     }
 
     fn bytes(&self) -> usize {
-        self.maps.iter().map(Bundle::bytes).sum::<usize>() + 16 * self.curve.len() + 8 * self.before.len()
+        let maps: usize = self.levels.iter().map(|l| l.maps.bytes() + 4 * l.q.len()).sum();
+        maps + 4 * self.curve.len() + 32 * self.disks.len()
+    }
+}
+
+/// q is below this.
+pub const MAX_ORDERS: usize = 256;
+
+/// How a level's texels lie: rows and columns.
+pub fn extent(maps: &Bundle) -> [usize; 2] {
+    match maps.grid() {
+        Grid::Globe { rows, columns } => [rows, columns],
+        Grid::Cube { size } => [size, size],
     }
 }

@@ -1,187 +1,133 @@
-//! Which elevations become nodes, and each node's orders and resolution.
+//! How much of the light becomes maps, and what is known of the error.
 
-use super::material::{CANDIDATES, Params};
-use crate::shared::meter::{self, Meter};
-use std::f64::consts::PI;
-use steradian_base::{Certificate, Known};
-use steradian_brdf::central::{Centre, Slices};
+use super::apart::{self, Apart};
+use super::components::{Component, Expansion, Limits};
+use super::material::{Leaning, Params, TOLERANCE};
+use super::scaled::Scaled;
+use crate::BakeError;
+use crate::shared::meter::Meter;
+use crate::shared::spectrum::Spectrum;
+use steradian_base::{Certificate, Known, Task};
 
-/// A slice that gets maps.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Node {
-    /// Its place among the candidates.
-    pub candidate: usize,
-    /// F.
-    pub f: usize,
-    /// Q.
-    pub q: usize,
-    /// Intervals from pole to pole.
-    pub size: usize,
-}
+/// Numbers of disks that are tried.
+const COUNTS: [usize; 4] = [8, 32, 64, 128];
+/// A disk that holds this part of all flux is a sun.
+const SUN: f64 = 0.02;
+/// Maps hold the light without suns to this many times the tolerance, relative to its own radiance …
+const REST: f64 = 6.0;
+/// … unless that is less than this part of the mean square of all radiance.
+const LEAST: f64 = 1e-4;
+/// Bytes of maps below which no more disks are looked for, where the tolerance is met.
+const CHEAP: usize = 4 << 20;
+/// As many disks take as much time as all maps: they must save half of the bytes.
+const WORTH: f64 = 64.0;
 
-impl Node {
-    /// Bytes of its maps.
-    pub fn bytes(&self) -> usize {
-        (self.size + 1) * 2 * self.size * 3 * 4 * (2 * self.q + 1)
-    }
-}
-
-/// Slices with albedo and kernels κ = k/albedo, and the light to measure them with.
-pub struct Scaled<'a> {
-    s: &'a Slices,
-    meter: &'a Meter,
-    /// The albedo, or 1.
+/// What is made into maps, what is not, and the error of both together.
+pub struct Choice {
+    pub apart: Apart,
+    pub expansion: Expansion,
     pub scale: Vec<[f64; 3]>,
-    /// Mean square radiance.
-    total: Vec<f64>,
+    pub certificate: Certificate,
+    /// Largest squared relative error of an elevation that counts.
+    worst: f64,
 }
 
-/// Shares of the squared tolerance that interpolation, Q, F and lookups may use.
-const SHARES: [f64; 4] = [0.45, 0.1, 0.1, 0.15];
-
-impl<'a> Scaled<'a> {
-    pub fn new(s: &'a Slices, meter: &'a Meter) -> Self {
-        let albedo = |i: usize| s.row(i, 0).map(|r| r[0] * (4.0 * PI).sqrt());
-        let most = (0..s.slices.len()).flat_map(albedo).fold(0.0, f64::max);
-        let scale = (0..s.slices.len()).map(|i| albedo(i).map(|a| if a > 1e-6 * most { a } else { 1.0 }));
-        let total = (0..s.slices.len()).map(|i| meter.slice(s, i)).collect();
-        Self { s, meter, scale: scale.collect(), total }
+impl Choice {
+    fn new(totals: &[f64], material: &Leaning, apart: Apart, tolerance: f64, limits: Limits) -> Self {
+        let s = &material.kernels.0;
+        let rest = Meter::new(&apart.rest);
+        // Radiance that suns dominate tells little of the rest, which maps hold on its own.
+        let own = |(rest, total): (f64, &f64)| total.min((REST * REST * rest).max(LEAST * total));
+        let goals: Vec<f64> = Scaled::totals(s, &rest).into_iter().zip(totals).map(own).collect();
+        let scaled = Scaled::new(s, &rest, goals);
+        let expansion = Expansion::new(&scaled, tolerance, limits);
+        let square = |i: usize| expansion.error(&scaled, i) * scaled.total[i] / totals[i];
+        let squares: Vec<f64> = (0..scaled.len()).map(square).collect();
+        let counted = (0..scaled.len()).filter(|i| scaled.counts(*i));
+        let worst = counted.map(|i| squares[i]).fold(0.0, f64::max);
+        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.disks.len());
+        Self { apart, expansion, scale: scaled.scale, certificate, worst }
     }
 
-    /// κ_lq of a candidate.
-    pub fn kappa(&self, i: usize, q: usize, c: usize) -> Vec<f64> {
-        self.s.row(i, q)[c].iter().map(|k| k / self.scale[i][c]).collect()
+    /// By how much the tolerance is missed, in steps of some per cent; then bytes, and time as bytes.
+    fn cost(&self, tolerance: f64) -> (u64, f64) {
+        let miss = (self.worst.sqrt() / tolerance).max(1.0);
+        let time = 1.0 + self.apart.disks.len() as f64 / WORTH;
+        ((20.0 * miss).ceil() as u64, self.expansion.bytes() as f64 * time)
     }
+}
 
-    /// Mean square of candidate i less its interpolation between `a` and `b`, each cut at its node's orders (none: as
-    /// they are), with the mean square of the maps' lookup errors.
-    fn error(&self, i: usize, ends: [(usize, Option<&Node>); 2]) -> f64 {
-        let [a, b] = ends.map(|e| e.0);
-        let t = if b > a { (i - a) as f64 / (b - a) as f64 } else { 0.0 };
-        let mut sum = 0.0;
-        for q in 0..=self.s.azimuth {
-            let (x, y, z) = (self.s.row(i, q), self.s.row(a, q), self.s.row(b, q));
-            for c in 0..3 {
-                let own = self.scale[i][c];
-                let factor = [(1.0 - t) * own / self.scale[a][c], t * own / self.scale[b][c]];
-                let kept = |end: usize, l: usize| ends[end].1.is_none_or(|n| q <= n.q && l <= n.f);
-                let made = |l: usize| {
-                    let ends = [y[c][l], z[c][l]];
-                    (0..2).filter(|e| kept(*e, l)).map(|e| factor[e] * ends[e]).sum::<f64>()
-                };
-                sum += self.meter.row(c, q, (0..=self.s.order).map(|l| x[c][l] - made(l)));
-                for (end, row) in [y, z].iter().enumerate() {
-                    let Some(n) = ends[end].1.filter(|n| q <= n.q) else { continue };
-                    let h = PI / n.size as f64;
-                    let blur = |l: usize| factor[end] * row[c][l] * meter::lookup(l, h).sqrt();
-                    sum += self.meter.row(c, q, (0..=n.f).map(blur));
-                }
-            }
+/// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out: cut off at
+/// F they ring, which little of the mean square tells.
+pub fn choose(light: &Spectrum, material: &Leaning, p: &Params, task: &Task) -> Result<Choice, BakeError> {
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
+    let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
+    let s = &material.kernels.0;
+    let whole = Meter::new(light);
+    let totals = Scaled::totals(s, &whole);
+    let made = |apart: Apart| Choice::new(&totals, material, apart, tolerance, limits);
+    let most = match p.lights {
+        _ if material.brdf.is_none() => 0,
+        Some(lights) => lights,
+        None => COUNTS[COUNTS.len() - 1],
+    };
+    if most == 0 {
+        return Ok(made(Apart::nothing(light)));
+    }
+    let scaled = Scaled::new(s, &whole, totals.clone());
+    let first = if p.lights.is_some() { most } else { COUNTS[0] };
+    let mut found = apart::pursue(light, &scaled, first, task)?;
+    let few = Apart::new(light, &found, first);
+    if p.lights.is_some() {
+        return Ok(made(few));
+    }
+    let mut best = if few.brightest(light) >= SUN { made(few) } else { made(Apart::nothing(light)) };
+    if best.worst.sqrt() <= tolerance && best.expansion.bytes() <= CHEAP {
+        return Ok(best);
+    }
+    found = apart::pursue(light, &scaled, most, task)?;
+    let more = best.apart.disks.len() + 1..=found.len();
+    for count in COUNTS.into_iter().filter(|c| more.contains(c)) {
+        task.check()?;
+        let next = made(Apart::new(light, &found, count));
+        if next.cost(tolerance) < best.cost(tolerance) {
+            best = next;
         }
-        sum
     }
+    Ok(best)
+}
 
-    /// Nodes so far apart that all candidates between them are interpolated within `most` of their mean square.
-    fn nodes(&self, most: f64) -> Vec<usize> {
-        let last = self.s.slices.len() - 1;
-        let fits = |a: usize, b: usize| {
-            (a + 1..b).all(|i| self.error(i, [(a, None), (b, None)]) <= most * self.total[i])
-        };
-        let mut nodes = vec![0];
-        let mut a = 0;
-        while a < last {
-            // As far as it goes in steps that double, then back.
-            let mut good = a + 1;
-            let mut step = 1;
-            while step > 0 {
-                let b = (good + step).min(last);
-                if b > good && fits(a, b) {
-                    good = b;
-                    step *= 2;
-                } else {
-                    step /= 2;
-                }
-            }
-            nodes.push(good);
-            a = good;
-        }
-        nodes
+/// The error of every elevation and of their mean.
+fn certify(
+    scaled: &Scaled<'_>,
+    totals: &[f64],
+    squares: &[f64],
+    components: &[Component],
+    disks: usize,
+) -> Certificate {
+    let last = scaled.len() - 1;
+    let cosine = |i: usize| scaled.angle(i).cos();
+    let (mut error, mut exact) = (0.0, 0.0);
+    for i in 0..=last {
+        let weight = 0.5 * (cosine(i.saturating_sub(1)) - cosine((i + 1).min(last))) * totals[i];
+        (error, exact) = (error + weight * squares[i], exact + weight);
     }
-
-    /// Orders and resolution of a node.
-    fn node(&self, i: usize, tolerance: f64, p: &Params) -> Node {
-        let power = |q: usize, from: usize, blur: &dyn Fn(usize) -> f64| {
-            let row = self.s.row(i, q);
-            let one = |c: usize| {
-                let k = row[c].iter().enumerate();
-                self.meter.row(c, q, k.map(|(l, k)| if l < from { 0.0 } else { k * blur(l) }))
-            };
-            (0..3).map(one).sum::<f64>()
-        };
-        let whole = |_: usize| 1.0;
-        let budget = |share: f64| share * tolerance * tolerance * self.total[i];
-        let rows: Vec<f64> = (0..=self.s.azimuth).map(|q| power(q, 0, &whole)).collect();
-        let beyond = |q: usize| rows[q + 1..].iter().sum::<f64>();
-        let q = (0..=self.s.azimuth).find(|q| beyond(*q) <= budget(SHARES[1])).unwrap_or(self.s.azimuth);
-        let cut = |f: usize| (0..=q).map(|q| power(q, f + 1, &whole)).sum::<f64>();
-        let f = (0..=self.s.order).find(|f| cut(*f) <= budget(SHARES[2])).unwrap_or(self.s.order);
-        let f = p.order.map_or(f, |o| o.min(self.s.order));
-        let enough = |size: usize| {
-            let h = PI / size as f64;
-            let blur = |l: usize| if l > f { 0.0 } else { meter::lookup(l, h).sqrt() };
-            (0..=q).map(|q| power(q, 0, &blur)).sum::<f64>() <= budget(SHARES[3])
-        };
-        let size = if p.size > 0 { p.size.max(4) } else { meter::size(512, enough).max(8) };
-        Node { candidate: i, f, q, size }
-    }
-
-    /// All nodes within `allowed` bytes.
-    pub fn choose(&self, tolerance: f64, p: &Params, allowed: usize) -> Vec<Node> {
-        let candidates = self.nodes(SHARES[0] * tolerance * tolerance);
-        let mut nodes: Vec<Node> = candidates.iter().map(|&i| self.node(i, tolerance, p)).collect();
-        while nodes.iter().map(Node::bytes).sum::<usize>() > allowed {
-            let largest = nodes.iter().map(|n| n.size).max().unwrap_or(0);
-            if largest <= 8 {
-                break;
-            }
-            nodes.iter_mut().filter(|n| n.size == largest).for_each(|n| n.size = (n.size / 4 * 3).max(8));
+    let whole = if exact > 0.0 { (error / exact).sqrt() } else { 0.0 };
+    let mut c = Certificate::new(whole, Known::Estimated).metric(crate::shared::shrm::METRIC);
+    for degrees in [0, 10, 20, 30, 40, 50, 60, 65, 70, 75, 80, 85, 88] {
+        let off = |i: &usize| (scaled.angle(*i) - f64::from(degrees).to_radians()).abs();
+        if let Some(i) = (0..=last).min_by(|a, b| off(a).total_cmp(&off(b))) {
+            c = c.detail(format!("error at {degrees} degrees"), squares[i].sqrt());
         }
-        nodes
     }
-
-    /// The error of every elevation and of their mean.
-    pub fn certify(&self, nodes: &[Node]) -> Certificate {
-        let around = |i: usize| {
-            let b = nodes.partition_point(|n| n.candidate < i).clamp(1, nodes.len().max(2) - 1);
-            let (a, b) = (&nodes[b - 1], &nodes[b.min(nodes.len() - 1)]);
-            [(a.candidate, Some(a)), (b.candidate, Some(b))]
-        };
-        let square = |i: usize| self.error(i, around(i)) + self.meter.tail(self.s, i);
-        let squares: Vec<f64> = (0..CANDIDATES).map(square).collect();
-        let tangent = self.s.centre == Centre::Tangent;
-        let angle = |i: usize| if tangent { self.s.slices[i].theta_o() } else { self.s.slices[i].theta_v };
-        let cosine = |i: usize| angle(i).cos();
-        let (mut error, mut exact) = (0.0, 0.0);
-        for i in 0..CANDIDATES {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(CANDIDATES - 1));
-            let weight = 0.5 * (cosine(before) - cosine(after));
-            (error, exact) = (error + weight * squares[i], exact + weight * self.total[i]);
-        }
-        let ratio = |e: f64, x: f64| if x > 0.0 { (e / x).sqrt() } else { 0.0 };
-        let mut c =
-            Certificate::new(ratio(error, exact), Known::Estimated).metric(crate::shared::shrm::METRIC);
-        for degrees in [0, 10, 20, 30, 40, 50, 60, 65, 70, 75, 80, 85, 88] {
-            let off = |i: &usize| (angle(*i) - f64::from(degrees).to_radians()).abs();
-            if let Some(i) = (0..CANDIDATES).min_by(|a, b| off(a).total_cmp(&off(b))) {
-                c = c.detail(format!("error at {degrees} degrees"), ratio(squares[i], self.total[i]));
-            }
-        }
-        let most = |of: &dyn Fn(&Node) -> usize| nodes.iter().map(of).max().unwrap_or(0) as f64;
-        c.detail("slices", nodes.len() as f64)
-            .detail("maps", nodes.iter().map(|n| 2 * n.q + 1).sum::<usize>() as f64)
-            .detail("highest F", most(&|n| n.f))
-            .detail("highest Q", most(&|n| n.q))
-            .detail("largest size", most(&|n| n.size))
-            .detail("bytes", nodes.iter().map(Node::bytes).sum::<usize>() as f64)
-    }
+    let most = |of: &dyn Fn(&Component) -> usize| components.iter().map(of).max().unwrap_or(0) as f64;
+    let heard =
+        |c: &Component| c.v.iter().filter_map(|v| v.iter().rposition(|x| *x != 0.0)).max().unwrap_or(0);
+    c.detail("components", components.len() as f64)
+        .detail("maps", components.iter().map(Component::maps).sum::<usize>() as f64)
+        .detail("lights", disks as f64)
+        .detail("highest F", most(&|c| heard(c).min(c.size)))
+        .detail("highest Q", most(&|c| c.q))
+        .detail("largest size", most(&|c| c.size))
+        .detail("bytes", components.iter().map(Component::bytes).sum::<usize>() as f64)
 }

@@ -5,20 +5,21 @@ use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Material, Part};
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
-use steradian_brdf::Brdf;
 use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
+use steradian_brdf::{Brdf, SharedBrdf};
 
 /// Tolerance where the user gives none.
 pub const TOLERANCE: f64 = 0.03;
-/// Elevations that may become nodes.
-pub const CANDIDATES: usize = 41;
+/// Elevations of the slices, about the mirror direction and about the tangent.
+const ELEVATIONS: [usize; 2] = [41, 81];
 /// The last one: at 90° itself lobes degenerate.
 const LAST: f64 = 89.5;
 /// Elevations at which centres are chosen.
 const CENTRES: usize = 11;
-/// F and Q to begin with, and at most.
-const LEAST: [usize; 2] = [64, 16];
-const MOST: [usize; 2] = [160, 28];
+/// F and Q to begin with, and where these do not hold the lobe.
+const ORDERS: [[usize; 2]; 3] = [[64, 16], [128, 32], [255, 64]];
+/// Views up to which they must.
+const VIEWS: f64 = 86.5;
 
 /// Memory of the maps at most, MiB, without and with a tolerance of the user's.
 const MEBIBYTES: [f64; 2] = [96.0, 320.0];
@@ -61,6 +62,17 @@ const HALVES: ParamInfo = ParamInfo {
     doc: "1: maps of 16-bit floats",
 };
 
+const LIGHTS: ParamInfo = ParamInfo {
+    name: "lights",
+    unit: "",
+    min: -1.0,
+    max: 256.0,
+    default: -1.0,
+    integer: true,
+    doc: "small disks that are taken out of the light and shaded with the exact reflectance; -1: suns, and what else \
+          the tolerance needs, at most 128",
+};
+
 /// The room's parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Params {
@@ -72,6 +84,8 @@ pub struct Params {
     pub mebibytes: f64,
     /// 16-bit maps.
     pub halves: bool,
+    /// Small lights apart; by tolerance where `None`.
+    pub lights: Option<usize>,
 }
 
 impl Params {
@@ -84,13 +98,14 @@ impl Params {
 }
 
 impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[ORDER, SIZE, BUDGET, HALVES];
+    const INFO: &'static [ParamInfo] = &[ORDER, SIZE, BUDGET, HALVES, LIGHTS];
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
-        let order = values.get(&ORDER);
+        let least = |i: &ParamInfo| Some(values.get(i)).filter(|x| *x >= 0.0).map(|x| x as usize);
         Ok(Self {
-            order: (order >= 0.0).then_some(order as usize),
+            order: least(&ORDER),
+            lights: least(&LIGHTS),
             size: values.get(&SIZE) as usize,
             mebibytes: values.get(&BUDGET),
             halves: values.get(&HALVES) > 0.0,
@@ -98,8 +113,10 @@ impl steradian_base::Params for Params {
     }
 
     fn to_values(&self) -> ParamValues {
+        let optional = |x: Option<usize>| x.map_or(-1.0, |x| x as f64);
         let pairs = [
-            (ORDER, self.order.map_or(-1.0, |o| o as f64)),
+            (ORDER, optional(self.order)),
+            (LIGHTS, optional(self.lights)),
             (SIZE, self.size as f64),
             (BUDGET, self.mebibytes),
             (HALVES, f64::from(u8::from(self.halves))),
@@ -108,12 +125,17 @@ impl steradian_base::Params for Params {
     }
 }
 
-/// Slices about centres between the mirror direction and the middle of the lobe, denser towards grazing: θ_v = 89.5° (1 − (1 − s)²), s evenly spaced. About the
-/// tangent θ_o is evenly spaced.
+/// Slices about centres between the mirror direction and the middle of the lobe, denser towards grazing:
+/// θ_v = 89.5° (1 − (1 − s)²), s evenly spaced. About the tangent θ_o is evenly spaced.
 #[derive(Debug, Clone)]
-pub struct Leaning(pub Kernels);
+pub struct Leaning {
+    /// The slices.
+    pub kernels: Kernels,
+    /// The reflectance itself, for lights that no map holds; `None` where a saved bake could not name it.
+    pub brdf: Option<SharedBrdf>,
+}
 
-/// The place among the candidates, 0 … 1, of an angle between n and wo.
+/// The place among the elevations, 0 … 1, of an angle between n and wo.
 #[inline(always)]
 pub fn place(theta_v: f32) -> f32 {
     const INVERSE: f32 = (180.0 / (LAST * PI)) as f32;
@@ -131,7 +153,7 @@ const LEANS: [f64; 2] = [0.3, 1.0];
 /// F and Q at which leans are compared.
 const TRIAL: [usize; 2] = [48, 8];
 
-/// Angle γ between n and C for the candidates of [`place`] 0 … 1, by the lean that leaves the least energy beyond Q.
+/// Angle γ between n and C for the places of [`place`] 0 … 1, by the lean that leaves the least energy beyond Q.
 fn centres(brdf: &dyn Brdf, task: &Task) -> Result<Vec<f64>, CentralError> {
     let middle = |i: usize| Slice::leaning(brdf, angle(i as f64 / (CENTRES - 1) as f64));
     let middles = (0..CENTRES).map(middle).collect::<Result<Vec<_>, _>>()?;
@@ -161,7 +183,7 @@ impl Leaning {
     pub fn bake(slug: &'static str, m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let refused = refused(slug);
         let brdf = &*m.brdf;
-        let part = |i: usize| i as f64 / (CANDIDATES - 1) as f64;
+        let [about_mirror, about_tangent] = ELEVATIONS;
         let (centre, slices): (_, Vec<Slice>) = if brdf.is_isotropic() {
             let gamma = centres(brdf, task).map_err(&refused)?;
             let lean = |s: f64| {
@@ -169,32 +191,47 @@ impl Leaning {
                 let i = (x as usize).min(CENTRES - 2);
                 gamma[i] + (gamma[i + 1] - gamma[i]) * (x - i as f64)
             };
+            let part = |i: usize| i as f64 / (about_mirror - 1) as f64;
             let slice = |i: usize| Slice { theta_v: angle(part(i)), gamma: lean(part(i)) };
-            (Centre::Reflection, (0..CANDIDATES).map(slice).collect())
+            (Centre::Reflection, (0..about_mirror).map(slice).collect())
         } else {
-            (Centre::Tangent, (0..CANDIDATES).map(|i| Slice::tangent(PI * part(i))).collect())
+            let part = |i: usize| i as f64 / (about_tangent - 1) as f64;
+            (Centre::Tangent, (0..about_tangent).map(|i| Slice::tangent(PI * part(i))).collect())
         };
         let share = (0.4 * task.tolerance().unwrap_or(TOLERANCE)).powi(2);
-        let fixed = |d: [usize; 2]| [p.order.unwrap_or(d[0]), d[1]];
-        let made = Kernels::new(brdf, centre, &slices, [fixed(LEAST), fixed(MOST)], share, task);
-        made.map(Self).map_err(refused)
+        let orders = ORDERS.map(|[f, q]| [p.order.unwrap_or(f), q]);
+        let views = VIEWS.to_radians();
+        let kernels = Kernels::new(brdf, centre, &slices, &orders, views, share, task).map_err(refused)?;
+        Ok(Self { kernels, brdf: nameable(&m.brdf) })
     }
+}
+
+/// The reflectance, where its spec alone makes it again and GPUs have it too.
+fn nameable(brdf: &SharedBrdf) -> Option<SharedBrdf> {
+    let spec = brdf.spec();
+    let whole = brdf.shader().is_some() && !spec.contains("lobes=") && steradian_brdf::parse(&spec).is_ok();
+    whole.then(|| brdf.clone())
 }
 
 impl Part for Leaning {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        self.0.save(to, prefix);
+        self.kernels.save(to, prefix);
+        if let Some(brdf) = &self.brdf {
+            to.metadata.insert(format!("{prefix}.brdf"), brdf.spec());
+        }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let made = Kernels::load(from, prefix)?;
-        if made.0.slices.len() != CANDIDATES {
+        let kernels = Kernels::load(from, prefix)?;
+        if kernels.0.slices.len() < 3 {
             return Err(PartError::Unexpected(format!("{prefix}.elevations")));
         }
-        Ok(Self(made))
+        let name = format!("{prefix}.brdf");
+        let parsed = from.metadata.get(&name).map(|spec| steradian_brdf::parse(spec)).transpose();
+        Ok(Self { kernels, brdf: parsed.map_err(|_| PartError::Unexpected(name))? })
     }
 
     fn bytes(&self) -> usize {
-        self.0.bytes()
+        self.kernels.bytes()
     }
 }

@@ -1,18 +1,23 @@
-//! Explicit elevation slices: maps per elevation of the viewer, Fourier series in its azimuth.
+//! Explicit elevation slices: Fourier series in the viewer's azimuth, principal components in its elevation.
 //!
 //! Ramamoorthi & Hanrahan (2002) expand the reflected light in spherical harmonics of the view about the mirror
 //! direction (5.10). At grazing angles broad lobes vary too fast for a few p, and the representation fails first where
 //! reflection is strongest. The same coefficients before their last step (5.22), k_lq(θ_o) instead of ρ̂_lpq, hold at
-//! every elevation: B(C; θ_v, φ_o) = a(θ_v) Σ_{|q| ≤ Q} a_q(φ_o) B_q(C; θ_v), B_q = Σ_l k_l|q|(θ_v)/a(θ_v) L'_lq(C),
-//! a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo. Elevations are chosen so that linear interpolation between slices,
-//! each read about the point's own centre, meets the tolerance; the centre lies between the mirror direction and the
-//! middle of the lobe, where few q hold it and neighbouring slices are aligned. What is approximated: F, Q, the interpolation, each by its exact error in the mean
-//! over frames. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the
-//! tangent), point lights.
+//! every elevation: B(C; θ_v, φ_o) = a(θ_v) Σ_{|q| ≤ Q} a_q(φ_o) Σ_r u_rq(θ_v) B_rq(C), B_rq = Σ_l v_lr|q| L'_lq(C), with
+//! a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo, and k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that hold
+//! what the light at hand shows of all elevations (`components`). The centre lies between the mirror direction and the
+//! middle of the lobe, where few q hold it and slices are aligned. Suns, and as many small lights as the tolerance needs,
+//! are taken out of the light and shaded with the exact reflectance (`apart`). What is approximated: F, Q, R_q, the
+//! lookups, each by its exact error in the mean over frames. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance
+//! (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
+mod apart;
 mod bake;
 mod choose;
+mod components;
+mod eigen;
 mod material;
+mod scaled;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -21,13 +26,13 @@ use crate::gpu::Uniform;
 use crate::shared::kernels;
 use crate::shared::lights;
 use crate::shared::spectrum::Spectrum;
-use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
     Technique, View,
 };
 use bake::Stack;
 use material::{Leaning, Params};
+use shade::Shown;
 use steradian_base::{Certificate, Task};
 use steradian_light::Lights;
 
@@ -42,11 +47,11 @@ impl Technique for ShrmSlices {
         slug: "shrm_slices",
         title: "Reflection maps by elevation slices",
         citation: "after Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.9 and 5.22; \
-                   slices by elevation are ours",
-        equation: "L_o = a(θ_v) Σ_q a_q(φ_o) B_q(C; θ_v)",
-        light: "spherical harmonics up to F, multiplied with each slice's coefficients into maps B_q",
+                   slices by elevation and their components are ours",
+        equation: "L_o = a(θ_v) Σ_q a_q(φ_o) Σ_r u_rq(θ_v) B_rq(C) + Σ_k ∫_disk k L f_cos",
+        light: "suns and what else is small and bright as disks; the rest in spherical harmonics up to F, in maps B_rq",
         visibility: "none: V = 1",
-        reflectance: "slices at chosen elevations, each in spherical harmonics about the lobe's middle",
+        reflectance: "slices by elevation in spherical harmonics near the lobe's middle, as few products; exact for disks",
         materials: kernels::materials,
         specimens: &["phong-normalized:s=30", "ggx:alpha=0.36,f0=0.9/0.6/0.3", "kajiya-kay:s=16"],
         exact_when: &[
@@ -58,7 +63,7 @@ impl Technique for ShrmSlices {
                 within: 2e-3,
             },
             Claim {
-                statement: "the lobe is radially symmetric: one slice holds it",
+                statement: "the lobe is radially symmetric: one map holds it",
                 light: lights::smooth,
                 brdf: "phong-normalized:s=30",
                 params: &[("size", 192.0)],
@@ -83,7 +88,7 @@ impl Technique for ShrmSlices {
     type Material = Leaning;
     type Transfer = ();
     type Linked = Stack;
-    type Frame = Turn;
+    type Frame = Shown;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
         Spectrum::bake(Self::CARD.slug, l, ORDER, task)
@@ -101,19 +106,19 @@ impl Technique for ShrmSlices {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
+        *f = Shown::new(&b.linked, v);
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.linked, f, q, out);
+    fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
-        shade::gpu(&b.linked, f)
+    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuRoom {
+        shade::gpu(b, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &Shown) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 }

@@ -1,28 +1,51 @@
-//! Two lookups about the point's own centre, one per neighbouring slice; `shade.wgsl` has the same functions.
+//! One lookup a resolution about the point's own centre, and the lights apart; `shade.wgsl` has the same functions.
 
-use super::bake::Stack;
-use super::material::{CANDIDATES, place};
-use crate::gpu::{Buffer, Format, Level, Shape, Table, Uniform, Value};
+use super::ShrmSlices;
+use super::bake::{HEAD, Level, MAX_ORDERS, Stack, extent};
+use super::material::place;
+use crate::direct::{self, Direct};
+use crate::gpu::{Buffer, Uniform, Value};
 use crate::shared::batch::{self, Point};
-use crate::shared::bundle::{Grid, Taps};
+use crate::shared::bundle::Taps;
 use crate::shared::harmonics::{MAX_TERMS, dot, frame, globe_uv};
 use crate::shared::kernels::word;
 use crate::shared::strands::tangent;
-use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{Bake, GpuRoom, Points, Radiance, Technique, View};
 use std::f32::consts::{FRAC_1_PI, SQRT_2};
+use steradian_brdf::BrdfShader;
 use steradian_brdf::central::Centre;
 
-/// 1, √2 cos qφ and √2 sin qφ for q = 1 … Q from cos φ and sin φ.
+/// The light of a frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shown {
+    turn: Turn,
+    direct: Direct,
+}
+
+impl Shown {
+    /// The light turned as `v` says.
+    pub fn new(s: &Stack, v: &View) -> Self {
+        let direct = Direct { disks: s.disks.clone(), ..Direct::default() }.turned(v);
+        Self { turn: Turn::new(v.light_rotation), direct }
+    }
+
+    /// `room.turn` in WGSL.
+    pub fn uniform(&self) -> Uniform {
+        self.turn.uniform()
+    }
+}
+
+/// √2 cos qφ and √2 sin qφ for q = 1 … Q from cos φ and sin φ, at q; 1 and 0 at q = 0.
 #[inline(always)]
-fn azimuths([cos, sin]: [f32; 2], terms: usize, w: &mut [f32; MAX_TERMS]) {
-    w[0] = 1.0;
+fn azimuths([cos, sin]: [f32; 2], most: usize, a: &mut [[f32; 2]; MAX_ORDERS]) {
+    a[0] = [1.0, 0.0];
     let (mut re, mut im) = (SQRT_2, 0.0);
-    for q in 1..=terms / 2 {
+    let (most, mut q) = (most.min(MAX_ORDERS - 1), 1);
+    while q <= most {
         (re, im) = (re * cos - im * sin, re * sin + im * cos);
-        w[2 * q - 1] = re;
-        w[2 * q] = im;
+        a[q] = [re, im];
+        q += 1;
     }
 }
 
@@ -38,67 +61,144 @@ fn lean(p: &Point, gamma: f32) -> [[f32; 3]; 2] {
     [c, std::array::from_fn(|k| side[k] * cos + p.n[k] * sin)]
 }
 
-pub(super) fn shade(s: &Stack, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-    let last = (CANDIDATES - 1) as f32;
+/// The weights of a level's maps: those of its components, linear between elevations, times those of the azimuth.
+#[inline(always)]
+fn weights(
+    level: &Level,
+    [u0, u1]: [&[f32]; 2],
+    x: f32,
+    a: &[[f32; 2]; MAX_ORDERS],
+    y: &mut [f32; MAX_TERMS],
+) {
+    let (u0, u1) = (&u0[..level.q.len()], &u1[..level.q.len()]);
+    let mut at = 0;
+    for k in 0..level.q.len() {
+        let u = u0[k] + (u1[k] - u0[k]) * x;
+        let q = level.q[k] as usize;
+        if q == 0 {
+            y[at] = u;
+            at += 1;
+        } else {
+            let [cos, sin] = a[q];
+            y[at] = u * cos;
+            y[at + 1] = u * sin;
+            at += 2;
+        }
+    }
+}
+
+pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let s = &b.linked;
+    let (turn, elevations) = (&shown.turn, s.elevations());
+    let last = (elevations - 1) as f32;
+    let most = s.levels.iter().filter_map(|l| l.q.last()).max().map_or(0, |q| *q as usize);
     batch::shade(q, out, |p: Point| {
         let strands = s.centre == Centre::Tangent;
         let t = if strands { tangent(q, &p) } else { [0.0; 3] };
         let part =
             if strands { dot(t, p.wo).clamp(-1.0, 1.0).acos() * FRAC_1_PI } else { place(p.cos_o.acos()) };
         let x = part * last;
-        let i = (x as usize).min(CANDIDATES - 2);
-        let (a, b, u) = (s.curve[i], s.curve[i + 1], x - i as f32);
-        let curve: [f32; 4] = std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u);
-        let [c, zero] = if strands { [t, p.n] } else { lean(&p, curve[0]) };
+        let i = (x as usize).min(elevations - 2);
+        let u = x - i as f32;
+        let r0 = &s.curve[i * s.stride..(i + 1) * s.stride];
+        let r1 = &s.curve[(i + 1) * s.stride..(i + 2) * s.stride];
+        let head: [f32; HEAD] = std::array::from_fn(|k| r0[k] + (r1[k] - r0[k]) * u);
+        let [c, zero] = if strands { [t, p.n] } else { lean(&p, head[0]) };
         let (c, zero) = (turn.apply(c), turn.apply(zero));
         let axes = frame(c);
         let phi = [dot(axes[0], zero), dot(axes[1], zero)];
         let uv = globe_uv(c);
-        let node = s.before[i] as usize;
-        let (m0, m1) = (&s.maps[node], &s.maps[node + 1]);
-        let (p0, p1) = (s.places[node] as f32, s.places[node + 1] as f32);
-        let w = (x - p0) / (p1 - p0);
-        let mut y = [0.0; MAX_TERMS];
-        azimuths(phi, m0.terms().max(m1.terms()), &mut y);
-        let taps = |g: Grid| match g {
-            Grid::Globe { rows, columns } => Taps::globe(rows, columns, uv),
-            Grid::Cube { size } => Taps::cube(size, c),
-        };
-        let (l0, l1) = (m0.sum(taps(m0.grid()), &y), m1.sum(taps(m1.grid()), &y));
-        std::array::from_fn(|k| curve[k + 1] * (l0[k] + (l1[k] - l0[k]) * w))
+        let mut a = [[0.0; 2]; MAX_ORDERS];
+        azimuths(phi, most, &mut a);
+        let (mut sum, mut from) = ([0.0f32; 3], HEAD);
+        for level in &s.levels {
+            let mut y = [0.0; MAX_TERMS];
+            weights(level, [&r0[from..], &r1[from..]], u, &a, &mut y);
+            from += level.q.len();
+            let [rows, columns] = extent(&level.maps);
+            let l = level.maps.sum(Taps::globe(rows, columns, uv), &y);
+            (0..3).for_each(|k| sum[k] += l[k]);
+        }
+        std::array::from_fn(|k| head[k + 1] * sum[k])
     });
+    if let Some(brdf) = &b.material.brdf {
+        shown.direct.add(&**brdf, q, out);
+    }
 }
 
-/// rows, columns, terms, place and, in two parts, where the texels of each node begin.
-fn nodes(s: &Stack) -> Buffer {
-    let mut at = 0usize;
-    let node = |(m, place): (&crate::shared::bundle::Bundle, &u32)| {
-        let (rows, columns) = match m.grid() {
-            Grid::Globe { rows, columns } => (rows, columns),
-            Grid::Cube { size } => (size, size),
-        };
-        let begin = [at / 65536, at % 65536].map(|x| x as f32);
-        at += m.texels().len();
-        [rows as f32, columns as f32, m.terms() as f32, *place as f32, begin[0], begin[1]]
+/// Numbers of a level or of a light in the buffer `levels`.
+const STRIDE: usize = 8;
+
+/// For each level rows, columns, components, where its texels begin in two parts, the first column of its weights and
+/// its maps; then for each light its direction, radius and radiance.
+fn levels(s: &Stack) -> Buffer {
+    let (mut at, mut from) = (0usize, HEAD);
+    let level = |l: &Level| {
+        let [rows, columns] = extent(&l.maps);
+        let begin = [at / 65536, at % 65536];
+        let all = [rows, columns, l.q.len(), begin[0], begin[1], from, l.maps.terms(), 0];
+        at += l.maps.texels().len();
+        from += l.q.len();
+        all.map(|x| x as f32)
     };
-    let data = s.maps.iter().zip(&s.places).flat_map(node).collect();
-    Buffer { name: "nodes", stride: 6, data }
+    let mut data: Vec<f32> = s.levels.iter().flat_map(level).collect();
+    for d in &s.disks {
+        let [x, y, z] = d.direction.to_array();
+        let [r, g, b] = d.radiance;
+        data.extend([x, y, z, d.angular_radius, r, g, b, 0.0].map(|x| x as f32));
+    }
+    if data.is_empty() {
+        data.extend([0.0; STRIDE]);
+    }
+    Buffer { name: "levels", stride: STRIDE, data }
 }
 
-pub(super) fn gpu(s: &Stack, turn: &Turn) -> GpuRoom {
-    let level = Level { width: s.curve.len(), height: 1, layers: 1, bytes: texel_bytes(s.curve.iter()) };
-    let curve = Table { name: "curve", shape: Shape::Line, format: Format::Rgba32Float, level };
-    let maps = s.maps.iter().flat_map(|m| m.texels().iter().copied()).collect();
-    let orders = [s.maps.len() as f32, (CANDIDATES - 1) as f32, word(s.centre) as f32, 0.0];
+/// The curve, and q of each component as one more elevation.
+fn curve(s: &Stack) -> Buffer {
+    let mut data = s.curve.clone();
+    data.extend([0.0; HEAD]);
+    data.extend(s.levels.iter().flat_map(|l| &l.q).map(|q| *q as f32));
+    Buffer { name: "curve", stride: s.stride, data }
+}
+
+/// The text of lights with the exact reflectance.
+fn exact(shader: &BrdfShader) -> String {
+    let disks = direct::disks_wgsl()
+        .replace("gpu_", "exact_")
+        .replace("brdf", "exact_brdf")
+        .replace("BRDF", "EXACT_BRDF");
+    shader.inlined("exact") + &disks + include_str!("exact.wgsl")
+}
+
+const NO_LIGHTS: &str = "
+fn exact_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(0.0);
+}
+";
+
+pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
+    let s = &b.linked;
+    let mut maps: Vec<f32> = s.levels.iter().flat_map(|l| l.maps.texels().iter().copied()).collect();
+    if maps.is_empty() {
+        // Without any light; buffers must not be empty.
+        maps.push(0.0);
+    }
+    let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, s.disks.len()];
+    let shader = b.material.brdf.as_ref().filter(|_| !s.disks.is_empty()).and_then(|f| f.shader());
+    let lights = shader.map_or_else(|| NO_LIGHTS.into(), |f| exact(&f));
+    let text = concat!(
+        include_str!("../../shared/harmonics.wgsl"),
+        include_str!("../../shared/strands.wgsl"),
+        include_str!("shade.wgsl")
+    );
     GpuRoom {
-        slug: super::ShrmSlices::CARD.slug,
-        wgsl: concat!(
-            include_str!("../../shared/harmonics.wgsl"),
-            include_str!("../../shared/strands.wgsl"),
-            include_str!("shade.wgsl")
-        ),
-        tables: vec![curve],
-        uniforms: vec![Uniform { name: "orders", value: Value::Vec4(orders) }, turn.uniform()],
-        buffers: vec![nodes(s), Buffer { name: "maps", stride: 1, data: maps }],
+        slug: ShrmSlices::CARD.slug,
+        wgsl: (lights + text).into(),
+        tables: Vec::new(),
+        uniforms: vec![
+            Uniform { name: "orders", value: Value::Vec4(counts.map(|x| x as f32)) },
+            shown.uniform(),
+        ],
+        buffers: vec![curve(s), levels(s), Buffer { name: "maps", stride: 1, data: maps }],
     }
 }

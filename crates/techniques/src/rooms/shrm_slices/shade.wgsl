@@ -24,46 +24,56 @@ fn lean(n: vec3<f32>, wo: vec3<f32>, cos_o: f32, gamma: f32) -> Leaning {
     return Leaning(n * cos(gamma) - side * sin(gamma), side * cos(gamma) + n * sin(gamma));
 }
 
-// The sum over q of a node's maps with weights 1, sqrt 2 cos q phi, sqrt 2 sin q phi.
-fn node_sum(node: u32, uv: vec2<f32>, phi: vec2<f32>) -> vec3<f32> {
-    let rows = u32(fetch_nodes(node, 0u));
-    let columns = u32(fetch_nodes(node, 1u));
-    let terms = u32(fetch_nodes(node, 2u));
-    let begin = u32(fetch_nodes(node, 4u)) * 65536u + u32(fetch_nodes(node, 5u));
-    var x = uv.x * f32(columns) - 0.5;
-    x = select(x, x + f32(columns), x < 0.0);
-    let y = clamp(uv.y, 0.0, 1.0) * f32(rows - 1u);
-    let i = min(u32(x), columns - 1u);
-    let j = min(u32(y), rows - 2u);
+// The sum of a level's maps with the weights of its components and of the azimuth; `row` is the elevation before, `x`
+// the part of the way to the next one.
+fn level_sum(level: u32, uv: vec2<f32>, phi: vec2<f32>, row: u32, x: f32) -> vec3<f32> {
+    let rows = u32(fetch_levels(level, 0u));
+    let columns = u32(fetch_levels(level, 1u));
+    let components = u32(fetch_levels(level, 2u));
+    let begin = u32(fetch_levels(level, 3u)) * 65536u + u32(fetch_levels(level, 4u));
+    let first = u32(fetch_levels(level, 5u));
+    let terms = u32(fetch_levels(level, 6u));
+    let orders = u32(room.orders.y) + 1u;
+    var gx = uv.x * f32(columns) - 0.5;
+    gx = select(gx, gx + f32(columns), gx < 0.0);
+    let gy = clamp(uv.y, 0.0, 1.0) * f32(rows - 1u);
+    let i = min(u32(gx), columns - 1u);
+    let j = min(u32(gy), rows - 2u);
     let e = select(i + 1u, 0u, i + 1u == columns);
-    let u = x - f32(i);
-    let v = y - f32(j);
+    let u = gx - f32(i);
+    let v = gy - f32(j);
     let run = 3u * terms;
-    let row = j * columns;
-    let t00 = begin + (row + i) * run;
-    let t10 = begin + (row + e) * run;
-    let t01 = begin + (row + columns + i) * run;
-    let t11 = begin + (row + columns + e) * run;
+    let line = j * columns;
+    let t00 = begin + (line + i) * run;
+    let t10 = begin + (line + e) * run;
+    let t01 = begin + (line + columns + i) * run;
+    let t11 = begin + (line + columns + e) * run;
     let w = vec4<f32>((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v);
     var out = vec3<f32>(0.0);
     var a = vec2<f32>(1.4142135623730951, 0.0);
-    for (var k = 0u; k < terms; k++) {
-        var weight = 1.0;
-        if k % 2u == 1u {
+    var now = 0u;
+    var k = 0u;
+    for (var m = 0u; m < components; m++) {
+        let q = u32(fetch_curve(orders, first + m));
+        while now < q {
             a = vec2<f32>(a.x * phi.x - a.y * phi.y, a.x * phi.y + a.y * phi.x);
-            weight = a.x;
-        } else if k > 0u {
-            weight = a.y;
+            now++;
         }
-        for (var c = 0u; c < 3u; c++) {
-            let at = c * terms + k;
-            let taps = vec4<f32>(
-                fetch_maps(t00 + at, 0u),
-                fetch_maps(t10 + at, 0u),
-                fetch_maps(t01 + at, 0u),
-                fetch_maps(t11 + at, 0u)
-            );
-            out[c] += weight * dot(w, taps);
+        let weight = mix(fetch_curve(row, first + m), fetch_curve(row + 1u, first + m), x);
+        let both = select(2u, 1u, q == 0u);
+        for (var s = 0u; s < both; s++) {
+            let azimuth = select(select(a.y, a.x, s == 0u), 1.0, q == 0u);
+            for (var c = 0u; c < 3u; c++) {
+                let at = c * terms + k;
+                let taps = vec4<f32>(
+                    fetch_maps(t00 + at, 0u),
+                    fetch_maps(t10 + at, 0u),
+                    fetch_maps(t01 + at, 0u),
+                    fetch_maps(t11 + at, 0u)
+                );
+                out[c] += weight * azimuth * dot(w, taps);
+            }
+            k++;
         }
     }
     return out;
@@ -82,22 +92,23 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     } else {
         part = place(angle(min(cos_o, 1.0)));
     }
-    let curve = fetch_curve(part);
+    let y = part * room.orders.y;
+    let row = min(u32(y), u32(room.orders.y) - 1u);
+    let x = y - f32(row);
+    var head = vec4<f32>(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        head[k] = mix(fetch_curve(row, k), fetch_curve(row + 1u, k), x);
+    }
     var l = Leaning(along, n);
     if !strands {
-        l = lean(n, wo, min(cos_o, 1.0), curve.x);
+        l = lean(n, wo, min(cos_o, 1.0), head.x);
     }
     let c = room.turn * l.c;
     let d = globe_local(c, room.turn * l.zero);
     let uv = globe_uv(c);
-    let x = part * room.orders.y;
-    let last = u32(room.orders.x) - 2u;
-    var node = 0u;
-    while node < last && fetch_nodes(node + 1u, 3u) <= x {
-        node++;
+    var b = vec3<f32>(0.0);
+    for (var level = 0u; level < u32(room.orders.x); level++) {
+        b += level_sum(level, uv, d.xy, row, x);
     }
-    let before = fetch_nodes(node, 3u);
-    let w = (x - before) / (fetch_nodes(node + 1u, 3u) - before);
-    let b = mix(node_sum(node, uv, d.xy), node_sum(node + 1u, uv, d.xy), w);
-    return curve.yzw * b;
+    return head.yzw * b + exact_radiance(n, along, wo);
 }

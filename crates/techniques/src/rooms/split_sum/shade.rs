@@ -88,7 +88,8 @@ pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> 
         include_str!("../../shared/lobe.wgsl"),
         include_str!("shade.wgsl"),
         include_str!("shade_lobe.wgsl")
-    );
+    )
+    .into();
     room.tables.push(albedo::gpu("albedo_of"));
     room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, finest, chain.last(), 0.0]) });
     room
@@ -107,7 +108,7 @@ pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuRo
     uniforms.extend(frame_uniforms(frame));
     GpuRoom {
         slug: super::SplitSum::CARD.slug,
-        wgsl: include_str!("shade.wgsl"),
+        wgsl: include_str!("shade.wgsl").into(),
         tables: vec![chain.table("chain"), albedo],
         uniforms,
         buffers: Vec::new(),

@@ -14,6 +14,8 @@ const LEAST: usize = 48;
 const MOST: usize = 96;
 /// Elevations, F and P at which centres are compared.
 const TRIAL: (usize, usize, usize) = (8, 16, 2);
+/// Views up to which F must hold the lobe, degrees.
+const VIEWS: f64 = 80.5;
 /// Q of the slices: beyond the P of any fit, to know what is left out.
 const AZIMUTH: usize = 12;
 
@@ -46,5 +48,6 @@ pub fn material(slug: &'static str, m: &Material, p: &Orders, task: &Task) -> Re
     let share = (0.5 * tolerance).powi(2);
     let least = [p.order.unwrap_or(LEAST), AZIMUTH];
     let most = [p.order.unwrap_or(MOST), AZIMUTH];
-    Kernels::new(brdf, centre, &elevations(centre, ELEVATIONS), [least, most], share, task).map_err(refused)
+    let elevations = elevations(centre, ELEVATIONS);
+    Kernels::new(brdf, centre, &elevations, &[least, most], VIEWS.to_radians(), share, task).map_err(refused)
 }

@@ -1,0 +1,337 @@
+//! A few small lights apart from smooth light, chosen for a kernel.
+//!
+//! Light is R = Σ_k Φ_k D(ω_k) + rest, with D a small disk of unit flux. Where kernels are cut beyond some bands, what
+//! the cut costs is Σ_l w_l Σ_m R_lm², so directions are found one by one where a disk takes the most of that norm
+//! away (matching pursuit, Mallat & Zhang 1993, in a weighted norm): the score of ω is |c(ω)|²/G(0) with
+//! c(ω) = Σ_lm w_l b_l R_lm Y_lm(ω), and a disk at ω_k takes Φ_k G(∠ω, ω_k) out of c,
+//! G(γ) = Σ_l (2l + 1)/4π w_l b_l² P_l(cos γ), b_l the disk's own coefficients. At last the fluxes of all disks together
+//! are those of least squares. Nothing is approximated by this: the rest is R less the disks, whatever these are.
+
+use crate::Beam;
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_base::{Cancelled, Task};
+use steradian_sphere::sh::{self, Basis, ShRgb, zonal};
+use steradian_sphere::{Layout, SphereImage};
+
+/// Rows of the grid of directions per band.
+const DENSITY: f64 = 1.5;
+/// What is less than this part of its peak is no longer taken out of the field.
+const REACH: f64 = 1e-3;
+/// Entries of the table of G.
+const ENTRIES: usize = 4096;
+/// Rounds per disk at most: one that lies on another adds to it.
+const ROUNDS: usize = 2;
+/// Disks are as far apart as this part of the shortest wave: closer ones would play against each other.
+const APART: f64 = 0.3;
+/// Part of G(0) that is added to the diagonal of the normal equations, for the same reason.
+const RIDGE: f64 = 1e-3;
+/// Rounds in which disks of negative flux are left out.
+const SIGNS: usize = 4;
+
+/// Directions of small disks, in the order in which they were found.
+#[derive(Debug, Clone)]
+pub struct Pursuit {
+    weight: Vec<f64>,
+    spread: Vec<f64>,
+    radius: f64,
+    reach: Vec<f64>,
+    directions: Vec<DVec3>,
+}
+
+impl Pursuit {
+    /// Up to `most` disks of angular radius `radius` (radians) for `light`, in the norm of `weight` by band. Fewer where
+    /// nothing is left.
+    pub fn new(
+        light: &ShRgb,
+        weight: &[f64],
+        radius: f64,
+        most: usize,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
+        let order = light.order.min(weight.len().saturating_sub(1));
+        let spread = Beam { direction: DVec3::Y, radius, flux: [1.0; 3] }.spread(order);
+        let weight = weight[..=order].to_vec();
+        let k: Vec<f64> = weight.iter().zip(&spread).map(|(w, b)| w * b * b).collect();
+        let at = |i: usize| {
+            let x = i as f64 / (ENTRIES - 1) as f64;
+            zonal::value(&k, 1.0 - 2.0 * x * x)
+        };
+        let reach = (0..ENTRIES).map(at).collect();
+        let mut made = Self { weight, spread, radius, reach, directions: Vec::new() };
+        if made.reach[0] > 0.0 {
+            made.search(light, most, task)?;
+        }
+        Ok(made)
+    }
+
+    /// How many disks there are.
+    pub fn len(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// None at all?
+    pub fn is_empty(&self) -> bool {
+        self.directions.is_empty()
+    }
+
+    /// G at the angle whose half has this sine.
+    fn gram(&self, half_sine: f64) -> f64 {
+        let x = half_sine.min(1.0) * (ENTRIES - 1) as f64;
+        let i = (x as usize).min(ENTRIES - 2);
+        let t = x - i as f64;
+        self.reach[i] + (self.reach[i + 1] - self.reach[i]) * t
+    }
+
+    fn search(&mut self, light: &ShRgb, most: usize, task: &Task) -> Result<(), Cancelled> {
+        let mut field = Field::new(&self.filtered(light), self.weight.len());
+        let first = field.best().map_or(0.0, |b| b.0);
+        let small = REACH * self.reach[0];
+        let last = self.reach.iter().rposition(|g| g.abs() > small).unwrap_or(0);
+        let reach = ((last + 1) as f64 / (ENTRIES - 1) as f64).min(1.0);
+        let apart = APART * 2.0 * PI / self.weight.len() as f64;
+        for _ in 0..ROUNDS * most {
+            task.check()?;
+            let Some((score, j, i)) = field.best() else { break };
+            if self.directions.len() >= most || score <= 1e-12 * first {
+                break;
+            }
+            let mut d = field.refined(j, i);
+            let near = self.directions.iter().find(|o| (**o - d).length() < apart);
+            match near {
+                Some(o) => d = *o,
+                None => self.directions.push(d),
+            }
+            let at = field.direction(j, i);
+            let g = self.gram(0.5 * (at - d).length()).max(0.25 * self.reach[0]);
+            let flux = field.value(j, i).map(|c| c / g);
+            field.subtract(d, flux, reach, |x| self.gram(x));
+        }
+        Ok(())
+    }
+
+    /// w_l b_l R_lm.
+    fn filtered(&self, light: &ShRgb) -> ShRgb {
+        let order = self.weight.len() - 1;
+        let mut c = light.c.each_ref().map(|c| c[..sh::count(order)].to_vec());
+        for c in &mut c {
+            for (l, (w, b)) in self.weight.iter().zip(&self.spread).enumerate() {
+                c[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|x| *x *= w * b);
+            }
+        }
+        ShRgb { order, c }
+    }
+
+    /// The first `count` disks with the fluxes that leave the least of `light`; those whose flux would be negative are left
+    /// out.
+    pub fn beams(&self, light: &ShRgb, count: usize) -> Vec<Beam> {
+        let filtered = self.filtered(light);
+        let basis = Basis::new(filtered.order);
+        let mut y = vec![0.0; sh::count(filtered.order)];
+        let mut seen = |d: &DVec3| -> (DVec3, [f64; 3]) {
+            basis.eval(filtered.order, *d, &mut y);
+            let value = |c: usize| filtered.c[c].iter().zip(&y).map(|(a, b)| a * b).sum();
+            (*d, std::array::from_fn(value))
+        };
+        let mut used: Vec<(DVec3, [f64; 3])> = self.directions.iter().take(count).map(&mut seen).collect();
+        let mut flux = self.least_squares(&used);
+        for _ in 0..SIGNS {
+            let positive: Vec<bool> = flux.iter().map(|f| f.iter().sum::<f64>() > 0.0).collect();
+            if positive.iter().all(|p| *p) {
+                break;
+            }
+            let kept = used.iter().zip(&positive).filter(|(_, p)| **p);
+            used = kept.map(|(u, _)| *u).collect();
+            flux = self.least_squares(&used);
+        }
+        let beam = |((direction, _), flux): (&(DVec3, [f64; 3]), [f64; 3])| Beam {
+            direction: *direction,
+            radius: self.radius,
+            flux,
+        };
+        used.iter().zip(flux).map(beam).collect()
+    }
+
+    /// The fluxes of disks at these directions where c has these values: Cholesky's factorisation of G(∠ω_i, ω_j) and
+    /// both substitutions.
+    fn least_squares(&self, used: &[(DVec3, [f64; 3])]) -> Vec<[f64; 3]> {
+        let n = used.len();
+        let mut x: Vec<[f64; 3]> = used.iter().map(|u| u.1).collect();
+        let mut l = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                let mut sum = self.gram(0.5 * (used[i].0 - used[j].0).length());
+                if i == j {
+                    sum += RIDGE * self.reach[0];
+                }
+                for k in 0..j {
+                    sum -= l[i * n + k] * l[j * n + k];
+                }
+                l[i * n + j] = if i == j { sum.max(1e-9 * self.reach[0]).sqrt() } else { sum / l[j * n + j] };
+            }
+        }
+        for c in 0..3 {
+            for i in 0..n {
+                let known: f64 = (0..i).map(|k| l[i * n + k] * x[k][c]).sum();
+                x[i][c] = (x[i][c] - known) / l[i * n + i];
+            }
+            for i in (0..n).rev() {
+                let known: f64 = (i + 1..n).map(|k| l[k * n + i] * x[k][c]).sum();
+                x[i][c] = (x[i][c] - known) / l[i * n + i];
+            }
+        }
+        x
+    }
+}
+
+/// c over a lat-long grid.
+struct Field {
+    image: SphereImage,
+    width: usize,
+    height: usize,
+    /// The highest score of each row with its column.
+    rows: Vec<(f64, usize)>,
+    /// Cosine and sine of each column's β.
+    columns: Vec<[f64; 2]>,
+}
+
+impl Field {
+    fn new(filtered: &ShRgb, bands: usize) -> Self {
+        let height = ((DENSITY * bands as f64) as usize).max(8).next_multiple_of(8);
+        let width = 2 * height;
+        let image = sh::synthesize(filtered, Layout::LatLong, width, height);
+        let column = |i: usize| {
+            let (s, c) = (2.0 * PI * ((i as f64 + 0.5) / width as f64 - 0.5)).sin_cos();
+            [c, s]
+        };
+        let mut field = Self {
+            image,
+            width,
+            height,
+            rows: vec![(0.0, 0); height],
+            columns: (0..width).map(column).collect(),
+        };
+        (0..height).for_each(|j| field.measure(j));
+        field
+    }
+
+    fn score(&self, j: usize, i: usize) -> f64 {
+        self.value(j, i).iter().map(|c| c * c).sum()
+    }
+
+    fn value(&self, j: usize, i: usize) -> [f64; 3] {
+        let k = j * self.width + i;
+        std::array::from_fn(|c| f64::from(self.image.planes[c][k]))
+    }
+
+    fn measure(&mut self, j: usize) {
+        let mut best = (0.0, 0);
+        for i in 0..self.width {
+            let s = self.score(j, i);
+            if s > best.0 {
+                best = (s, i);
+            }
+        }
+        self.rows[j] = best;
+    }
+
+    /// The highest score, its row and column; `None` where all is 0.
+    fn best(&self) -> Option<(f64, usize, usize)> {
+        let (mut best, mut row) = ((0.0, 0), 0);
+        for (j, r) in self.rows.iter().enumerate() {
+            if r.0 > best.0 {
+                (best, row) = (*r, j);
+            }
+        }
+        (best.0 > 0.0).then_some((best.0, row, best.1))
+    }
+
+    fn at(&self, row: f64, column: f64) -> DVec3 {
+        let (st, ct) = (PI * (row + 0.5) / self.height as f64).sin_cos();
+        let (s, c) = (2.0 * PI * ((column + 0.5) / self.width as f64 - 0.5)).sin_cos();
+        DVec3::new(st * c, ct, st * s)
+    }
+
+    fn direction(&self, j: usize, i: usize) -> DVec3 {
+        self.at(j as f64, i as f64)
+    }
+
+    /// The top of the parabolas through the scores beside a maximum.
+    fn refined(&self, j: usize, i: usize) -> DVec3 {
+        let here = self.score(j, i);
+        let top = |a: f64, b: f64| {
+            let bend = a - 2.0 * here + b;
+            if bend < 0.0 { (0.5 * (a - b) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        let w = self.width;
+        let across = top(self.score(j, (i + w - 1) % w), self.score(j, (i + 1) % w));
+        let inner = j > 0 && j + 1 < self.height;
+        let along = if inner { top(self.score(j - 1, i), self.score(j + 1, i)) } else { 0.0 };
+        self.at(j as f64 + along, i as f64 + across)
+    }
+
+    /// Takes a disk's part out of all that lies within half sine `reach` of it.
+    fn subtract(&mut self, d: DVec3, flux: [f64; 3], reach: f64, gram: impl Fn(f64) -> f64) {
+        let theta = d.y.clamp(-1.0, 1.0).acos();
+        let angle = 2.0 * reach.asin();
+        for j in 0..self.height {
+            let row = PI * (j as f64 + 0.5) / self.height as f64;
+            if (row - theta).abs() > angle {
+                continue;
+            }
+            let (st, ct) = row.sin_cos();
+            for i in 0..self.width {
+                let [c, s] = self.columns[i];
+                let cos = st * (c * d.x + s * d.z) + ct * d.y;
+                let square = 0.5 * (1.0 - cos).max(0.0);
+                if square > reach * reach {
+                    continue;
+                }
+                let g = gram(square.sqrt());
+                let k = j * self.width + i;
+                for (c, f) in flux.iter().enumerate() {
+                    self.image.planes[c][k] -= (f * g) as f32;
+                }
+            }
+            self.measure(j);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::add_beams;
+
+    /// Three small lights over a smooth sky come out as they went in, and nearly nothing of the high bands is left.
+    #[test]
+    fn small_lights_are_found_with_their_fluxes() {
+        let order = 63;
+        let lights: Vec<Beam> = [(0.2, 0.9, -0.3, 3.0), (-0.7, 0.1, 0.6, 1.0), (0.1, -0.5, 0.8, 0.4)]
+            .map(|(x, y, z, f)| Beam {
+                direction: DVec3::new(x, y, z).normalize(),
+                radius: 0.004,
+                flux: [f, 0.8 * f, 0.5 * f],
+            })
+            .to_vec();
+        let mut light = ShRgb::zero(order);
+        for (k, c) in [(0, 9.0), (1, 3.0), (6, 1.0), (11, 0.5)] {
+            light.c.iter_mut().for_each(|to| to[k] = c);
+        }
+        add_beams(&mut light, &lights);
+        let weight: Vec<f64> =
+            (0..=order).map(|l| if l < 8 { 0.0 } else { 1.0 / (2 * l + 1) as f64 }).collect();
+        let found = Pursuit::new(&light, &weight, 0.004, 3, &Task::quiet()).expect("not cancelled");
+        let mut beams = found.beams(&light, 3);
+        assert_eq!(beams.len(), 3);
+        for l in &lights {
+            let b = beams.iter().find(|b| b.direction.dot(l.direction) > 0.02_f64.cos()).expect("found");
+            assert!((b.flux[0] / l.flux[0] - 1.0).abs() < 0.05, "{:?} {:?}", b.flux, l.flux);
+        }
+        let high = |sh: &ShRgb| sh.c[0][64..].iter().map(|x| x * x).sum::<f64>();
+        let before = high(&light);
+        beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
+        add_beams(&mut light, &beams);
+        assert!(high(&light) < 0.03 * before, "{} {before}", high(&light));
+    }
+}

@@ -1,0 +1,91 @@
+
+// Disks shaded with the exact reflectance. gpu_node(i) has the nodes and weights of Gauss and Legendre on 0 ... 1; the
+// rule of n = 1, 2, 4, 8, 16, 32 starts at n - 1.
+
+// Rings of the rule for a disk whose radius is `ratio` times the reflectance's width; 0: its centre alone. Beyond the
+// largest, where the CPU cuts adaptively, the largest.
+fn gpu_rings(ratio: f32, crossed: bool) -> u32 {
+    if ratio < 0.03 && !crossed {
+        return 0u;
+    }
+    var n = 16u;
+    if ratio < 0.5 {
+        n = 1u;
+    } else if ratio < 1.3 {
+        n = 2u;
+    } else if ratio < 3.0 {
+        n = 4u;
+    } else if ratio < 7.0 {
+        n = 8u;
+    }
+    return select(n, max(2u * n, 8u), crossed);
+}
+
+// Rings about the centre.
+fn gpu_polar(c: vec3<f32>, radius: f32, n: u32, wo: vec3<f32>) -> vec3<f32> {
+    let s = sin(0.5 * radius);
+    let top = 2.0 * s * s;
+    let omega = 2.0 * BRDF_PI * top;
+    if n == 0u {
+        return brdf_value(c, wo) * omega;
+    }
+    // Duff et al. 2017, Building an Orthonormal Basis, Revisited.
+    let z = select(-1.0, 1.0, c.z >= 0.0);
+    let k = -1.0 / (z + c.z);
+    let a = vec3<f32>(1.0 + z * c.x * c.x * k, z * c.x * c.y * k, -z * c.x);
+    let b = vec3<f32>(c.x * c.y * k, z + c.y * c.y * k, -c.y);
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < n; i++) {
+        let node = gpu_node(n - 1u + i);
+        let versine = node.x * top;
+        let r = sqrt(versine * (2.0 - versine));
+        var ring = vec3<f32>(0.0);
+        for (var j = 0u; j < 4u * n; j++) {
+            let phi = 2.0 * BRDF_PI * (f32(j) + 0.5 * f32(i % 2u)) / f32(4u * n);
+            ring += brdf_value(a * (r * cos(phi)) + b * (r * sin(phi)) + c * (1.0 - versine), wo);
+        }
+        sum += node.y * ring;
+    }
+    return sum * (omega / f32(4u * n));
+}
+
+// Strips of equal elevation above the horizon.
+fn gpu_strips(c: vec3<f32>, radius: f32, n: u32, wo: vec3<f32>) -> vec3<f32> {
+    let centre = brdf_asin(c.z);
+    let azimuth = brdf_atan2(c.y, c.x);
+    let x = clamp(-centre / radius, -1.0, 1.0);
+    let end = brdf_atan2(sqrt((1.0 - x) * (1.0 + x)), x);
+    let s = sin(0.5 * radius);
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < n; i++) {
+        let node = gpu_node(n - 1u + i);
+        let u = node.x * end;
+        let e = centre + radius * cos(u);
+        let d = sin(0.5 * radius * cos(u));
+        let sine = min(sqrt(max(s * s - d * d, 0.0) / max(cos(e) * cos(centre), 1e-12)), 1.0);
+        let width = 4.0 * brdf_asin(sine);
+        var strip = vec3<f32>(0.0);
+        for (var j = 0u; j < n; j++) {
+            let inner = gpu_node(n - 1u + j);
+            let phi = azimuth + width * (inner.x - 0.5);
+            strip += inner.y * brdf_value(vec3<f32>(cos(e) * cos(phi), cos(e) * sin(phi), sin(e)), wo);
+        }
+        sum += node.y * end * radius * sin(u) * cos(e) * width * strip;
+    }
+    return sum;
+}
+
+// The integral of f_cos over a disk.
+fn gpu_disk(c: vec3<f32>, radius: f32, wo: vec3<f32>) -> vec3<f32> {
+    let reach = sin(radius);
+    if !brdf_is_whole() && radius < 1.5 && c.z <= -reach {
+        return vec3<f32>(0.0);
+    }
+    let crossed = !brdf_is_whole() && (radius >= 1.5 || c.z < reach);
+    let n = gpu_rings(radius / brdf_scale(c, wo, radius), crossed);
+    if crossed {
+        return gpu_strips(c, radius, n, wo);
+    }
+    return gpu_polar(c, radius, n, wo);
+}
+

@@ -1,0 +1,313 @@
+//! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
+//!
+//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::meter`]), so that what a light shows
+//! of the rows κ_lq(θ_v) is a matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q.
+//! Its singular vectors are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936):
+//! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is met
+//! at every elevation that counts; elevations that fare worst are given more weight (Lawson 1961). Each component gets
+//! the resolution at which its share of the lookups' error costs the fewest bytes.
+
+use super::eigen;
+use super::scaled::{Scaled, both};
+use crate::shared::meter;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Shares of the squared tolerance that components, F and lookups may use.
+const SHARES: [f64; 3] = [0.55, 0.1, 0.15];
+/// Rounds of weights by elevation.
+const ROUNDS: usize = 3;
+/// Intervals from pole to pole that components may have.
+const SIZES: [usize; 13] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
+/// Components at most.
+const MOST: usize = 768;
+
+/// One map (two for q > 0) for all elevations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Component {
+    /// q.
+    pub q: usize,
+    /// Its weight at every elevation.
+    pub u: Vec<f64>,
+    /// Its coefficients per channel, l = 0 … F.
+    pub v: [Vec<f64>; 3],
+    /// Intervals from pole to pole.
+    pub size: usize,
+}
+
+impl Component {
+    /// Number of its maps.
+    pub fn maps(&self) -> usize {
+        if self.q == 0 { 1 } else { 2 }
+    }
+
+    /// Bytes of its maps.
+    pub fn bytes(&self) -> usize {
+        self.maps() * bytes(self.size)
+    }
+}
+
+/// Bytes of one map.
+fn bytes(size: usize) -> usize {
+    (size + 1) * 2 * size * 3 * 4
+}
+
+/// Limits that a user sets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// F; by tolerance where `None`.
+    pub order: Option<usize>,
+    /// Intervals from pole to pole of all maps; 0: by tolerance.
+    pub size: usize,
+    /// Bytes of the maps at most.
+    pub bytes: usize,
+}
+
+/// What is made into maps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expansion {
+    /// F.
+    pub f: usize,
+    /// Ordered by size, then by q.
+    pub components: Vec<Component>,
+}
+
+/// A component before it is chosen.
+struct Candidate {
+    q: usize,
+    /// What each of its maps takes off the weighted squared error.
+    gain: f64,
+    /// The same by elevation, unweighted, both maps.
+    of: Vec<f64>,
+    u: Vec<f64>,
+    /// Coefficients that make v from κ.
+    from: Vec<f64>,
+}
+
+impl Expansion {
+    /// The components that hold every elevation that counts to `tolerance`, within `limits`.
+    pub fn new(scaled: &Scaled<'_>, tolerance: f64, limits: Limits) -> Self {
+        let square = tolerance * tolerance;
+        let all = 0..scaled.len();
+        let order = scaled.s.order;
+        let fits =
+            |f: usize| all.clone().all(|i| !scaled.counts(i) || scaled.beyond(i, f) <= SHARES[1] * square);
+        let f = match limits.order {
+            Some(f) => f.min(order),
+            None => lowest(order, fits),
+        };
+        let mut emphasis: Vec<f64> = all.clone().map(|i| scaled.emphasis(i)).collect();
+        let mut best: Option<Vec<Candidate>> = None;
+        for _ in 0..ROUNDS {
+            let (chosen, left) = choose(scaled, f, &emphasis, SHARES[0] * square);
+            if best.as_ref().is_none_or(|b| maps(&chosen) < maps(b)) {
+                best = Some(chosen);
+            }
+            even_out(scaled, &mut emphasis, &left);
+        }
+        let mut components: Vec<Component> =
+            best.unwrap_or_default().into_iter().map(|c| component(scaled, f, c)).collect();
+        sizes(scaled, &mut components, SHARES[2] * square, limits);
+        components.sort_by_key(|c| (c.size, c.q));
+        Self { f, components }
+    }
+
+    /// Bytes of all maps.
+    pub fn bytes(&self) -> usize {
+        self.components.iter().map(Component::bytes).sum()
+    }
+
+    /// Squared relative error of elevation i.
+    pub fn error(&self, scaled: &Scaled<'_>, i: usize) -> f64 {
+        let mut sum = scaled.tail(i) + scaled.between(i);
+        for q in 0..=scaled.s.azimuth {
+            let of_q: Vec<&Component> = self.components.iter().filter(|c| c.q == q).collect();
+            let made = |c: usize, l: usize| {
+                of_q.iter().map(|x| x.u[i] * x.v[c].get(l).copied().unwrap_or(0.0)).sum::<f64>()
+            };
+            sum += scaled.miss(i, q, |c, l| scaled.kappa(i, q, c, l) - made(c, l));
+        }
+        let blur = |x: &Component| {
+            let lost = lookups(scaled, x, x.size);
+            x.u[i].powi(2) * (0..3).map(|c| scaled.share(i, c) * lost[c]).sum::<f64>()
+        };
+        sum + self.components.iter().map(blur).sum::<f64>()
+    }
+}
+
+/// The lowest F that `fits`, which holds for all above it too.
+fn lowest(order: usize, fits: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, order);
+    while low < high {
+        let middle = (low + high) / 2;
+        if fits(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    high
+}
+
+fn maps(chosen: &[Candidate]) -> usize {
+    chosen.iter().map(|c| if c.q == 0 { 1 } else { 2 }).sum()
+}
+
+/// The candidates taken until no elevation that counts misses more than `most`, and what each still misses.
+fn choose(scaled: &Scaled<'_>, f: usize, emphasis: &[f64], most: f64) -> (Vec<Candidate>, Vec<f64>) {
+    let decomposed: Vec<(Vec<Candidate>, Vec<f64>)> =
+        (0..=scaled.s.azimuth).into_par_iter().map(|q| decompose(scaled, q, f, emphasis, most)).collect();
+    let mut left = vec![0.0; scaled.len()];
+    let mut candidates = Vec::new();
+    for (of_q, whole) in decomposed {
+        left.iter_mut().zip(&whole).for_each(|(l, w)| *l += w);
+        candidates.extend(of_q);
+    }
+    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let mut taken = Vec::new();
+    for candidate in candidates {
+        let worst = (0..scaled.len()).filter(|i| scaled.counts(*i)).map(|i| left[i]).fold(0.0, f64::max);
+        if worst <= most || taken.len() >= MOST {
+            break;
+        }
+        left.iter_mut().zip(&candidate.of).for_each(|(l, o)| *l -= o);
+        taken.push(candidate);
+    }
+    (taken, left)
+}
+
+/// The components of one q, and its squared relative error at every elevation without any.
+fn decompose(
+    scaled: &Scaled<'_>,
+    q: usize,
+    f: usize,
+    emphasis: &[f64],
+    most: f64,
+) -> (Vec<Candidate>, Vec<f64>) {
+    let n = scaled.len();
+    let bands = f + 1;
+    let grey = |i: usize| (0..3).map(|c| scaled.share(i, c)).sum::<f64>() / 3.0;
+    // Channels count as in the mean over elevations: exact where their ratio is the same at all.
+    let channel = |c: usize| {
+        (0..n).map(|i| scaled.share(i, c) / grey(i).max(f64::MIN_POSITIVE)).sum::<f64>() / n as f64
+    };
+    let channels: [f64; 3] = std::array::from_fn(channel);
+    let weight: Vec<f64> = (0..n).map(|i| (both(q) * grey(i)).sqrt()).collect();
+    let column = |k: usize| (channels[k / bands] * scaled.rest.mean(k / bands, k % bands)).sqrt();
+    let columns: Vec<f64> = (0..3 * bands).map(column).collect();
+    let row = |i: usize| -> Vec<f64> {
+        let rows = scaled.s.row(i, q);
+        let value = |k: usize| {
+            let c = k / bands;
+            weight[i] * columns[k] * rows[c][k % bands] / scaled.scale[i][c]
+        };
+        (0..3 * bands).map(value).collect()
+    };
+    let rows: Vec<Vec<f64>> = (0..n).map(row).collect();
+    let whole: Vec<f64> = rows.iter().map(|r| r.iter().map(|x| x * x).sum()).collect();
+    let little = 0.02 * most / (scaled.s.azimuth + 1) as f64;
+    if (0..n).all(|i| whole[i] <= if scaled.counts(i) { little } else { 10.0 * little }) {
+        return (Vec::new(), whole);
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let gram = |i: usize| {
+        (0..n)
+            .map(|j| if j < i { 0.0 } else { emphasis[i] * emphasis[j] * dot(&rows[i], &rows[j]) })
+            .collect()
+    };
+    let maps = both(q);
+    let candidate = |(lambda, v): (f64, Vec<f64>)| Candidate {
+        q,
+        gain: lambda / maps,
+        of: (0..n).map(|i| lambda * (v[i] / emphasis[i]).powi(2)).collect(),
+        u: (0..n).map(|i| v[i] / (emphasis[i] * weight[i])).collect(),
+        from: (0..n).map(|i| v[i] * emphasis[i] * weight[i]).collect(),
+    };
+    let all = eigen::symmetric((0..n).map(gram).collect());
+    let kept = all.into_iter().filter(|(lambda, _)| *lambda > 0.0);
+    (kept.map(candidate).collect(), whole)
+}
+
+/// Gives elevations that miss more than others more weight.
+fn even_out(scaled: &Scaled<'_>, emphasis: &mut [f64], left: &[f64]) {
+    let counted: Vec<usize> = (0..scaled.len()).filter(|i| scaled.counts(*i)).collect();
+    let mean = counted.iter().map(|i| left[*i]).sum::<f64>() / counted.len().max(1) as f64;
+    for i in counted.into_iter().filter(|_| mean > 0.0) {
+        emphasis[i] *= (left[i] / mean).clamp(0.3, 3.0).powf(0.3);
+    }
+}
+
+/// v = Σ_i from_i κ(i), by channel and band.
+fn component(scaled: &Scaled<'_>, f: usize, c: Candidate) -> Component {
+    let mut v: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; f + 1]);
+    for (i, from) in c.from.iter().enumerate() {
+        for (channel, v) in v.iter_mut().enumerate() {
+            let row = &scaled.s.row(i, c.q)[channel][..=f];
+            let from = from / scaled.scale[i][channel];
+            v.iter_mut().zip(row).for_each(|(v, k)| *v += from * k);
+        }
+    }
+    Component { q: c.q, u: c.u, v, size: 0 }
+}
+
+/// Mean square per channel of what lookups between texels lose of a component, weight 1.
+fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
+    let h = PI / size as f64;
+    std::array::from_fn(|c| {
+        let blur = |(l, v): (usize, &f64)| v * meter::lookup(l, h).sqrt();
+        scaled.rest.row(c, x.q, x.v[c].iter().enumerate().map(blur))
+    })
+}
+
+/// Gives each component its size: all together lose at most `most` at every elevation that counts, for the fewest bytes,
+/// or what the allowed bytes let them.
+fn sizes(scaled: &Scaled<'_>, components: &mut [Component], most: f64, limits: Limits) {
+    if limits.size > 0 {
+        components.iter_mut().for_each(|c| c.size = limits.size.max(4));
+    } else {
+        // By component and size, per elevation and channel; and the largest over elevations that count.
+        let counted: Vec<usize> = (0..scaled.len()).filter(|i| scaled.counts(*i)).collect();
+        let lost = |x: &Component| SIZES.map(|size| lookups(scaled, x, size));
+        let lost: Vec<[[f64; 3]; SIZES.len()]> = components.par_iter().map(lost).collect();
+        let at = |i: usize, k: usize, size: usize| {
+            let e = lost[k][size];
+            components[k].u[i].powi(2) * (0..3).map(|c| scaled.share(i, c) * e[c]).sum::<f64>()
+        };
+        let mean = |k: usize, size: usize| {
+            counted.iter().map(|i| at(*i, k, size)).sum::<f64>() / counted.len() as f64
+        };
+        let means: Vec<[f64; SIZES.len()]> =
+            (0..components.len()).map(|k| std::array::from_fn(|size| mean(k, size))).collect();
+        let pick = |price: f64| -> Vec<usize> {
+            let cost = |k: usize, size: usize| {
+                means[k][size] + price * (components[k].maps() * bytes(SIZES[size])) as f64
+            };
+            let best = |k: usize| (0..SIZES.len()).min_by(|a, b| cost(k, *a).total_cmp(&cost(k, *b)));
+            (0..components.len()).map(|k| best(k).unwrap_or(0)).collect()
+        };
+        let worst = |picked: &[usize]| {
+            let sum = |i: &usize| picked.iter().enumerate().map(|(k, size)| at(*i, k, *size)).sum::<f64>();
+            counted.iter().map(sum).fold(0.0, f64::max)
+        };
+        let taken = |picked: &[usize]| -> usize {
+            picked.iter().enumerate().map(|(k, size)| components[k].maps() * bytes(SIZES[*size])).sum()
+        };
+        // The price of a byte, by bisection: dear enough for the allowed bytes, else cheap enough for the error.
+        let (mut cheap, mut dear) = (1e-18 * most, most);
+        for _ in 0..40 {
+            let middle = (cheap * dear).sqrt();
+            let picked = pick(middle);
+            if worst(&picked) > most && taken(&picked) <= limits.bytes {
+                dear = middle;
+            } else {
+                cheap = middle;
+            }
+        }
+        let mut picked = pick(cheap);
+        while taken(&picked) > limits.bytes {
+            let Some(largest) = picked.iter().copied().max().filter(|l| *l > 0) else { break };
+            picked.iter_mut().filter(|p| **p == largest).for_each(|p| *p -= 1);
+        }
+        components.iter_mut().zip(&picked).for_each(|(c, p)| c.size = SIZES[*p]);
+    }
+}

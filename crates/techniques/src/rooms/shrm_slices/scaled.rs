@@ -1,0 +1,104 @@
+//! The reflectance's slices over their albedo, and how much of them a light shows.
+
+use crate::shared::meter::Meter;
+use std::f64::consts::PI;
+use steradian_brdf::central::{Centre, Slices};
+
+/// Views beyond this angle, radians, count little in what is chosen: lobes degenerate at the horizon.
+const VIEWS: f64 = 1.5;
+/// How much these still count.
+const LITTLE: f64 = 0.1;
+
+/// Slices with albedo and kernels κ = k/albedo, and the light that maps are made for.
+pub struct Scaled<'a> {
+    pub s: &'a Slices,
+    /// What maps are made for.
+    pub rest: &'a Meter,
+    /// The albedo, or 1.
+    pub scale: Vec<[f64; 3]>,
+    /// What squared errors are relative to.
+    pub total: Vec<f64>,
+}
+
+/// 1, and 2 where q and −q are both meant.
+pub fn both(q: usize) -> f64 {
+    if q == 0 { 1.0 } else { 2.0 }
+}
+
+impl<'a> Scaled<'a> {
+    /// Errors of maps for `rest` are relative to the mean square radiance `total` of every elevation.
+    pub fn new(s: &'a Slices, rest: &'a Meter, total: Vec<f64>) -> Self {
+        let albedo = |i: usize| s.row(i, 0).map(|r| r[0] * (4.0 * PI).sqrt());
+        let most = (0..s.slices.len()).flat_map(albedo).fold(0.0, f64::max);
+        let scale = |i: usize| albedo(i).map(|a| if a > 1e-6 * most { a } else { 1.0 });
+        Self { s, rest, scale: (0..s.slices.len()).map(scale).collect(), total }
+    }
+
+    /// Mean square radiance of every elevation; without any light errors are 0, relative to whatever.
+    pub fn totals(s: &Slices, light: &Meter) -> Vec<f64> {
+        let total = |i: usize| Some(light.slice(s, i)).filter(|t| *t > 0.0).unwrap_or(1.0);
+        (0..s.slices.len()).map(total).collect()
+    }
+
+    /// Number of elevations.
+    pub fn len(&self) -> usize {
+        self.s.slices.len()
+    }
+
+    /// Angle between n (about the tangent: t) and wo.
+    pub fn angle(&self, i: usize) -> f64 {
+        if self.s.centre == Centre::Tangent { self.s.slices[i].theta_o() } else { self.s.slices[i].theta_v }
+    }
+
+    /// Is elevation i to meet a tolerance?
+    pub fn counts(&self, i: usize) -> bool {
+        self.s.centre == Centre::Tangent || self.angle(i) <= VIEWS
+    }
+
+    /// How much elevation i counts to begin with.
+    pub fn emphasis(&self, i: usize) -> f64 {
+        if self.counts(i) { 1.0 } else { LITTLE }
+    }
+
+    /// κ_lq of elevation i.
+    pub fn kappa(&self, i: usize, q: usize, c: usize, l: usize) -> f64 {
+        self.s.row(i, q)[c][l] / self.scale[i][c]
+    }
+
+    /// What a squared difference of κ in channel c counts in the squared relative error of elevation i.
+    pub fn share(&self, i: usize, c: usize) -> f64 {
+        self.scale[i][c].powi(2) / self.total[i]
+    }
+
+    /// Squared relative error of elevation i where rows of q miss `off(c, l)` of κ.
+    pub fn miss(&self, i: usize, q: usize, off: impl Fn(usize, usize) -> f64) -> f64 {
+        let channel =
+            |c: usize| self.share(i, c) * self.rest.row(c, q, (0..=self.s.order).map(|l| off(c, l)));
+        (0..3).map(channel).sum()
+    }
+
+    /// What lies beyond the slices' own orders.
+    pub fn tail(&self, i: usize) -> f64 {
+        self.rest.tail(self.s, i) / self.total[i]
+    }
+
+    /// Mean squared relative error of linear interpolation between the elevations around i: t(1 − t)/2 times the second
+    /// difference, whose mean square over an interval is 1/120 of it.
+    pub fn between(&self, i: usize) -> f64 {
+        let last = self.len() - 1;
+        if last < 2 {
+            return 0.0;
+        }
+        let i = i.clamp(1, last - 1);
+        let second = |q: usize, c: usize, l: usize| {
+            self.kappa(i - 1, q, c, l) - 2.0 * self.kappa(i, q, c, l) + self.kappa(i + 1, q, c, l)
+        };
+        (0..=self.s.azimuth).map(|q| self.miss(i, q, |c, l| second(q, c, l))).sum::<f64>() / 120.0
+    }
+
+    /// Squared relative error of a cut at F.
+    pub fn beyond(&self, i: usize, f: usize) -> f64 {
+        let cut = |q: usize| self.miss(i, q, |c, l| if l > f { self.kappa(i, q, c, l) } else { 0.0 });
+        (0..=self.s.azimuth).map(cut).sum()
+    }
+}
