@@ -123,6 +123,13 @@ pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &Shown, q: &Points<'_>, out: &m
     });
     if let Some(brdf) = &b.material.brdf {
         shown.direct.add(&**brdf, q, out);
+        // Points that face away in single precision stay black.
+        for i in (0..q.len()).filter(|_| !shown.direct.is_empty()) {
+            let facing = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum::<f32>() > 0.0;
+            if !facing {
+                out.rgb.iter_mut().for_each(|plane| plane[i] = 0.0);
+            }
+        }
     }
 }
 
