@@ -33,6 +33,8 @@ struct Scene {
     shape: &'static str,
     sky: &'static str,
     brdf: &'static str,
+    /// Techniques beside the reference.
+    techniques: &'static [&'static str],
     /// Where the camera stands as seen from the shape: azimuth from +X towards +Z and elevation, degrees.
     view: (f32, f32),
     /// Distance in bounding radii.
@@ -43,13 +45,20 @@ struct Scene {
     ev: f32,
 }
 
-static SCENES: [Scene; 4] = [
+impl Scene {
+    fn methods(&self) -> Result<Vec<Method>, Failure> {
+        self.techniques.iter().map(|slug| Method::find(slug)).collect()
+    }
+}
+
+static SCENES: [Scene; 5] = [
     Scene {
         material: "clay",
         place: "clear sky",
         shape: "teapot",
         sky: "sky:elevation=38,azimuth=15,turbidity=2.5,ground=0.2/0.17/0.13",
         brdf: "lambert:albedo=0.65/0.4/0.28",
+        techniques: &["sh_irradiance", "diffuse_map"],
         view: (75.0, 4.0),
         distance: 3.4,
         blur: 2.0,
@@ -60,8 +69,21 @@ static SCENES: [Scene; 4] = [
         place: "studio",
         shape: "knot",
         sky: "studio",
-        brdf: "ggx:alpha=0.15,f0=1.0/0.77/0.34",
+        brdf: "ggx:alpha=0.2,f0=1.0/0.77/0.34",
+        techniques: &["split_sum", "shrm", "shrm_slices"],
         view: (75.0, 10.0),
+        distance: 3.2,
+        blur: 2.0,
+        ev: 0.1,
+    },
+    Scene {
+        material: "fibres",
+        place: "clear sky",
+        shape: "torus",
+        sky: "sky:elevation=38,azimuth=15,turbidity=2.5,ground=0.2/0.17/0.13",
+        brdf: "kajiya-kay:s=32,scale=0.6/0.4/0.25",
+        techniques: &["shrm", "shrm_slices"],
+        view: (75.0, 30.0),
         distance: 3.2,
         blur: 2.0,
         ev: 0.1,
@@ -72,6 +94,7 @@ static SCENES: [Scene; 4] = [
         shape: "teapot",
         sky: "sky:elevation=7,azimuth=140,turbidity=4,ground=0.16/0.14/0.12",
         brdf: "ggx:alpha=0.04,f0=0.9/0.92/0.94",
+        techniques: &["mirror_map", "split_sum"],
         view: (75.0, 4.0),
         distance: 3.4,
         blur: 2.0,
@@ -83,6 +106,7 @@ static SCENES: [Scene; 4] = [
         shape: "torus",
         sky: "sky:elevation=62,azimuth=40,turbidity=2.5,ground=0.12/0.13/0.1",
         brdf: "phong:n=60,scale=1.2/2.9/9",
+        techniques: &["phong_diffuse_maps"],
         view: (75.0, 14.0),
         distance: 3.2,
         blur: 2.0,
@@ -90,8 +114,6 @@ static SCENES: [Scene; 4] = [
     },
 ];
 
-/// Columns beside the reference.
-const TECHNIQUES: usize = 3;
 /// Size of the skies' images.
 const SKY_SIZE: (usize, usize) = (256, 128);
 /// Relative error of the reference at each sample: below what eight bits show.
@@ -111,7 +133,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     for scene in &SCENES {
         context.say(format_args!("{} in {} …", scene.material, scene.place));
         let case = case(scene, side)?;
-        rows.push((case.label.clone(), study::run(&case, &methods(&case), &plan, &[Engine::Cpu], context)?));
+        rows.push((
+            case.label.clone(),
+            study::run(&case, &scene.methods()?, &plan, &[Engine::Cpu], context)?,
+        ));
     }
     save_display(&o.output, &sheet(&rows).draw(), Vec::new(), context)?;
     finish(&o, &rows, start, context)
@@ -137,16 +162,6 @@ fn case(scene: &Scene, side: usize) -> Result<Case, Failure> {
         background,
         ev: scene.ev,
     })
-}
-
-/// The first techniques of the registry that take the material.
-fn methods(case: &Case) -> Vec<Method> {
-    steradian_techniques::registry()
-        .iter()
-        .filter(|t| (t.card().materials)(&*case.brdf).is_ok() && !t.card().needs.sites)
-        .take(TECHNIQUES)
-        .map(|t| Method::Technique(*t))
-        .collect()
 }
 
 fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
