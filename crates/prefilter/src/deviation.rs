@@ -2,7 +2,7 @@
 
 use crate::Zonal;
 use crate::sampled::{Sampled, beams_at};
-use crate::texels::Texels;
+use crate::texels::{NOTHING, Texels};
 use glam::DVec3;
 use steradian_sphere::SphereImage;
 
@@ -36,9 +36,11 @@ pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: us
     };
     let (directions, got): (Vec<DVec3>, Vec<[f64; 3]>) = (0..n).map(texel).filter_map(place).unzip();
     let exact = |(d, (sum, weight)): (&DVec3, ([f64; 3], f64))| {
-        let scale = if weight > 0.0 { k0 / weight } else { 0.0 };
         let suns = beams_at(light.suns(), kernel, *d);
-        std::array::from_fn(|c| sum[c] * scale + suns[c])
+        // A needle between texels sees none: what it would see is the nearest one.
+        let nearest = light.image.nearest(*d);
+        let mean = |c: usize| if weight > NOTHING { sum[c] / weight } else { nearest[c].into() };
+        std::array::from_fn(|c| k0 * mean(c) + suns[c])
     };
     let pairs: Vec<_> =
         got.into_iter().zip(directions.iter().zip(sums.all(kernel, &directions)).map(exact)).collect();

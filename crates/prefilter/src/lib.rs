@@ -31,6 +31,7 @@ mod stack;
 mod synthesis;
 mod texels;
 mod tree;
+mod ways;
 mod weights;
 
 pub use beam::Beam;

@@ -6,6 +6,7 @@
 
 use crate::source::{self, Statistics, sparks};
 use crate::synthesis::precision;
+use crate::texels::NOTHING;
 use crate::{Beam, Zonal, polar};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -150,7 +151,7 @@ impl Sampled {
 
     /// The light itself in another layout: the image area-exact, suns shared among the texels that they cover.
     pub fn mirror(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
-        let mut out = if layout == Layout::Cube && self.covers(width) {
+        let mut out = if layout == Layout::Cube && covers(self.image.height, width) {
             self.image.cube_means(width)
         } else {
             self.enlarged(layout, width, height)
@@ -169,7 +170,8 @@ impl Sampled {
     }
 
     /// The image in texels that may be smaller than its own. Cubic lookup undershoots beside what is bright; where that
-    /// goes below zero for light that does not, the image is first refined within its texels' means.
+    /// goes below zero for light that does not, the image is first refined within its texels' means, for a cube until
+    /// means over its texels are exact.
     fn enlarged(&self, layout: Layout, width: usize, height: usize) -> SphereImage {
         let below = |image: &SphereImage| image.planes.iter().flatten().any(|&v| v < 0.0);
         let mut out = self.image.resample(layout, width, height);
@@ -177,19 +179,20 @@ impl Sampled {
             return out;
         }
         let mut fine = self.image.refined();
+        let small = |image: &SphereImage| image.planes[0].len() <= REFINED;
+        while layout == Layout::Cube && small(&fine) && !covers(fine.height, width) {
+            fine = fine.refined();
+        }
+        if layout == Layout::Cube && covers(fine.height, width) {
+            return fine.cube_means(width);
+        }
         out = fine.resample(layout, width, height);
-        while below(&out) && fine.planes[0].len() <= REFINED {
+        while below(&out) && small(&fine) {
             fine = fine.refined();
             out = fine.resample(layout, width, height);
         }
         out.planes.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
         out
-    }
-
-    /// Are the texels of a cube as large as the image's, in the middle of a face at least? Then their means are
-    /// exact; in smaller ones the image's cells would show.
-    fn covers(&self, size: usize) -> bool {
-        2.0 / size as f64 >= PI / self.image.height as f64
     }
 
     /// The filtered value in direction `d` by summing every texel in double precision; suns beside.
@@ -212,9 +215,18 @@ impl Sampled {
             (0..3).for_each(|c| sum[c] += omega * row[c]);
         }
         let suns = beams_at(self.suns(), kernel, d);
-        let scale = if weight > 0.0 { k0 / weight } else { 0.0 };
-        std::array::from_fn(|c| sum[c] * scale + suns[c])
+        let nearest = image.nearest(d);
+        std::array::from_fn(|c| {
+            let mean = if weight > NOTHING { sum[c] / weight } else { nearest[c].into() };
+            k0 * mean + suns[c]
+        })
     }
+}
+
+/// Are the texels of a cube of `size` as large as those of a lat-long image of `rows`, in the middle of a face at least?
+/// Then means over them are exact; in smaller ones the image's cells would show.
+fn covers(rows: usize, size: usize) -> bool {
+    2.0 / size as f64 >= PI / rows as f64
 }
 
 /// cos φ and sin φ of a column's centre.

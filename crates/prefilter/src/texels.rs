@@ -2,7 +2,8 @@
 //!
 //! With ρ = sin and y = cos of the direction's polar angle, a texel at azimuth distance Δφ in row j has
 //! s² = sin²(θ/2) = ((ρ − s_j)² + (y − c_j)²)/4 + ρ s_j sin²(Δφ/2): a sum of squares, which keeps its digits in single
-//! precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]); rows are summed in double precision.
+//! precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in blocks that begin with a register;
+//! long rows are summed in double precision.
 
 use crate::Zonal;
 use crate::split::{Split, step};
@@ -12,6 +13,9 @@ use std::f64::consts::PI;
 use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
+
+/// A sum of weights that is none: what is left of a kernel far narrower than the texels, looking between them.
+pub(crate) const NOTHING: f64 = 1e-30;
 
 /// An image and its rows.
 pub(crate) struct Texels<'a> {
@@ -40,6 +44,17 @@ struct Span {
     /// s² = base + slope sin²(Δφ/2).
     base: f32,
     slope: f32,
+}
+
+/// Texels of a block: no register holds more.
+const BLOCK: usize = 16;
+
+impl Span {
+    /// Room for whole registers.
+    #[inline(always)]
+    fn padded(&self) -> usize {
+        self.len.next_multiple_of(BLOCK)
+    }
 }
 
 /// A direction in the image's terms.
@@ -171,29 +186,28 @@ impl<'a> Texels<'a> {
         scale: Option<f32>,
     ) -> ([f64; 3], f64) {
         let Scratch { spans, s2, weights, .. } = scratch;
-        let (mut sum, mut weight) = ([0.0; 3], 0.0);
+        let mut all = [0.0; 4];
         let mut rest = spans.as_slice();
         while !rest.is_empty() {
             let (batch, after) = rest.split_at(batch(rest));
             rest = after;
-            let count = batch.iter().map(|s| s.len).sum();
+            let count = batch.iter().map(|s| s.padded()).sum();
             s2.resize(count, 0.0);
             weights.resize(count, 0.0);
             run(Distances { spans: batch, turns, first, s2 });
             kernel.fill(s2, weights);
-            if let Some(scale) = scale {
-                run(Taper { s2, weights, scale });
-            }
-            let mut at = 0;
-            for s in batch {
-                let l = self.row(s, place.column, &weights[at..at + s.len]);
-                let omega = self.rows[s.row][2];
-                weight += omega * l[3];
-                (0..3).for_each(|c| sum[c] += omega * l[c]);
-                at += s.len;
-            }
+            run(Factors { spans: batch, rows: &self.rows, s2, weights, scale });
+            let planes = self.image.planes.each_ref().map(Vec::as_slice);
+            let more = run(Products {
+                spans: batch,
+                weights,
+                planes,
+                column: place.column,
+                width: self.image.width,
+            });
+            (0..4).for_each(|c| all[c] += more[c]);
         }
-        (sum, weight)
+        ([all[0], all[1], all[2]], all[3])
     }
 
     /// sin²(Δφ/2) of columns from `first` on.
@@ -212,21 +226,6 @@ impl<'a> Texels<'a> {
             out.extend((0..len).map(|k| h(k).sin().powi(2) as f32));
         }
     }
-
-    /// Σ L w per channel, and Σ w, of a span.
-    fn row(&self, s: &Span, column: i64, weights: &[f32]) -> [f64; 4] {
-        let width = self.image.width;
-        let start = (column + s.first).rem_euclid(width as i64) as usize;
-        let at = s.row * width;
-        let (before, after) = weights.split_at(s.len.min(width - start));
-        let part = |from: usize, weights: &[f32]| {
-            let planes = self.image.planes.each_ref().map(|p| &p[from..from + weights.len()]);
-            run(Products { weights, planes })
-        };
-        let (mut all, more) = (part(at + start, before), part(at, after));
-        (0..4).for_each(|c| all[c] += more[c]);
-        all
-    }
 }
 
 /// How many of the spans to take at once: as many as fit into the nearest cache, and one at least.
@@ -234,13 +233,13 @@ fn batch(spans: &[Span]) -> usize {
     const TEXELS: usize = 4096;
     let mut texels = 0;
     let fits = |s: &&Span| {
-        texels += s.len;
+        texels += s.padded();
         texels <= TEXELS
     };
     spans.iter().take_while(fits).count().max(1)
 }
 
-/// s² of every texel of the spans.
+/// s² of every texel of the spans, and 1 in what fills their last blocks.
 struct Distances<'a> {
     spans: &'a [Span],
     turns: &'a [f32],
@@ -253,72 +252,121 @@ impl Kernel for Distances<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let mut rest = self.s2;
+        let mut start = 0;
         for s in self.spans {
-            let (here, after) = rest.split_at_mut(s.len);
+            let here = &mut self.s2[start..start + s.padded()];
             let from = (s.first - self.first) as usize;
             let turns = &self.turns[from..from + s.len];
-            here.iter_mut().zip(turns).for_each(|(s2, t)| *s2 = s.base + s.slope * t);
-            rest = after;
+            for k in 0..s.len {
+                here[k] = s.base + s.slope * turns[k];
+            }
+            here[s.len..].fill(1.0);
+            start += here.len();
         }
     }
 }
 
-/// Multiplies weights by χ.
-struct Taper<'a> {
+/// Multiplies weights by the texels' solid angles, and by χ where a scale is given; what fills the blocks becomes 0.
+struct Factors<'a> {
+    spans: &'a [Span],
+    rows: &'a [[f64; 3]],
     s2: &'a [f32],
     weights: &'a mut [f32],
-    scale: f32,
+    scale: Option<f32>,
 }
 
-impl Kernel for Taper<'_> {
+impl Kernel for Factors<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        self.weights.iter_mut().zip(self.s2).for_each(|(w, s2)| *w *= step(self.scale * s2));
+        let mut start = 0;
+        for s in self.spans {
+            let end = start + s.padded();
+            let (weights, s2) = (&mut self.weights[start..end], &self.s2[start..end]);
+            let omega = self.rows[s.row][2] as f32;
+            match self.scale {
+                Some(scale) => {
+                    for k in 0..weights.len() {
+                        weights[k] *= step(scale * s2[k]) * omega;
+                    }
+                }
+                None => {
+                    for k in 0..weights.len() {
+                        weights[k] *= omega;
+                    }
+                }
+            }
+            weights[s.len..].fill(0.0);
+            start = end;
+        }
     }
 }
 
-/// Σ w L per channel, and Σ w.
+/// Σ w L per channel, and Σ w, over spans of an image whose columns begin again at their end.
 struct Products<'a> {
+    spans: &'a [Span],
     weights: &'a [f32],
     planes: [&'a [f32]; 3],
+    column: i64,
+    width: usize,
 }
+
+/// Texels of a span from which on its sum is kept in double precision by itself.
+const LONG: usize = 128;
 
 impl Kernel for Products<'_> {
     type Output = [f64; 4];
 
     #[inline(always)]
     fn run<A: Arch>(self) -> [f64; 4] {
-        /// Registers of each sum, so that one addition need not wait for the last.
-        const SETS: usize = 2;
-        let step = SETS * A::F32::LANES;
-        let mut sums = [[A::F32::splat(0.0); SETS]; 4];
-        let whole = self.weights.len() / step * step;
-        for from in (0..whole).step_by(step) {
-            for set in 0..SETS {
-                let at = from + set * A::F32::LANES;
-                let w = A::F32::load(&self.weights[at..]);
-                for c in 0..3 {
-                    sums[c][set] = w.fma(A::F32::load(&self.planes[c][at..]), sums[c][set]);
+        let lanes = A::F32::LANES;
+        let mut all = [0.0_f64; 4];
+        let mut sums = [A::F32::splat(0.0); 4];
+        let mut from = 0;
+        for s in self.spans {
+            let weights = &self.weights[from..from + s.padded()];
+            from += weights.len();
+            let row = s.row * self.width;
+            let start = (self.column + s.first).rem_euclid(self.width as i64) as usize;
+            let at = row + start;
+            if start + s.len <= self.width && at + weights.len() <= self.planes[0].len() {
+                for k in (0..weights.len()).step_by(lanes) {
+                    let w = A::F32::load(&weights[k..]);
+                    for c in 0..3 {
+                        sums[c] = w.fma(A::F32::load(&self.planes[c][at + k..]), sums[c]);
+                    }
+                    sums[3] = sums[3].add(w);
                 }
-                sums[3][set] = sums[3][set].add(w);
+            } else {
+                for k in 0..s.len {
+                    let i = start + k;
+                    let texel = row + if i < self.width { i } else { i - self.width };
+                    let w = f64::from(weights[k]);
+                    for c in 0..3 {
+                        all[c] += w * f64::from(self.planes[c][texel]);
+                    }
+                    all[3] += w;
+                }
+            }
+            if weights.len() >= LONG {
+                flush::<A>(&mut sums, &mut all);
             }
         }
-        let mut all = sums.map(|sets| {
-            let mut lanes = [0.0_f32; 16];
-            sets.iter()
-                .map(|s| {
-                    s.store(&mut lanes[..A::F32::LANES]);
-                    lanes.iter().map(|&v| f64::from(v)).sum::<f64>()
-                })
-                .sum::<f64>()
-        });
-        for (i, &w) in self.weights.iter().enumerate().skip(whole) {
-            (0..3).for_each(|c| all[c] += f64::from(w * self.planes[c][i]));
-            all[3] += f64::from(w);
-        }
+        flush::<A>(&mut sums, &mut all);
         all
+    }
+}
+
+/// Adds the lanes of `sums` to `all`, and clears them.
+#[inline(always)]
+fn flush<A: Arch>(sums: &mut [A::F32; 4], all: &mut [f64; 4]) {
+    for c in 0..4 {
+        let mut lanes = [0.0_f32; BLOCK];
+        sums[c].store(&mut lanes[..A::F32::LANES]);
+        for v in lanes {
+            all[c] += f64::from(v);
+        }
+        sums[c] = A::F32::splat(0.0);
     }
 }

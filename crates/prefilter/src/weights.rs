@@ -3,8 +3,8 @@
 use crate::legendre;
 use std::f64::consts::PI;
 
-/// Steps for each band: cubic interpolation of the highest then errs by 4e-5 of what it adds to the sum.
-const STEPS: usize = 16;
+/// Steps for each band: cubic interpolation of the highest then errs by 8e-6 of what it adds to the sum.
+const STEPS: usize = 24;
 
 /// Σ K Ω over all texels, which depends on the latitude only, or what divides the sum over texels by it.
 pub(crate) struct Weights {

@@ -1,9 +1,12 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
 mod asked;
+mod beside;
 pub mod engines;
 mod files;
+mod gltf;
 mod method;
+mod packing;
 mod plan;
 mod report;
 
@@ -11,17 +14,18 @@ use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
+use beside::Beside;
 use clap::Args;
 use engines::Engine;
 pub use files::{filament_numbers, irradiance};
+use packing::Packed;
 use plan::{Filter, Kernel, Plan};
+use report::Clock;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::{FileLayout, Profile};
-use steradian_prefilter::{
-    Deviation, FilteredImage, Lobe, Sampled, Zonal, deviation, filter_image, mirror_image,
-};
+use steradian_prefilter::{Deviation, FilteredImage, Sampled, Zonal, deviation, filter_image, mirror_image};
 use steradian_sphere::Layout;
 
 /// Options of `steradian prefilter`.
@@ -77,7 +81,7 @@ pub struct Options {
     /// Folder for every level as a lat-long .exr
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
-    /// Name in the files' names [default: that of the input]
+    /// Name in the names of the files of --profile and --dump-levels [default: that of the input]
     #[arg(long, value_name = "NAME", value_parser = asked::file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
@@ -142,12 +146,13 @@ struct Level {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let mut clock = Clock::start();
     o.method.verify(o.check)?;
     asked::options(&o)?;
     let given = o.kernel.strip_prefix(BRDF).map(|spec| plan::normal_incidence(spec, context)).transpose()?;
     let mut plan = plan::plan(&o, given)?;
     asked::destinations(&o)?;
-    asked::memory(&plan, context)?;
+    asked::memory(&o, &plan, context)?;
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
@@ -159,42 +164,49 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(taken) = &suns {
         context.note(taken.metadata());
     }
+    clock.lap("reading");
     let tolerance = o.tolerance.unwrap_or(TOLERANCE);
-    let start = Instant::now();
-    let diffuse = Lobe::lambert();
-    let mut lobes: Vec<&dyn Zonal> =
-        plan.filters.iter().filter_map(|f| f.lobe.as_ref().map(Kernel::zonal)).collect();
-    if o.profile.is_some() {
-        lobes.push(&diffuse);
-    }
+    let others = if o.profile.is_some() { beside::kernels(&plan) } else { Vec::new() };
+    let lobes = plan.filters.iter().filter_map(|f| f.lobe.as_ref());
+    let lobes: Vec<&dyn Zonal> = lobes.chain(&others).map(Kernel::zonal).collect();
     let light = Sampled::of(lights, &lobes, tolerance, &context.task)?;
     if plan.size.0 == 0 {
         plan.size = (light.image.width, light.image.height);
-        asked::memory(&plan, context)?;
+        asked::memory(&o, &plan, context)?;
     }
-    let analysis = start.elapsed().as_secs_f64();
+    clock.lap("analysis");
     let job = Job { light: &light, tolerance, check: o.check.into(), method: o.method };
     let mut levels = Vec::new();
     for (m, filter) in plan.filters.iter().enumerate() {
         let size = ((plan.size.0 >> m).max(1), (plan.size.1 >> m).max(1));
         levels.push(job.level(filter.clone(), (plan.layout, size.0, size.1), context)?);
     }
-    let changes = files::format_errors(&o, &plan, &levels, context);
-    levels.iter_mut().zip(changes).for_each(|(l, e)| l.format_error = e);
-    let worst = levels.iter().map(Level::error).fold(0.0, f64::max);
+    let mut beside = match o.profile {
+        Some(_) => Beside::new(&plan, &job, &levels, context)?,
+        None => Beside::nothing(),
+    };
+    clock.lap("filtering");
+    let mut packed = Packed::new(&o, &plan, &mut levels, &mut beside);
+    let all = || levels.iter().chain(beside.maps().map(|(_, l)| l));
+    let worst = all().map(Level::error).fold(0.0, f64::max);
     let how = if o.check > 0 { "measured" } else { "bound" };
-    let packing = levels.iter().map(|l| l.format_error).fold(0.0, f64::max);
+    let packing = all().map(|l| l.format_error).fold(0.0, f64::max);
     let packing =
         if packing > 0.0 { format!(", {packing:.2e} of the texels' format") } else { String::new() };
     context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
+    packed.sign(context);
+    clock.lap("packing");
     let name = o.name.clone().unwrap_or_else(|| stem(&o.environment));
-    let written = files::write(&o, &plan, &job, &levels, &name, context)?;
+    let written = files::write(&o, &plan, packed, &levels, &beside, &name, context)?;
+    clock.lap("writing");
     if let Some(folder) = &o.dump_levels {
         dump(folder, &job, &plan, &name, context)?;
+        clock.lap("dumping");
     }
-    let format = o.format.unwrap_or(plan.engine.format);
+    let format = plan.with_format(&o).format;
     let snippet = o.profile.map(|e| engines::snippet(e, &name).replace("rgb9e5", format.name()));
-    let mut document = report::report(&o, &plan, &job, &levels, analysis, &written, snippet.as_deref());
+    let made = report::Made { levels: &levels, beside: &beside, written: &written };
+    let mut document = report::report(&o, &plan, &job, &made, clock, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
         taken.write(path, context)?;
         document["suns"] = taken.json();
@@ -202,7 +214,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if context.common.json {
         context.print_json(document)?;
     } else {
-        report::say(&levels, &written, context);
+        report::say(&made, context);
         if let Some(s) = snippet {
             context.print(&s)?;
         }

@@ -1,5 +1,6 @@
 //! What is refused before any work: options that would be ignored, outputs that cannot be written, maps too large.
 
+use super::beside::{DIFFUSE, has_diffuse, has_sheen};
 use super::engines::Files;
 use super::plan::{Plan, has_roughness};
 use super::{BRDF, Options};
@@ -38,6 +39,10 @@ pub fn options(o: &Options) -> Outcome {
     ];
     if let Some((option, _)) = given.into_iter().find(|(name, given)| *given && !takes.contains(name)) {
         return Err(Failure::usage(format!("--{option} has no part in {by}; leave it out")));
+    }
+    if o.name.is_some() && o.profile.is_none() && o.dump_levels.is_none() {
+        let why = "names the files of --profile and --dump-levels; --output names this one";
+        return Err(Failure::usage(format!("--name {why}")));
     }
     format(o)
 }
@@ -90,14 +95,13 @@ pub fn destinations(o: &Options) -> Outcome {
 
 /// Bytes of a texel of the output: three floats filtered, four on the way to the file.
 const TEXEL: u128 = 28;
+/// Of a lat-long image that is written as it was filtered: three floats, and halves or codes of them in the file.
+const DUMPED: u128 = 24;
 
 /// Refuses maps beyond the limit of memory; a size that is not known yet passes.
-pub fn memory(plan: &Plan, context: &Context) -> Outcome {
-    let faces = if plan.layout == Layout::Cube { 6 } else { 1 };
-    let side = |n: usize, m: usize| n.checked_shr(m as u32).unwrap_or(0).max(1) as u128;
-    let texels = |m: usize| side(plan.size.0, m) * side(plan.size.1, m) * faces;
-    let bytes = (0..plan.filters.len()).map(texels).sum::<u128>() * TEXEL;
+pub fn memory(o: &Options, plan: &Plan, context: &Context) -> Outcome {
     let most = context.common.max_memory;
+    let bytes = bytes(o.profile.is_some(), o.dump_levels.is_some(), plan);
     if plan.size.0 > 0 && bytes > u128::from(most) {
         let (w, h) = plan.size;
         return Err(Failure::failed(format!(
@@ -107,6 +111,23 @@ pub fn memory(plan: &Plan, context: &Context) -> Outcome {
         )));
     }
     Ok(())
+}
+
+/// What the maps of a plan take: all that are filtered, and the largest that is dumped.
+fn bytes(profile: bool, dump: bool, plan: &Plan) -> u128 {
+    let faces = if plan.layout == Layout::Cube { 6 } else { 1 };
+    let side = |n: usize, m: usize| n.checked_shr(m as u32).unwrap_or(0).max(1) as u128;
+    let texels = |m: usize| side(plan.size.0, m) * side(plan.size.1, m) * faces;
+    let levels = (0..plan.filters.len()).map(texels).sum::<u128>();
+    let beside = match profile {
+        true if has_sheen(plan.engine) => levels + 6 * (DIFFUSE * DIFFUSE) as u128,
+        true if has_diffuse(plan.engine) => 6 * (DIFFUSE * DIFFUSE) as u128,
+        _ => 0,
+    };
+    // Level 0 as lat-long: 4n × 2n for a cube of side n.
+    let (w, h) = (plan.size.0 as u128, plan.size.1 as u128);
+    let dumped = if plan.layout == Layout::Cube { 8 * w * w } else { w * h };
+    (levels + beside) * TEXEL + if dump { dumped * DUMPED } else { 0 }
 }
 
 #[cfg(test)]

@@ -109,6 +109,13 @@ pub struct Plan {
     pub layout: Layout,
 }
 
+impl Plan {
+    /// The consumer, with the format of texels that was asked for.
+    pub fn with_format(&self, o: &Options) -> Engine {
+        Engine { format: o.format.unwrap_or(self.engine.format), ..*self.engine }
+    }
+}
+
 pub fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
     let raw = || Engine::parse("raw").map_err(Failure::failed);
     let engine = o.profile.map_or_else(raw, Ok)?;

@@ -1,25 +1,60 @@
 //! What was made, as JSON and in words.
 
+use super::beside::Beside;
 use super::engines::Curve;
 use super::plan::{Kernel, Plan};
 use super::{Job, Level, Options, files};
 use crate::context::Context;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
+use std::time::Instant;
 
-/// The JSON document.
+/// Where the time goes: parts that follow one another, and so add up to all of it.
+pub struct Clock {
+    started: Instant,
+    last: Instant,
+    parts: Map<String, Value>,
+}
+
+impl Clock {
+    pub fn start() -> Self {
+        let now = Instant::now();
+        Self { started: now, last: now, parts: Map::new() }
+    }
+
+    /// Ends a part, which began where the last one ended.
+    pub fn lap(&mut self, part: &str) {
+        let now = Instant::now();
+        self.parts.insert(part.into(), json!((now - self.last).as_secs_f64()));
+        self.last = now;
+    }
+
+    /// Seconds of wall time of each part, and of all.
+    fn json(mut self) -> Value {
+        self.parts.insert("all".into(), json!((self.last - self.started).as_secs_f64()));
+        Value::Object(self.parts)
+    }
+}
+
+/// What was made.
+pub struct Made<'a> {
+    pub levels: &'a [Level],
+    pub beside: &'a Beside,
+    pub written: &'a [files::Written],
+}
+
+/// The JSON document. `levels` are those of the output or of its specular cube, `beside` the other maps of a profile.
 pub fn report(
     o: &Options,
     plan: &Plan,
     job: &Job<'_>,
-    levels: &[Level],
-    analysis: f64,
-    written: &[files::Written],
+    made: &Made<'_>,
+    clock: Clock,
     snippet: Option<&str>,
 ) -> Value {
-    let rows: Vec<Value> = levels.iter().enumerate().map(|(m, l)| row(m, l)).collect();
-    let chain = levels.len() > 1;
+    let rows: Vec<Value> = made.levels.iter().enumerate().map(|(m, l)| row(m, l)).collect();
+    let chain = rows.len() > 1;
     let curve: Option<Curve> = chain.then_some(plan.engine.curve);
-    json!({
+    let mut document = json!({
         "kernel": o.kernel,
         "profile": o.profile.map(|e| e.name),
         "profile_doc": o.profile.map(|e| e.doc),
@@ -29,12 +64,23 @@ pub fn report(
             "order": job.light.order(),
             "suns": job.light.suns().len(),
             "bright_texels": job.light.sparks().len(),
-            "seconds": analysis,
         },
         "levels": rows,
-        "files": written.iter().map(files::Written::json).collect::<Vec<_>>(),
+        "files": made.written.iter().map(files::Written::json).collect::<Vec<_>>(),
         "snippet": snippet,
-    })
+        "seconds": clock.json(),
+    });
+    let mut others = Vec::new();
+    for (map, level) in made.beside.maps() {
+        let m = others.iter().filter(|v: &&Value| v["map"] == map).count();
+        let mut row = row(m, level);
+        row["map"] = json!(map);
+        others.push(row);
+    }
+    if !others.is_empty() {
+        document["beside"] = json!(others);
+    }
+    document
 }
 
 /// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter, `format_error`
@@ -69,24 +115,24 @@ fn row(m: usize, l: &Level) -> Value {
 }
 
 /// The report for people, on stderr.
-pub fn say(levels: &[Level], written: &[files::Written], context: &Context) {
-    for (m, l) in levels.iter().enumerate() {
-        let f = &l.filtered;
-        let r = l.filter.roughness.map(|r| format!(" r {r:.3}")).unwrap_or_default();
-        let e = l
-            .measured
-            .map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst))
-            .unwrap_or_default();
-        let engine = || format!("{} to band {}", f.way.name(), f.way.order());
-        let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
-        context.say(format_args!(
-            "level {m}: {} x {}{r}, {way}{e}, {:.0} ms",
-            f.image.width,
-            f.image.height,
-            l.seconds * 1e3
-        ));
+pub fn say(made: &Made<'_>, context: &Context) {
+    for (m, l) in made.levels.iter().enumerate() {
+        context.say(format_args!("level {m}: {}", words(l)));
     }
-    for w in written {
+    for (map, l) in made.beside.maps() {
+        context.say(format_args!("{map}: {}", words(l)));
+    }
+    for w in made.written {
         context.say(&w.name);
     }
+}
+
+fn words(l: &Level) -> String {
+    let f = &l.filtered;
+    let r = l.filter.roughness.map(|r| format!(" r {r:.3}")).unwrap_or_default();
+    let e =
+        l.measured.map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst)).unwrap_or_default();
+    let engine = || format!("{} to band {}", f.way.name(), f.way.order());
+    let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
+    format!("{} x {}{r}, {way}{e}, {:.0} ms", f.image.width, f.image.height, l.seconds * 1e3)
 }

@@ -1,0 +1,143 @@
+//! Levels as they lie in files, and what the format of their texels changes.
+
+use super::beside::Beside;
+use super::engines::{Engine, Files};
+use super::plan::Plan;
+use super::{BRDF, Level, Options};
+use crate::context::Context;
+use std::path::Path;
+use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
+use steradian_formats::{TexelFormat, TextureLevels, WriteReport};
+use steradian_sphere::{Layout, SphereImage};
+
+/// The textures of the output. Lat-long images and PNG faces are none.
+#[derive(Default)]
+pub struct Packed {
+    pub specular: TextureLevels,
+    pub diffuse: Option<TextureLevels>,
+    pub sheen: Option<TextureLevels>,
+}
+
+impl Packed {
+    /// Arranges all maps for their consumer, and tells each what the format of its texels changes.
+    pub fn new(o: &Options, plan: &Plan, levels: &mut [Level], beside: &mut Beside) -> Self {
+        let engine = plan.with_format(o);
+        if engine.files == Files::Gltf && o.profile.is_some() {
+            let rgbd = |c| decode_rgbd(encode_rgbd(c, &mut WriteReport::default()));
+            levels.iter_mut().for_each(|l| l.format_error = of_colours(&l.filtered.image, rgbd));
+            return Self::default();
+        }
+        let mut packed = Self::default();
+        if plan.layout == Layout::Cube {
+            packed.specular = texture(&engine, levels, &label(&o.kernel));
+        } else {
+            levels.iter_mut().for_each(|l| l.format_error = of_image(&engine, o, &l.filtered.image));
+        }
+        packed.diffuse =
+            beside.diffuse.as_mut().map(|l| texture(&engine, std::slice::from_mut(l), "lambert"));
+        packed.sheen =
+            (!beside.sheen.is_empty()).then(|| texture(&engine, beside.sheen.as_mut_slice(), "charlie"));
+        if let Some(l) = &mut beside.panorama {
+            l.format_error = of_image(&engine, o, &l.filtered.image);
+        }
+        packed
+    }
+
+    /// Adds to every texture where it comes from, the error that the report states included.
+    pub fn sign(&mut self, context: &Context) {
+        let all = [Some(&mut self.specular), self.diffuse.as_mut(), self.sheen.as_mut()];
+        for t in all.into_iter().flatten() {
+            t.metadata.splice(0..0, context.provenance_pairs());
+        }
+    }
+}
+
+/// Levels in the arrangement of `engine`, each told what the format changes.
+fn texture(engine: &Engine, levels: &mut [Level], kernel: &str) -> TextureLevels {
+    let side = levels.first().map_or(0, |l| l.filtered.image.width);
+    let mut metadata = vec![
+        ("steradian.profile".to_string(), engine.recorded().to_string()),
+        ("steradian.kernel".into(), kernel.into()),
+    ];
+    let roughness: Vec<String> =
+        levels.iter().filter_map(|l| l.filter.roughness).map(|r| r.to_string()).collect();
+    if !roughness.is_empty() {
+        metadata.push(("steradian.perceptual_roughness".into(), roughness.join(" ")));
+    }
+    let level = |l: &mut Level| {
+        let texels = rgba(&engine.arrange(&l.filtered.image));
+        let n = l.filtered.image.width;
+        if engine.format != TexelFormat::Rgba32f {
+            l.format_error = change(&texels, &engine.format.round_trip(&texels, (n, n)));
+        }
+        texels
+    };
+    let levels = levels.iter_mut().map(level).collect();
+    TextureLevels { width: side, height: side, faces: 6, levels, metadata }
+}
+
+/// What the file of a lat-long image changes, by its samples.
+fn of_image(engine: &Engine, o: &Options, image: &SphereImage) -> f64 {
+    let name = match engine.files {
+        Files::LatLong { image, .. } => Path::new(image),
+        _ => &o.output,
+    };
+    let half = matches!(engine.files, Files::LatLong { half: true, .. });
+    if name.extension().is_some_and(|e| e.eq_ignore_ascii_case("hdr")) {
+        of_colours(image, round_trip_rgbe)
+    } else if half && o.format != Some(TexelFormat::Rgba32f) {
+        let texels = rgba(image);
+        change(&texels, &TexelFormat::Rgba16f.round_trip(&texels, (image.width, image.height)))
+    } else {
+        0.0
+    }
+}
+
+/// What a code of single colours changes.
+fn of_colours(image: &SphereImage, round_trip: impl Fn([f32; 3]) -> [f32; 3]) -> f64 {
+    let texels = rgba(image);
+    let back = |t: &[f32; 4]| {
+        let [r, g, b] = round_trip([t[0], t[1], t[2]]);
+        [r, g, b, t[3]]
+    };
+    change(&texels, texels.as_chunks::<4>().0.iter().map(back).collect::<Vec<_>>().as_flattened())
+}
+
+/// Texels as R G B 1.
+fn rgba(image: &SphereImage) -> Vec<f32> {
+    let [r, g, b] = &image.planes;
+    let mut texels = vec![1.0; 4 * r.len()];
+    let to = texels.as_chunks_mut::<4>().0;
+    for i in 0..r.len() {
+        to[i] = [r[i], g[i], b[i], 1.0];
+    }
+    texels
+}
+
+/// RMS(after − before)/RMS(before) of the colours of texels that lie as R G B A.
+fn change(before: &[f32], after: &[f32]) -> f64 {
+    let (mut error, mut whole) = ([0.0; 3], [0.0; 3]);
+    let (before, after) = (before.as_chunks::<4>().0, after.as_chunks::<4>().0);
+    for i in 0..before.len() {
+        for c in 0..3 {
+            let v = f64::from(before[i][c]);
+            let e = f64::from(after[i][c]) - v;
+            error[c] += e * e;
+            whole[c] += v * v;
+        }
+    }
+    let [error, whole]: [f64; 2] = [error, whole].map(|s| s.iter().sum());
+    if whole == 0.0 { 0.0 } else { (error / whole).sqrt() }
+}
+
+/// The kernel's name in files, which hold no folders' names.
+fn label(kernel: &str) -> String {
+    let Some(spec) = kernel.strip_prefix(BRDF) else { return kernel.into() };
+    let parts = spec.split_inclusive([':', ',', '=']).map(|part| {
+        let (path, end) = part.split_at(part.trim_end_matches([':', ',', '=']).len());
+        let path = Path::new(path);
+        let name = path.file_name().filter(|_| path.is_file());
+        name.map_or_else(|| part.to_string(), |n| n.to_string_lossy().into_owned() + end)
+    });
+    parts.fold(String::from(BRDF), |all, part| all + &part)
+}

@@ -1,0 +1,92 @@
+//! `prefilter`: what its report says of every file, and what it refuses.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(dir: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
+}
+
+fn stderr(o: &Output) -> String {
+    String::from_utf8_lossy(&o.stderr).into_owned()
+}
+
+fn report(dir: &Path, arguments: &[&str]) -> Value {
+    let o = run(dir, &[&["prefilter", "--json"], arguments].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+    serde_json::from_slice(&o.stdout).expect("JSON")
+}
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().unwrap_or(f64::NAN)
+}
+
+/// The maps beside the specular levels have errors of their own, and the largest of all is what is stated.
+#[test]
+fn every_map_of_a_profile_has_its_error() {
+    let d = tempfile::tempdir().expect("a folder");
+    let light = ["convert", "studio", "--to", "latlong", "--size", "128x64", "-o", "light.exr"];
+    assert_eq!(run(d.path(), &light).status.code(), Some(0));
+    for (profile, size, maps) in [
+        ("khronos", "32", ["diffuse", "sheen", "sheen"].as_slice()),
+        ("bevy", "16", ["diffuse"].as_slice()),
+        ("unreal", "16", ["panorama"].as_slice()),
+        ("filament", "32", [].as_slice()),
+    ] {
+        let r = report(d.path(), &["light.exr", "--profile", profile, "--size", size, "-o", profile]);
+        let none = Vec::new();
+        let beside = r["beside"].as_array().unwrap_or(&none);
+        let names: Vec<&str> = beside.iter().filter_map(|m| m["map"].as_str()).collect();
+        assert_eq!(names, maps, "{profile}");
+        let levels = r["levels"].as_array().expect("levels");
+        let mut largest = 0.0_f64;
+        for m in levels.iter().chain(beside) {
+            let (error, format) = (number(&m["error"]), number(&m["format_error"]));
+            assert!(error >= format && error < 1e-2, "{profile}: {m}");
+            assert!(format > 0.0, "{profile}: every one of these formats rounds: {m}");
+            largest = largest.max(error);
+        }
+        let stated = r["provenance"]["error"].as_str().expect("an error is stated");
+        assert!(stated.starts_with(&format!("relative RMS error {largest:.2e}")), "{stated} {largest:e}");
+    }
+}
+
+#[test]
+fn the_times_add_up() {
+    let d = tempfile::tempdir().expect("a folder");
+    let r =
+        report(d.path(), &["studio", "--levels", "3", "--size", "16", "-o", "a.ktx2", "--dump-levels", "d"]);
+    let seconds = r["seconds"].as_object().expect("seconds");
+    let parts: f64 = seconds.iter().filter(|(k, _)| *k != "all").map(|(_, v)| number(v)).sum();
+    assert!((parts - number(&seconds["all"])).abs() < 1e-6, "{seconds:?}");
+    for part in ["reading", "analysis", "filtering", "packing", "writing", "dumping"] {
+        assert!(seconds.contains_key(part), "{part}: {seconds:?}");
+    }
+    let levels: f64 = r["levels"].as_array().expect("levels").iter().map(|l| number(&l["seconds"])).sum();
+    assert!(levels <= number(&seconds["filtering"]) + 1e-6, "{levels} {seconds:?}");
+}
+
+#[test]
+fn names_that_name_nothing_are_refused() {
+    let d = tempfile::tempdir().expect("a folder");
+    let o = run(d.path(), &["prefilter", "studio", "--kernel", "lambert", "--name", "x", "-o", "a.ktx2"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(stderr(&o).contains("--name names the files of --profile"), "{}", stderr(&o));
+    assert!(!d.path().join("a.ktx2").exists());
+}
+
+/// Sheen and dumped levels count.
+#[test]
+fn all_maps_are_held_against_the_limit_of_memory() {
+    let d = tempfile::tempdir().expect("a folder");
+    let base = ["prefilter", "studio", "--size", "512", "--max-memory", "64M", "--check", "0", "-o"];
+    let o = run(d.path(), &[base.as_slice(), &["k", "--profile", "khronos"]].concat());
+    assert_eq!(o.status.code(), Some(1), "{}", stderr(&o));
+    assert!(stderr(&o).contains("the levels need 112 MiB"), "{}", stderr(&o));
+    assert!(!d.path().join("k").exists());
+    let dump = ["a.ktx2", "--kernel", "lambert", "--dump-levels", "d"];
+    let o = run(d.path(), &[base.as_slice(), &dump].concat());
+    assert_eq!(o.status.code(), Some(1), "{}", stderr(&o));
+    assert!(stderr(&o).contains("the levels need 90 MiB"), "{}", stderr(&o));
+}

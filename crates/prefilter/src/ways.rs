@@ -1,0 +1,152 @@
+//! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
+
+use crate::bands::{self, cost, with_sparks};
+use crate::sampled::{MAX_ORDER, Sampled, TAIL};
+use crate::split::Split;
+use crate::texels::{Scratch, Texels};
+use crate::{Zonal, probe};
+
+/// Part of the tolerance that a bound may take.
+const SHARE: f64 = 0.25;
+
+/// What is to be done.
+pub(crate) enum Plan<'a> {
+    Frequency(Frequency),
+    Near(Near<'a>),
+}
+
+/// By the series alone.
+pub(crate) struct Frequency {
+    pub order: usize,
+    /// Do the brightest texels go through the series?
+    pub merged: bool,
+    pub tail: f64,
+}
+
+/// Near texels directly.
+pub(crate) struct Near<'a> {
+    pub split: Split<'a>,
+    /// Coefficients of what is far.
+    pub far: Vec<f64>,
+    pub order: usize,
+    pub merged: bool,
+    pub predicted: f64,
+}
+
+/// Bands that tell what a sum over samples holds: they repeat mirrored, the brightest of all, the mean, at 2 · rows.
+fn repeated(light: &Sampled) -> usize {
+    2 * light.image.height.max(MAX_ORDER / 2) + 64
+}
+
+/// Coefficients of a kernel up to where they cannot matter: beyond the analysis only where they are not small by then.
+pub(crate) fn coefficients(light: &Sampled, kernel: &dyn Zonal, tolerance: f64) -> Vec<f64> {
+    let k = kernel.coefficients(MAX_ORDER + 64);
+    let last = k[MAX_ORDER..].iter().fold(0.0, |m: f64, k| m.max(k.abs()));
+    if last <= 0.01 * TAIL * tolerance * k[0].abs() { k } else { kernel.coefficients(repeated(light)) }
+}
+
+/// Directions at which the weights of near texels are looked at.
+const PROBES: usize = 128;
+
+/// RMS of k_0 over the sum of weights, over directions. A kernel narrower than the texels gives little weight to any of
+/// them where it looks between them, and what the result is divided by raises the errors of the far part.
+fn thinness(texels: &Texels<'_>, kernel: &dyn Zonal, split: &Split<'_>, k0: f64, far: &[f64]) -> f64 {
+    let mut scratch = Scratch::default();
+    let square = |i: usize| {
+        let (_, near) = texels.near(split, kernel, probe::direction(i, PROBES), &mut scratch);
+        (k0 / (near + far[0]).max(f64::MIN_POSITIVE)).powi(2)
+    };
+    ((0..PROBES).map(square).sum::<f64>() / PROBES as f64).sqrt()
+}
+
+/// The cheapest way within the tolerance; the most exact where none is.
+pub(crate) fn plan<'a>(
+    light: &Sampled,
+    kernel: &'a dyn Zonal,
+    k: &[f64],
+    texels: usize,
+    tolerance: f64,
+) -> Plan<'a> {
+    let (f, tail) = bands::order(light, k, k, TAIL * tolerance);
+    let (order, merged) = with_sparks(light, k, k, f, texels, tolerance);
+    let sparks = |merged: bool| if merged { 0 } else { light.sparks().len() };
+    let of_sparks =
+        |merged: bool| if merged && !light.sparks().is_empty() { bands::SPARKS * tolerance } else { 0.0 };
+    let tail = tail + bands::unevenness(k, light.image.height) + of_sparks(merged);
+    let limit = SHARE * tolerance;
+    let enough = tail <= limit;
+    let price = cost::series(order, texels) + cost::values(sparks(merged), texels);
+    let sums = Texels::new(&light.image);
+    let mut best: Option<Near<'a>> = None;
+    for (expected, split) in splits(light, kernel, texels) {
+        if enough && expected >= price {
+            break;
+        }
+        let far = split.far(repeated(light));
+        let thin = thinness(&sums, kernel, &split, k[0], &far).max(1.0);
+        let (order, rest) = bands::order(light, &far, k, TAIL * tolerance / thin);
+        let (order, merged) = with_sparks(light, &far, k, order, texels, tolerance / thin);
+        let predicted = rest * thin + of_sparks(merged);
+        let within = predicted <= limit;
+        if within || best.as_ref().is_none_or(|b| predicted < b.predicted) {
+            best = Some(Near { split, far, order, merged, predicted });
+        }
+        if within {
+            break;
+        }
+    }
+    match best {
+        // A kernel that is not smooth elsewhere gains nothing by being split.
+        Some(near) if if enough { near.predicted <= limit } else { near.predicted < tail } => {
+            Plan::Near(near)
+        }
+        _ => Plan::Frequency(Frequency { order, merged, tail }),
+    }
+}
+
+/// Reaches of the near part and their costs, the cheapest first.
+fn splits<'a>(light: &Sampled, kernel: &'a dyn Zonal, texels: usize) -> Vec<(f64, Split<'a>)> {
+    let top = light.order();
+    let mut all = Vec::new();
+    for order in [top, top / 2, top / 4].into_iter().filter(|&o| o >= 32) {
+        for turns in [10.0, 14.0, 20.0, 30.0, 40.0] {
+            let split = Split::new(kernel, order, turns);
+            all.push((cost::near(&light.image, &split, texels) + cost::series(order, texels), split));
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Way;
+    use crate::{Lobe, deviation, filter_image};
+    use glam::DVec3;
+    use std::f64::consts::PI;
+    use steradian_base::Task;
+    use steradian_light::{Environment, Lights};
+    use steradian_sphere::{Layout, SphereImage};
+
+    /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of them.
+    #[test]
+    fn sharp_kernels_reach_few_texels() {
+        let rows = 256;
+        let lamp = DVec3::new(0.3, 0.4, -0.8).normalize();
+        let image = SphereImage::from_fn(Layout::LatLong, 2 * rows, rows, |d| {
+            let bright = if d.dot(lamp) > 0.9995 { 3000.0 } else { 0.0 };
+            [1.0 + 0.5 * (9.0 * d.x).sin() as f32 + bright, 0.4 + 0.3 * d.y as f32, 0.2 + bright]
+        });
+        let lights = Lights::from(Environment { image });
+        for alpha in [4e-4, 1e-3, 4e-3] {
+            let kernel = Lobe::ggx(alpha);
+            let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
+            let got = filter_image(&light, &kernel, (Layout::Cube, 24, 24), 2e-3, &Task::quiet()).unwrap();
+            let Way::Near { reach, .. } = got.way else { panic!("{alpha}: {:?}", got.way) };
+            assert!(reach < 14.0 * PI / rows as f64, "{alpha}: reach {reach}");
+            let e = deviation(&light, &kernel, &got.image, 200);
+            assert!(got.predicted < 5e-4 && e.rms < got.predicted && e.worst < 1e-2, "{alpha}: {e:?}");
+        }
+    }
+}
