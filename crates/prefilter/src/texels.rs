@@ -14,8 +14,9 @@ use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
 
-/// A sum of weights that is none: what is left of a kernel far narrower than the texels, looking between them.
-pub(crate) const NOTHING: f64 = 1e-30;
+/// A sum of weights that is none: what is left of a kernel far narrower than the texels, looking between them. The far
+/// part's rounding is below it.
+pub(crate) const NOTHING: f64 = 1e-13;
 
 /// An image and its rows.
 pub(crate) struct Texels<'a> {

@@ -3,7 +3,7 @@
 use crate::bands::{self, cost, with_sparks};
 use crate::sampled::{MAX_ORDER, Sampled, TAIL};
 use crate::split::Split;
-use crate::texels::{Scratch, Texels};
+use crate::texels::{NOTHING, Scratch, Texels};
 use crate::{Zonal, probe};
 
 /// Part of the tolerance that a bound may take.
@@ -54,7 +54,9 @@ fn thinness(texels: &Texels<'_>, kernel: &dyn Zonal, split: &Split<'_>, k0: f64,
     let mut scratch = Scratch::default();
     let square = |i: usize| {
         let (_, near) = texels.near(split, kernel, probe::direction(i, PROBES), &mut scratch);
-        (k0 / (near + far[0]).max(f64::MIN_POSITIVE)).powi(2)
+        let weight = near + far[0];
+        // Where there is none the nearest texel is taken, and nothing divided.
+        if weight > NOTHING { (k0 / weight).powi(2) } else { 1.0 }
     };
     ((0..PROBES).map(square).sum::<f64>() / PROBES as f64).sqrt()
 }
