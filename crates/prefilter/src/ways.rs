@@ -87,6 +87,8 @@ pub(crate) fn plan<'a>(
         let far = split.far(repeated(light));
         let thin = thinness(&sums, kernel, &split, k[0], &far).max(1.0);
         let (order, rest) = bands::order(light, &far, k, TAIL * tolerance / thin);
+        // From band = width on samples repeat around the axis as well, which sums of weights by latitude do not know.
+        let order = order.min(light.image.width.saturating_sub(1));
         let (order, merged) = with_sparks(light, &far, k, order, texels, tolerance / thin);
         let predicted = rest * thin + of_sparks(merged);
         let within = predicted <= limit;
