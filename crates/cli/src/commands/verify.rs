@@ -133,7 +133,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     bench.finish(&lights, &mut levels, context)?;
     let sh = held.sh.as_deref().map(|sh| level::Coefficients::compare(sh, o.profile.name, &bench));
-    let summary = report::Summary::new(&o.profile, &levels, sh.as_ref());
+    let read = o.light_profile.unwrap_or_else(Profile::own);
+    let summary = report::Summary::new(&o.profile, &levels, sh.as_ref(), read);
     let worst = levels.iter().map(|l| l.nominal.rms).fold(0.0, f64::max);
     if context.common.json {
         let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().into_owned());

@@ -147,6 +147,11 @@ impl Profile {
         PROFILES.iter().find(|p| p.name == name)
     }
 
+    /// Takes a world direction to the direction under which our layout formulas find it in a lat-long file.
+    pub fn latlong(&self) -> DMat3 {
+        self.latlong
+    }
+
     /// Our own convention.
     pub fn own() -> &'static Self {
         &PROFILES[0]

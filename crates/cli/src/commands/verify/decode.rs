@@ -3,7 +3,7 @@
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::inputs;
-use crate::textures::Container;
+use crate::textures::{Container, planes};
 use serde_json::Value;
 use std::path::{Component, Path, PathBuf};
 use steradian_formats::{Raster, ReadOptions, read_image_with};
@@ -89,9 +89,12 @@ fn folder(dir: &Path, reading: &Reading, context: &mut Context) -> Result<Held, 
         let faces = format!("m{m}_px.");
         let whole = format!("_level{m}.");
         let loaded = if let Some(n) = names.iter().find(|n| n.starts_with(&faces)) {
-            let pattern = dir.join(n.replacen("px", "{}", 1));
             context.note_input(&dir.join(n));
-            load::load(&pattern, &options)?
+            if Container::of_file(&dir.join(n)).is_some() {
+                faces_of_textures(dir, n, &options, context)?
+            } else {
+                load::load(&dir.join(n.replacen("px", "{}", 1)), &options)?
+            }
         } else if let Some(n) = names.iter().find(|n| n.contains(&whole)) {
             context.note_input(&dir.join(n));
             load::load(&dir.join(n), &options)?
@@ -109,6 +112,31 @@ fn folder(dir: &Path, reading: &Reading, context: &mut Context) -> Result<Held, 
     }
     held.sh = std::fs::read_to_string(dir.join("sh.txt")).ok().as_deref().and_then(coefficients);
     Ok(held)
+}
+
+/// Six textures of one face each, as cmgen writes DDS; `first` is the name of +X.
+fn faces_of_textures(
+    dir: &Path,
+    first: &str,
+    options: &LoadOptions,
+    context: &Context,
+) -> Result<load::Loaded, Failure> {
+    let (mut strip, mut size) = (<[Vec<f32>; 3]>::default(), None);
+    for part in ["px", "nx", "py", "ny", "pz", "nz"] {
+        let path = dir.join(first.replacen("px", part, 1));
+        let bad = |why: &str| Failure::input(format!("{}: {why}", path.display()));
+        let container = Container::of_file(&path).ok_or_else(|| bad("is missing or no texture"))?;
+        let t = container.read(&path, &context.limits())?;
+        if t.faces != 1 || t.width != t.height || *size.get_or_insert(t.width) != t.width {
+            return Err(bad("is not one square face of the size of the others"));
+        }
+        let planes = planes(t.levels.first().map_or(&[], Vec::as_slice));
+        strip.iter_mut().zip(planes).for_each(|(all, face)| all.extend(face));
+    }
+    let n = size.unwrap_or(0);
+    let options = LoadOptions { layout: Some(FileLayout::VerticalStrip), ..*options };
+    let raster = Raster::rgb(n, 6 * n, strip);
+    Ok(load::from_raster(&dir.join(first).display().to_string(), raster, &options)?)
 }
 
 /// The light of `EXT_lights_image_based`: RGBD images and irradiance coefficients.

@@ -377,7 +377,7 @@ impl Fitter<'_> {
             }
         }
         let lowest = lowest(&fits);
-        let enough = |f: &&Fit| f.residual <= 1.2 * lowest + ENOUGH;
+        let enough = |f: &&Fit| f.residual <= alike(lowest);
         let wanted = fits.iter().filter(|f| f.kernel.family == expected).find(enough);
         // The first of the list that is good enough: the simpler one.
         let found = wanted.or_else(|| fits.iter().find(|f| f.residual <= 1.1 * lowest + 0.2 * ENOUGH));
@@ -393,4 +393,13 @@ fn better(a: Fit, b: Fit) -> Fit {
 }
 
 /// Residuals that differ by less are the same.
-pub const ENOUGH: f64 = 1.5e-3;
+const ENOUGH: f64 = 1.5e-3;
+/// Beyond this residual a level is noisy: what the noise does to one kernel's residual says little of another's.
+pub const NOISY: f64 = 0.02;
+/// Beyond this one no kernel explains a level.
+pub const UNEXPLAINED: f64 = 0.2;
+
+/// The residual up to which a kernel explains as well as one of residual `lowest`.
+pub fn alike(lowest: f64) -> f64 {
+    (if lowest > NOISY { 1.5 } else { 1.2 }) * lowest + ENOUGH
+}

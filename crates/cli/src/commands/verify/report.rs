@@ -1,11 +1,14 @@
 //! What was found, in words and as JSON.
 
-use super::fit::Kernel;
+use super::fit::{Kernel, UNEXPLAINED};
 use super::laws::{self, Consumer, Law};
 use super::level::{Checked, Coefficients, Error};
+use super::orient::Turn;
+use glam::DMat3;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use steradian_brdf::dfg;
+use steradian_light::load::{PROFILES, Profile};
 
 /// Factors that have a name.
 const FACTORS: [(f64, &str); 8] = [
@@ -21,10 +24,12 @@ const FACTORS: [(f64, &str); 8] = [
 
 /// A factor in words; `None` where it is 1 within a part in a hundred.
 fn factor(s: f64) -> Option<String> {
+    if (s - 1.0).abs() < 0.01 { None } else { Some(named(s).unwrap_or_else(|| format!("{s:.4}"))) }
+}
+
+/// The name of a factor.
+fn named(s: f64) -> Option<String> {
     let near = |a: f64, b: f64, t: f64| (a / b - 1.0).abs() < t;
-    if near(s, 1.0, 0.01) {
-        return None;
-    }
     if let Some((_, name)) = FACTORS.iter().find(|(f, _)| near(s, *f, 0.01)) {
         return Some((*name).into());
     }
@@ -32,7 +37,7 @@ fn factor(s: f64) -> Option<String> {
     if ev.is_finite() && (ev - ev.round()).abs() < 0.01 {
         return Some(format!("{s:.4}: an exposure of {:+.0} EV", ev.round()));
     }
-    Some(format!("{s:.4}"))
+    None
 }
 
 /// What the file as a whole is like.
@@ -44,9 +49,10 @@ pub struct Summary {
 }
 
 impl Summary {
-    pub fn new(consumer: &Consumer, levels: &[Checked], sh: Option<&Coefficients>) -> Self {
+    /// `read` is the convention that the light was read by.
+    pub fn new(consumer: &Consumer, levels: &[Checked], sh: Option<&Coefficients>, read: &Profile) -> Self {
         let mut faults = Vec::new();
-        turned(levels, &mut faults);
+        turned(levels, read, &mut faults);
         let law = law(consumer, levels, &mut faults);
         scaled(levels, &mut faults);
         clamped(levels, &mut faults);
@@ -91,11 +97,24 @@ fn listed(levels: &[usize], all: usize) -> String {
     format!("level {}: ", text.join(", "))
 }
 
-fn turned(levels: &[Checked], faults: &mut Vec<String>) {
+/// Where a turn is what comes of another way to read a lat-long light: the options that read it so.
+fn convention(turn: &Turn, read: &Profile) -> String {
+    let Turn::Axes(g) = turn else { return String::new() };
+    // World w of another tool is our direction p w, and found at w = pᵀ d.
+    let same = |p: &&Profile| (p.latlong().transpose() * read.latlong() - *g).abs_diff_eq(DMat3::ZERO, 1e-9);
+    let names: Vec<&str> = PROFILES.iter().filter(same).map(|p| p.name).collect();
+    match names.len() {
+        0 => String::new(),
+        _ => format!(" (as of a lat-long light that is read with --light-profile {})", names.join(", ")),
+    }
+}
+
+fn turned(levels: &[Checked], read: &Profile, faults: &mut Vec<String>) {
     let mut named: Vec<(String, Vec<usize>)> = Vec::new();
     for (m, l) in levels.iter().enumerate().filter(|(_, l)| !l.found.turn.is_identity()) {
         let again = " (undone by interpolation: add this angle to --rotate to measure past it)";
         let name = l.found.turn.name() + if l.found.turn.interpolates() { again } else { "" };
+        let name = name + &convention(&l.found.turn, read);
         match named.iter_mut().find(|(n, _)| *n == name) {
             Some((_, at)) => at.push(m),
             None => named.push((name, vec![m])),
@@ -108,17 +127,19 @@ fn turned(levels: &[Checked], faults: &mut Vec<String>) {
 
 fn law(consumer: &Consumer, levels: &[Checked], faults: &mut Vec<String>) -> Option<(&'static str, f64)> {
     let last = levels.len() - 1;
-    let wrong: Vec<usize> = (0..levels.len()).filter(|&m| !levels[m].kernel_is_right()).collect();
-    let rough = |m: usize| levels[m].fit.kernel.roughness().filter(|_| m > 0 && levels[m].fit.residual < 0.2);
+    let explained = |m: usize| levels[m].fit.residual < UNEXPLAINED;
+    let wrong: Vec<usize> =
+        (0..levels.len()).filter(|&m| explained(m) && !levels[m].kernel_is_right()).collect();
+    let rough = |m: usize| levels[m].fit.kernel.roughness().filter(|_| m > 0 && explained(m));
     let fitted: Vec<(usize, f64)> = (0..levels.len()).filter_map(|m| Some((m, rough(m)?))).collect();
     let found = if matches!(consumer.law, Law::Roughness(_)) { laws::closest(&fitted, last) } else { None };
-    let explained = found.is_some_and(|(_, e)| e < 0.03) && fitted.len() > 1;
+    let follows = found.is_some_and(|(_, e)| e < 0.03) && fitted.len() > 1;
     if wrong.is_empty() {
         return found;
     }
     let same_family = wrong.iter().all(|&m| levels[m].fit.kernel.family == levels[m].expected.family);
     if same_family
-        && explained
+        && follows
         && let Some((name, _)) = found
     {
         faults.push(format!("levels follow another curve: {name}"));
@@ -162,22 +183,35 @@ fn scaled(levels: &[Checked], faults: &mut Vec<String>) {
         ));
         return;
     }
-    let mut named: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut texts: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut other: Vec<(usize, f64)> = Vec::new();
     for (m, l) in known {
         let coloured = l.fit.scale.iter().any(|s| (s / l.fit.gain() - 1.0).abs() > 0.02);
         let text = if coloured {
             let [r, g, b] = l.fit.scale;
             Some(format!("a coloured factor {r:.3}/{g:.3}/{b:.3}: a surface's colour baked in"))
         } else {
-            factor(l.fit.gain()).map(|f| format!("factor {f}"))
+            let gain = l.fit.gain();
+            if factor(gain).is_some() && named(gain).is_none() {
+                other.push((m, gain));
+            }
+            factor(gain).and_then(|_| named(gain)).map(|f| format!("factor {f}"))
         };
         let Some(text) = text else { continue };
-        match named.iter_mut().find(|(n, _)| *n == text) {
+        match texts.iter_mut().find(|(n, _)| *n == text) {
             Some((_, at)) => at.push(m),
-            None => named.push((text, vec![m])),
+            None => texts.push((text, vec![m])),
         }
     }
-    for (text, at) in named {
+    if !other.is_empty() {
+        let (at, gains): (Vec<usize>, Vec<String>) =
+            other.iter().map(|(m, gain)| (*m, format!("{gain:.4}"))).unzip();
+        let alike = gains.iter().all(|g| *g == gains[0]);
+        let text =
+            if alike { format!("factor {}", gains[0]) } else { format!("factors {}", gains.join(", ")) };
+        texts.push((text, at));
+    }
+    for (text, at) in texts {
         faults.push(format!("{}{text}", listed(&at, levels.len())));
     }
 }

@@ -48,8 +48,8 @@ fn place(theta: f64) -> f64 {
 /// Rings of the image and of the brightest texels and suns, around each of some directions.
 pub struct Rings {
     angles: Vec<f64>,
-    /// Per direction: red, green and blue of the image, then of the beams.
-    tables: Vec<[Vec<f64>; 6]>,
+    /// Per direction and angle: red, green and blue of the image, then of the beams.
+    tables: Vec<Vec<[f64; 6]>>,
 }
 
 /// What one kernel makes of the light at each direction: the image's part and the beams'.
@@ -61,7 +61,7 @@ impl Rings {
         let angles = nodes();
         let points: Vec<(DVec3, [f64; 3])> = beams.iter().flat_map(points).collect();
         let around = |d: &DVec3| {
-            let mut table: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; angles.len()]);
+            let mut table = vec![[0.0; 6]; angles.len()];
             let mut put = |first: usize, flux: [f64; 3], wi: DVec3| {
                 // 2 asin of half the chord keeps its digits near 0.
                 let theta = 2.0 * (0.5 * d.distance(wi)).min(1.0).asin();
@@ -69,8 +69,8 @@ impl Rings {
                 let b = (x as usize).min(angles.len() - 2);
                 let t = x - b as f64;
                 for c in 0..3 {
-                    table[first + c][b] += flux[c] * (1.0 - t);
-                    table[first + c][b + 1] += flux[c] * t;
+                    table[b][first + c] += flux[c] * (1.0 - t);
+                    table[b + 1][first + c] += flux[c] * t;
                 }
             };
             let scale = |wi: DVec3, _: f64| (FINENESS * d.distance(wi)).clamp(1e-3, COARSEST);
@@ -84,9 +84,15 @@ impl Rings {
     /// The filtered values of a kernel.
     pub fn filtered(&self, kernel: &dyn Zonal) -> Filtered {
         let k: Vec<f64> = self.angles.iter().map(|t| kernel.value(t.cos())).collect();
-        let sum = |plane: &Vec<f64>| plane.iter().zip(&k).map(|(f, k)| f * k).sum::<f64>();
-        let both = |t: &[Vec<f64>; 6]| {
-            (std::array::from_fn(|c| sum(&t[c])), std::array::from_fn(|c| sum(&t[3 + c])))
+        let both = |table: &Vec<[f64; 6]>| {
+            // Six sums side by side: none waits for another.
+            let mut sum = [0.0; 6];
+            for b in 0..k.len().min(table.len()) {
+                for c in 0..6 {
+                    sum[c] += k[b] * table[b][c];
+                }
+            }
+            ([sum[0], sum[1], sum[2]], [sum[3], sum[4], sum[5]])
         };
         self.tables.iter().map(both).collect()
     }
