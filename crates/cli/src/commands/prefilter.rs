@@ -186,7 +186,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         None => Beside::nothing(),
     };
     clock.lap("filtering");
-    let mut packed = Packed::new(&o, &plan, &mut levels, &mut beside);
+    let mut packed = Packed::new(&o, &plan, &mut levels, &mut beside)?;
     let all = || levels.iter().chain(beside.maps().map(|(_, l)| l));
     let worst = all().map(Level::error).fold(0.0, f64::max);
     let how = if o.check > 0 { "measured" } else { "bound" };

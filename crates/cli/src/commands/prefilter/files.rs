@@ -14,11 +14,11 @@ use std::f64::consts::PI;
 use std::path::Path;
 use steradian_brdf::dfg::DfgTable;
 use steradian_formats::{
-    ExrSamples, FormatError, Raster, Supercompression, TexelFormat, TextureLevels, WriteOptions, WriteReport,
-    write_atomic, write_dds, write_dir_atomic, write_image, write_ktx1, write_ktx2_as,
+    ExrSamples, FormatError, Raster, StoredTexture, Supercompression, TexelFormat, WriteOptions, WriteReport,
+    write_atomic, write_dir_atomic, write_image,
 };
+use steradian_sphere::SphereImage;
 use steradian_sphere::sh::ShRgb;
-use steradian_sphere::{Layout, SphereImage};
 
 /// A file, and what its format could not hold.
 pub struct Written {
@@ -50,7 +50,7 @@ pub fn write(
 ) -> Result<Vec<Written>, Failure> {
     let engine = plan.with_format(o);
     let written = if o.profile.is_none() {
-        vec![one_file(o, &engine, &packed, levels, context)?]
+        vec![one_file(o, packed, levels, context)?]
     } else {
         folder(o, &engine, packed, levels, beside, name, context)?
     };
@@ -64,30 +64,21 @@ pub fn write(
     Ok(written)
 }
 
-fn one_file(
-    o: &Options,
-    engine: &Engine,
-    packed: &Packed,
-    levels: &[Level],
-    context: &Context,
-) -> Result<Written, Failure> {
+fn one_file(o: &Options, packed: Packed, levels: &[Level], context: &Context) -> Result<Written, Failure> {
     let path = &o.output;
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if let [Level { filtered, .. }] = levels
-        && filtered.image.layout == Layout::LatLong
-    {
-        let raster = layouts::arranged(filtered.image.clone(), Target::LatLong);
-        let mut options =
-            WriteOptions { metadata: layouts::metadata(Target::LatLong), ..WriteOptions::default() };
-        options.metadata.extend(context.provenance_pairs());
-        return Ok(Written::new(name, write_image(path, &raster, &options)?));
-    }
-    let t = &packed.specular;
-    let report = match extension.as_str() {
-        "ktx" => write_ktx1(path, t, engine.format)?,
-        "dds" => write_dds(path, t, engine.format)?,
-        _ => write_ktx2_as(path, t, engine.format, Supercompression::None)?,
+    let report = match (&packed.specular, extension.as_str()) {
+        (Some(t), "ktx") => t.write_ktx1(path)?,
+        (Some(t), "dds") => t.write_dds(path)?,
+        (Some(t), _) => t.write_ktx2(path, Supercompression::None)?,
+        (None, _) => {
+            let raster = layouts::arranged(levels[0].filtered.image.clone(), Target::LatLong);
+            let mut options =
+                WriteOptions { metadata: layouts::metadata(Target::LatLong), ..WriteOptions::default() };
+            options.metadata.extend(context.provenance_pairs());
+            write_image(path, &raster, &options)?
+        }
     };
     Ok(Written::new(name, report))
 }
@@ -102,24 +93,18 @@ fn folder(
     name: &str,
     context: &Context,
 ) -> Result<Vec<Written>, Failure> {
-    let Packed { mut specular, diffuse: cosine, sheen } = packed;
+    let Packed { specular, diffuse: cosine, sheen } = packed;
     let mut written = Vec::new();
     write_dir_atomic(&o.output, |dir| {
         written = match engine.files {
             Files::Ktx2 { specular: s, diffuse } => {
-                let mut all = vec![ktx2(engine, dir, &s.replace("{}", name), &specular)?];
-                if let (Some(d), Some(t)) = (diffuse, &cosine) {
-                    all.push(ktx2(engine, dir, &d.replace("{}", name), t)?);
-                }
-                all
+                let files = [(Some(s), &specular), (diffuse, &cosine)];
+                let named = |(file, t): (Option<&str>, _)| Some((file?.replace("{}", name), t));
+                ktx2(engine, dir, files.into_iter().filter_map(named))?
             }
             Files::Khronos => {
-                let mut all = vec![ktx2(engine, dir, "specular.ktx2", &specular)?];
-                for (file, t) in [("diffuse.ktx2", &cosine), ("sheen.ktx2", &sheen)] {
-                    if let Some(t) = t {
-                        all.push(ktx2(engine, dir, file, t)?);
-                    }
-                }
+                let files = [("specular", &specular), ("diffuse", &cosine), ("sheen", &sheen)];
+                let mut all = ktx2(engine, dir, files.map(|(part, t)| (format!("{part}.ktx2"), t)))?;
                 all.push(brdf_table(dir)?);
                 all
             }
@@ -128,16 +113,13 @@ fn folder(
                 let lat_long = &beside.panorama.as_ref().unwrap_or(&levels[0]).filtered.image;
                 let mut all =
                     vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, context)?];
-                if let Some(c) = cube {
+                if let (Some(c), Some(t)) = (cube, &specular) {
                     let file = c.replace("{}", name);
-                    all.push(Written::new(
-                        file.clone(),
-                        write_dds(&dir.join(file), &specular, engine.format)?,
-                    ));
+                    all.push(Written::new(file.clone(), t.write_dds(&dir.join(file))?));
                 }
                 all
             }
-            Files::Filament => filament(engine, dir, name, &mut specular, &beside.sh)?,
+            Files::Filament => filament(dir, name, specular.clone(), &beside.sh)?,
             Files::Gltf => gltf(engine, dir, name, levels, &beside.sh)?,
         };
         Ok(())
@@ -179,12 +161,22 @@ fn brdf_table(dir: &Path) -> Result<Written, FormatError> {
     Ok(Written::new(file, write_image(&dir.join(file), &raster, &options)?))
 }
 
-fn ktx2(engine: &Engine, dir: &Path, name: &str, t: &TextureLevels) -> Result<Written, FormatError> {
+/// Those textures that there are, by name.
+fn ktx2<'a>(
+    engine: &Engine,
+    dir: &Path,
+    files: impl IntoIterator<Item = (String, &'a Option<StoredTexture>)>,
+) -> Result<Vec<Written>, FormatError> {
     let compression = if engine.zstd { Supercompression::Zstd } else { Supercompression::None };
-    // Names say what is inside.
-    let name = name.replace("rgb9e5", engine.format.name());
-    let report = write_ktx2_as(&dir.join(&name), t, engine.format, compression)?;
-    Ok(Written::new(name, report))
+    let mut written = Vec::new();
+    for (name, t) in files {
+        let Some(t) = t else { continue };
+        // Names say what is inside.
+        let name = name.replace("rgb9e5", engine.format.name());
+        let report = t.write_ktx2(&dir.join(&name), compression)?;
+        written.push(Written::new(name, report));
+    }
+    Ok(written)
 }
 
 /// Factors A_l of the clamped cosine's bands 0 to 2.
@@ -209,10 +201,9 @@ fn filament_sh(sh: &ShRgb) -> String {
 }
 
 fn filament(
-    engine: &Engine,
     dir: &Path,
     name: &str,
-    specular: &mut TextureLevels,
+    specular: Option<StoredTexture>,
     sh: &ShRgb,
 ) -> Result<Vec<Written>, FormatError> {
     let sh = filament_sh(sh);
@@ -220,17 +211,19 @@ fn filament(
     std::fs::create_dir_all(&folder)
         .map_err(|e| FormatError::Unwritable { path: folder.clone(), why: e.to_string() })?;
     let mut written = Vec::new();
-    let mut write = |part: &str, t: &TextureLevels| -> Result<(), FormatError> {
+    let mut write = |part: &str, t: &StoredTexture| -> Result<(), FormatError> {
         let file = format!("{name}_{part}.ktx");
-        let report = write_ktx1(&folder.join(&file), t, engine.format)?;
+        let report = t.write_ktx1(&folder.join(&file))?;
         written.push(Written::new(format!("{name}/{file}"), report));
         Ok(())
     };
-    specular.metadata.insert(0, ("sh".into(), sh.clone()));
-    write("ibl", specular)?;
-    specular.metadata.remove(0);
-    specular.levels.truncate(1);
-    write("skybox", specular)?;
+    if let Some(mut t) = specular {
+        t.metadata.insert(0, ("sh".into(), sh.clone()));
+        write("ibl", &t)?;
+        t.metadata.remove(0);
+        t.truncate(1);
+        write("skybox", &t)?;
+    }
     write_atomic(&folder.join("sh.txt"), |w| w.write_all(sh.as_bytes()))?;
     written.push(Written::new(format!("{name}/sh.txt"), WriteReport::default()));
     Ok(written)

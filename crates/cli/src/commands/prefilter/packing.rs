@@ -7,45 +7,52 @@ use super::{BRDF, Level, Options};
 use crate::context::Context;
 use std::path::Path;
 use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
-use steradian_formats::{TexelFormat, TextureLevels, WriteReport};
+use steradian_formats::{FormatError, StoredTexture, TexelFormat, TextureLevels, WriteReport};
 use steradian_sphere::{Layout, SphereImage};
 
-/// The textures of the output. Lat-long images and PNG faces are none.
+/// The textures of the output, encoded once. Lat-long images and PNG faces are none.
 #[derive(Default)]
 pub struct Packed {
-    pub specular: TextureLevels,
-    pub diffuse: Option<TextureLevels>,
-    pub sheen: Option<TextureLevels>,
+    pub specular: Option<StoredTexture>,
+    pub diffuse: Option<StoredTexture>,
+    pub sheen: Option<StoredTexture>,
 }
 
 impl Packed {
     /// Arranges all maps for their consumer, and tells each what the format of its texels changes.
-    pub fn new(o: &Options, plan: &Plan, levels: &mut [Level], beside: &mut Beside) -> Self {
+    pub fn new(
+        o: &Options,
+        plan: &Plan,
+        levels: &mut [Level],
+        beside: &mut Beside,
+    ) -> Result<Self, FormatError> {
         let engine = plan.with_format(o);
+        let stored = |levels: &mut [Level], kernel: &str| match levels {
+            [] => Ok(None),
+            levels => texture(&engine, &o.output, levels, kernel).map(Some),
+        };
         if engine.files == Files::Gltf && o.profile.is_some() {
             let rgbd = |c| decode_rgbd(encode_rgbd(c, &mut WriteReport::default()));
             levels.iter_mut().for_each(|l| l.format_error = of_colours(&l.filtered.image, rgbd));
-            return Self::default();
+            return Ok(Self::default());
         }
         let mut packed = Self::default();
         if plan.layout == Layout::Cube {
-            packed.specular = texture(&engine, levels, &label(&o.kernel));
+            packed.specular = stored(levels, &label(&o.kernel))?;
         } else {
             levels.iter_mut().for_each(|l| l.format_error = of_image(&engine, o, &l.filtered.image));
         }
-        packed.diffuse =
-            beside.diffuse.as_mut().map(|l| texture(&engine, std::slice::from_mut(l), "lambert"));
-        packed.sheen =
-            (!beside.sheen.is_empty()).then(|| texture(&engine, beside.sheen.as_mut_slice(), "charlie"));
+        packed.diffuse = stored(beside.diffuse.as_mut_slice(), "lambert")?;
+        packed.sheen = stored(beside.sheen.as_mut_slice(), "charlie")?;
         if let Some(l) = &mut beside.panorama {
             l.format_error = of_image(&engine, o, &l.filtered.image);
         }
-        packed
+        Ok(packed)
     }
 
     /// Adds to every texture where it comes from, the error that the report states included.
     pub fn sign(&mut self, context: &Context) {
-        let all = [Some(&mut self.specular), self.diffuse.as_mut(), self.sheen.as_mut()];
+        let all = [&mut self.specular, &mut self.diffuse, &mut self.sheen];
         for t in all.into_iter().flatten() {
             t.metadata.splice(0..0, context.provenance_pairs());
         }
@@ -53,7 +60,12 @@ impl Packed {
 }
 
 /// Levels in the arrangement of `engine`, each told what the format changes.
-fn texture(engine: &Engine, levels: &mut [Level], kernel: &str) -> TextureLevels {
+fn texture(
+    engine: &Engine,
+    path: &Path,
+    levels: &mut [Level],
+    kernel: &str,
+) -> Result<StoredTexture, FormatError> {
     let side = levels.first().map_or(0, |l| l.filtered.image.width);
     let mut metadata = vec![
         ("steradian.profile".to_string(), engine.recorded().to_string()),
@@ -64,16 +76,15 @@ fn texture(engine: &Engine, levels: &mut [Level], kernel: &str) -> TextureLevels
     if !roughness.is_empty() {
         metadata.push(("steradian.perceptual_roughness".into(), roughness.join(" ")));
     }
-    let level = |l: &mut Level| {
-        let texels = rgba(&engine.arrange(&l.filtered.image));
-        let n = l.filtered.image.width;
-        if engine.format != TexelFormat::Rgba32f {
-            l.format_error = change(&texels, &engine.format.round_trip(&texels, (n, n)));
+    let given: Vec<_> = levels.iter().map(|l| rgba(&engine.arrange(&l.filtered.image))).collect();
+    let given = TextureLevels { width: side, height: side, faces: 6, levels: given, metadata };
+    let stored = StoredTexture::new(path, &given, engine.format)?;
+    if engine.format != TexelFormat::Rgba32f {
+        for (m, l) in levels.iter_mut().enumerate() {
+            l.format_error = stored.level(m).map_or(0.0, |back| change(&given.levels[m], &back));
         }
-        texels
-    };
-    let levels = levels.iter_mut().map(level).collect();
-    TextureLevels { width: side, height: side, faces: 6, levels, metadata }
+    }
+    Ok(stored)
 }
 
 /// What the file of a lat-long image changes, by its samples.
