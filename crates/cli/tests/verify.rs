@@ -277,6 +277,8 @@ fn turned_files_are_named() {
         done(dir, &a);
         let t = read_ktx2(&dir.join("turned/sky_specular.ktx2"), &Limits::default()).unwrap();
         let text = spoilt(dir, &t);
+        // Some turns are what other tools mean by a lat-long image; then that is said.
+        let text = text.split(" (as of a lat-long light").next().unwrap_or_default();
         assert_eq!(text, format!("every level: turned by {degrees}° about +Y"), "{degrees}");
     }
     // Faces left to right, as a mirror in the file.
