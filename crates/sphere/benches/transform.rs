@@ -1,10 +1,10 @@
 //! Times of the transform, in a form that `peers.py` reads; RAYON_NUM_THREADS says on how many threads.
-//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube] [image] [serve] band…`
+//! `cargo bench -p steradian-sphere --bench transform -- [gl|equirectangular|cube|rotate] [image] [serve] band…`
 //!
 //! Three channels of f64 (`image`: of f32 in image precision), basis about the image's pole and coefficients
 //! by m, as other libraries have them. Prints grid, band, and milliseconds of synthesis and analysis (each the least
 //! of several), and of planning; for `cube`, of synthesis to a cube map of 256² texels a face with errors of 2e-3
-//! and 1e-5. With `serve`, after the word "ready", both times for every line read, which says how many seconds each
+//! and 1e-5; for `rotate`, of turns of three channels and of one. With `serve`, after the word "ready", both times for every line read, which says how many seconds each
 //! may take.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
@@ -12,7 +12,10 @@
 use std::hint::black_box;
 use std::time::Instant;
 use steradian_sphere::Layout;
-use steradian_sphere::sh::{ColumnsRgb, Grid, PointSynthesis, Precision, Sample, ShRgb, ShTransform, count};
+use steradian_sphere::glam::DMat3;
+use steradian_sphere::sh::{
+    ColumnsRgb, Grid, PointSynthesis, Precision, Rotation, Sample, ShRgb, ShTransform, count,
+};
 
 /// Time on the processor so far in ms of the only thread, where the system tells.
 fn on_cpu() -> Option<f64> {
@@ -25,16 +28,26 @@ fn on_cpu() -> Option<f64> {
     Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-6)
 }
 
-/// Least of several runs, in milliseconds; of long ones without what other programs took.
+/// What a sample takes at least, in milliseconds: clocks are not finer.
+const SAMPLE: f64 = 2.0;
+
+/// Least of several samples, in milliseconds, without what other programs took; short runs are repeated within one.
 fn best<R>(seconds: f64, mut f: impl FnMut() -> R) -> f64 {
     let mut best = f64::INFINITY;
-    let (start, mut runs) = (Instant::now(), 0);
-    while runs < 2 || start.elapsed().as_secs_f64() < seconds {
-        let (before, t) = (if best > 1.0 { on_cpu() } else { None }, Instant::now());
-        black_box(f());
+    let (start, mut samples, mut runs) = (Instant::now(), 0, 1);
+    while samples < 2 || start.elapsed().as_secs_f64() < seconds {
+        let (before, t) = (on_cpu(), Instant::now());
+        for _ in 0..runs {
+            black_box(f());
+        }
         let clock = t.elapsed().as_secs_f64() * 1e3;
-        best = best.min(before.and_then(|b| Some(on_cpu()? - b)).unwrap_or(clock));
-        runs += 1;
+        let time = before.and_then(|b| Some(on_cpu()? - b)).unwrap_or(clock);
+        if clock < SAMPLE {
+            runs *= 2;
+        } else {
+            best = best.min(time / f64::from(runs));
+            samples += 1;
+        }
     }
     best
 }
@@ -75,6 +88,17 @@ fn time<S: Sample>(name: &str, band: usize, precision: Precision, serve: bool) {
     });
 }
 
+fn time_rotation(band: usize, serve: bool) {
+    let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
+    let sh = ShRgb { order: band, c };
+    let r = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_y(0.7) * DMat3::from_rotation_z(0.2);
+    let mut one = vec![0.0; count(band)];
+    report("rotate", band, 0.0, serve, |seconds| {
+        let three = best(seconds, || Rotation::new(band, r).apply_rgb(&sh));
+        [three, best(seconds, || Rotation::new(band, r).apply(&sh.c[0], &mut one))]
+    });
+}
+
 fn time_cube(band: usize, serve: bool) {
     let c = std::array::from_fn(|k| (0..count(band)).map(|i| ((i * i + k) as f64).sin()).collect());
     let columns = ColumnsRgb::from_sh(&ShRgb { order: band, c });
@@ -101,6 +125,8 @@ fn run() {
     for band in bands {
         if grid == "cube" {
             time_cube(band, has("serve"));
+        } else if grid == "rotate" {
+            time_rotation(band, has("serve"));
         } else if has("image") {
             time::<f32>(grid, band, Precision::Image, has("serve"));
         } else {
