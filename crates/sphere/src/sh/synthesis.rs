@@ -104,10 +104,10 @@ fn fill<T>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn noise(order: usize) -> ShRgb {
+    pub(in crate::sh) fn noise(order: usize) -> ShRgb {
         let mut sh = ShRgb::zero(order);
         for (k, c) in sh.c.iter_mut().enumerate() {
             for (i, c) in c.iter_mut().enumerate() {

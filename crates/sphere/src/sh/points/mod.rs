@@ -182,12 +182,7 @@ mod tests {
 
     /// All energy in the highest bands is the worst case.
     fn noise(order: usize) -> ShRgb {
-        let mut sh = ShRgb::zero(order);
-        for (k, c) in sh.c.iter_mut().enumerate() {
-            for (i, c) in c.iter_mut().enumerate() {
-                *c = ((i * i + 3 * k) as f64).sin();
-            }
-        }
+        let mut sh = crate::sh::synthesis::tests::noise(order);
         sh.c[1][..order * order].fill(0.0);
         sh
     }

@@ -10,7 +10,7 @@ use super::batch::Batch;
 use super::fold::{Cells, Fold, Unfold, fold_within};
 use super::kernel::{CELL, Real, aligned};
 use super::rings::{BLOCK, Rings};
-use super::rows::{Load, Store};
+use super::rows::Rows;
 use std::f64::consts::{PI, SQRT_2};
 use steradian_simd::{Arch, Kernel, Vector};
 
@@ -87,7 +87,7 @@ impl<T: Real> Fourier<T> {
             for first in (0..BLOCK).step_by(lanes) {
                 let x = &mut spectra[first / lanes % kept * size..][..size];
                 if first * width < north.len() {
-                    steradian_simd::run(Load { north, south, width, first, x });
+                    steradian_simd::run(Rows { north, south, width, first, x });
                     batch.forward(x);
                 } else {
                     x.fill(T::default());
@@ -122,7 +122,7 @@ impl<T: Real> Fourier<T> {
                     steradian_simd::run(Unfold { bins, unused, aliased, cells, at, x });
                     batch.backward(x);
                     let (north, south) = (&mut *block.north[k], &mut *block.south[k]);
-                    steradian_simd::run(Store { north, south, width, first, x });
+                    steradian_simd::run(Rows { north, south, width, first, x });
                 }
             }
         }

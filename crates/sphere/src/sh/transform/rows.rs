@@ -5,19 +5,26 @@ use super::kernel::Real;
 use super::rings::BLOCK;
 use steradian_simd::{Arch, Kernel, Vector};
 
-/// Sums and differences of rows and their mirrors, as the real and imaginary parts of sequences; rows that are
-/// not there are 0.
-pub(super) struct Load<'a, T, S> {
+/// Rows of samples of type R, which are read or written.
+pub(super) struct Rows<'a, T, R> {
     /// Rows of a block from the pole, and their mirrors from the last.
-    pub(super) north: &'a [S],
-    pub(super) south: &'a [S],
+    pub(super) north: R,
+    pub(super) south: R,
     pub(super) width: usize,
     /// The row of the first lane.
     pub(super) first: usize,
     pub(super) x: &'a mut [T],
 }
 
-impl<T: Real, S: Sample> Kernel for Load<'_, T, S> {
+/// A pass over rows, N columns of N rows at a time, N the lanes of a register.
+pub(super) trait Tiles<T: Real> {
+    fn tiles<A: Arch, const N: usize>(self);
+}
+
+impl<T: Real, R> Kernel for Rows<'_, T, R>
+where
+    Self: Tiles<T>,
+{
     type Output = ();
 
     #[inline(always)]
@@ -31,8 +38,9 @@ impl<T: Real, S: Sample> Kernel for Load<'_, T, S> {
     }
 }
 
-impl<T: Real, S: Sample> Load<'_, T, S> {
-    /// N columns of N rows at a time, N the lanes of a register.
+/// Sums and differences of rows and their mirrors, as the real and imaginary parts of sequences; rows that are
+/// not there are 0.
+impl<T: Real, S: Sample> Tiles<T> for Rows<'_, T, &[S]> {
     #[inline(always)]
     fn tiles<A: Arch, const N: usize>(self) {
         let (width, zero) = (self.width, T::Vector::<A>::splat(T::default()));
@@ -120,30 +128,7 @@ fn read<A: Arch, T: Real, S: Sample>(row: &[S], at: usize) -> T::Vector<A> {
 }
 
 /// Rows from sequences whose first parts are the southern rows and whose second the northern.
-pub(super) struct Store<'a, T, S> {
-    pub(super) north: &'a mut [S],
-    pub(super) south: &'a mut [S],
-    pub(super) width: usize,
-    pub(super) first: usize,
-    pub(super) x: &'a mut [T],
-}
-
-impl<T: Real, S: Sample> Kernel for Store<'_, T, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<A: Arch>(self) {
-        match T::Vector::<A>::LANES {
-            2 => self.tiles::<A, 2>(),
-            4 => self.tiles::<A, 4>(),
-            8 => self.tiles::<A, 8>(),
-            _ => self.tiles::<A, BLOCK>(),
-        }
-    }
-}
-
-impl<T: Real, S: Sample> Store<'_, T, S> {
-    /// N columns of N rows at a time, N the lanes of a register.
+impl<T: Real, S: Sample> Tiles<T> for Rows<'_, T, &mut [S]> {
     #[inline(always)]
     fn tiles<A: Arch, const N: usize>(self) {
         let (width, zero) = (self.width, T::Vector::<A>::splat(T::default()));
