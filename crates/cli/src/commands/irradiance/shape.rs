@@ -46,7 +46,7 @@ impl WindowSpec {
 pub fn dering_json(d: &Dering) -> Value {
     let bands: Vec<[f64; 3]> =
         (0..d.factors[0].len()).map(|l| std::array::from_fn(|c| d.factors[c][l])).collect();
-    json!({"factors": bands, "change": d.change, "minimum": d.minimum})
+    json!({"factors": bands, "change": d.change, "least_change": d.least, "minimum": d.minimum})
 }
 
 /// The bands up to `order`; those that are not there are 0.

@@ -7,10 +7,12 @@
 //! are bands, so this is a quadratic program; δ = 1 leaves the mean, so it has a solution where the mean is positive.
 //! Constraints join it where the last solution is lowest. Factors per band turn with the function.
 //!
+//! How little any such factors can change is bounded from below by the same program without the proof's margin
+//! ([`Dering::least`]): duality needs only multipliers, no search that has ended.
+//!
 //! The proof needs samples only ([`proof`]): f is the average of a sharper function by a non-negative kernel, and
 //! a quadrature with positive weights is exact for that average, so that f is nowhere below the sharper function's
-//! least sample. What the last solution still misses is made up for by moving all factors towards the mean: little up to
-//! order 64, but where light itself with a sun is deringed at order 255 the search may end before the least change.
+//! least sample. What the last solution still misses is made up for by moving all factors towards the mean.
 
 mod program;
 mod proof;
@@ -29,7 +31,7 @@ use std::f64::consts::PI;
 const ROUNDS: usize = 40;
 
 /// What need not be made up for by more constraints, relative to the mean.
-const UNSURE: f64 = 1e-3;
+const UNSURE: f64 = 2e-5;
 
 /// What [`ShRgb::dering`] did, by channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,6 +40,8 @@ pub struct Dering {
     pub factors: [Vec<f64>; 3],
     /// Root mean square of the change of the function over its root mean square.
     pub change: [f64; 3],
+    /// No factors per band that leave the function nowhere negative change it less than this.
+    pub least: [f64; 3],
     /// A proved lower bound of the function: not below zero, but where its mean is not positive.
     pub minimum: [f64; 3],
 }
@@ -49,14 +53,17 @@ impl ShRgb {
     /// positive stays.
     pub fn dering(&mut self, k: &[f64]) -> Dering {
         let f = Function::new(self, k);
-        let (factors, minimum) = f.factors();
-        let change = std::array::from_fn(|c| f.change(c, &factors[c]));
+        let found = f.search();
+        let change = std::array::from_fn(|c| f.change(c, &found[c].factors));
+        let least = found.each_ref().map(|f| f.least);
+        let minimum = found.each_ref().map(|f| f.bound);
+        let factors = found.map(|f| f.factors);
         for (c, factors) in self.c.iter_mut().zip(&factors) {
             for (l, w) in factors.iter().enumerate() {
                 c[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|c| *c *= w);
             }
         }
-        Dering { factors, change, minimum }
+        Dering { factors, change, least, minimum }
     }
 
     /// A proved lower bound of each channel, close to the minimum.
@@ -66,6 +73,29 @@ impl ShRgb {
         let proof = Proof::new(self.order);
         let samples = proof.samples(&f.polar, &[&ones, &ones, &ones]);
         samples.each_ref().map(|s| proof.bound(s))
+    }
+}
+
+/// Factors of a channel.
+struct Found {
+    factors: Vec<f64>,
+    change: f64,
+    least: f64,
+    bound: f64,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { factors: Vec::new(), change: f64::INFINITY, least: 0.0, bound: 0.0 }
+    }
+}
+
+impl Found {
+    /// Takes what changes less.
+    fn offer(&mut self, other: Self) {
+        if other.change < self.change {
+            *self = other;
+        }
     }
 }
 
@@ -89,46 +119,75 @@ impl Function {
         Self { polar, power, mean }
     }
 
-    /// The factors, and the lower bounds that are proved of the result.
-    fn factors(&self) -> ([Vec<f64>; 3], [f64; 3]) {
+    /// The factors of each channel, with what is proved of them.
+    fn search(&self) -> [Found; 3] {
         let order = self.polar.order;
-        let proof = Proof::new(order);
-        let basis = Basis::new(order);
+        let (proof, basis) = (Proof::new(order), Basis::new(order));
         let mut programs: [_; 3] = std::array::from_fn(|c| Program::new(order, self.mean[c]));
         let mut factors: [Vec<f64>; 3] = std::array::from_fn(|_| vec![1.0; order + 1]);
-        let mut bounds = [0.0; 3];
+        let mut found: [Found; 3] = std::array::from_fn(|_| Found::default());
+        let (mut axes, mut open) = ([DVec3::Y; 3], [true; 3]);
         for round in 0..=ROUNDS {
             let samples = proof.samples(&self.polar, &factors.each_ref().map(Vec::as_slice));
-            let mut done = true;
             for c in 0..3 {
-                bounds[c] = proof.bound(&samples[c]);
-                if self.mean[c] <= 0.0 || bounds[c] >= -UNSURE * self.mean[c] || round == ROUNDS {
+                if !open[c] {
                     continue;
                 }
-                let room = 2.0 * proof.margin(&samples[c]);
-                let lows = proof.lows(&samples[c], 4 * (64 + order));
-                let rows = lows.into_par_iter().map_init(
-                    || vec![0.0; count(order)],
-                    |y, d| self.constraint(c, &proof, &basis, y, d, room),
-                );
-                programs[c].add(rows.collect(), 4 * (64 + order));
-                self.set(c, &programs[c].solve(), &mut factors[c]);
-                done = false;
+                if round == 0 {
+                    axes[c] = proof.peak(&samples[c]);
+                }
+                let bound = proof.bound(&samples[c]);
+                let met = self.mean[c] <= 0.0 || bound >= -UNSURE * self.mean[c];
+                found[c].offer(self.repaired(c, &factors[c], bound));
+                open[c] = !met && round < ROUNDS;
+                if open[c] {
+                    let room = 2.0 * proof.margin(&samples[c]);
+                    let lows = proof.lows(&samples[c], axes[c], 2 * (64 + order));
+                    let rows = lows.into_par_iter().map_init(
+                        || vec![0.0; count(order)],
+                        |y, d| self.constraint(c, &proof, &basis, y, d, room),
+                    );
+                    programs[c].add(rows.collect(), 4 * (64 + order));
+                    self.set(c, &programs[c].solve(), &mut factors[c]);
+                }
             }
-            if done {
+            if open == [false; 3] {
                 break;
             }
         }
         for c in 0..3 {
-            if self.mean[c] > 0.0 && bounds[c] < 0.0 {
-                // mean + s (f − mean) ≥ mean + s (bound − mean) = 0.
-                let s = self.mean[c] / (self.mean[c] - bounds[c]) * (1.0 - 1e-12);
-                factors[c][1..].iter_mut().for_each(|w| *w *= s);
-                bounds[c] = 0.0;
-            }
-            self.fill(c, &mut factors[c]);
+            found[c].least = self.least(c, &proof, &programs[c]);
+            self.fill(c, &mut found[c].factors);
         }
-        (factors, bounds)
+        found
+    }
+
+    /// Factors whose function is nowhere below `bound`, moved towards the mean until it is not negative.
+    fn repaired(&self, c: usize, factors: &[f64], bound: f64) -> Found {
+        let (mut factors, mut repaired) = (factors.to_vec(), bound);
+        if self.mean[c] > 0.0 && bound < 0.0 {
+            // mean + s (f − mean) ≥ mean + s (bound − mean) = 0.
+            let s = self.mean[c] / (self.mean[c] - bound) * (1.0 - 1e-12);
+            factors[1..].iter_mut().for_each(|w| *w *= s);
+            repaired = 0.0;
+        }
+        Found { change: self.change(c, &factors), factors, least: 0.0, bound: repaired }
+    }
+
+    /// What any factors change that make the function itself, not the sharper one, non-negative where constraints
+    /// are.
+    fn least(&self, c: usize, proof: &Proof, program: &Program) -> f64 {
+        let order = self.polar.order;
+        let row = |row: &Constraint| {
+            let a: Vec<f64> = (0..order).map(|i| row.a[i] / proof.sharpen[i + 1]).collect();
+            let value: f64 = (0..order).map(|i| a[i] * self.power[c][i + 1].sqrt()).sum();
+            Constraint { a, b: self.mean[c] + value }
+        };
+        let mut plain = Program::new(order, self.mean[c]);
+        plain.add(program.rows().iter().map(row).collect(), 0);
+        plain.solve();
+        let all: f64 = self.power[c].iter().sum();
+        if all > 0.0 { plain.least() / all.sqrt() } else { 0.0 }
     }
 
     /// Σ δ_l h_l(d) ≤ h(d) − room, of the sharper function h, in √P_l δ_l.

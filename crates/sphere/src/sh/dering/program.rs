@@ -79,6 +79,24 @@ impl Program {
         self.y.clone()
     }
 
+    /// The constraints that are left.
+    pub(super) fn rows(&self) -> &[Constraint] {
+        &self.rows
+    }
+
+    /// No point that meets the constraints has a smaller norm: with multipliers λ ≥ 0 of any size, Aᵀλ·y ≤ λ·b for
+    /// all of them, so that |y| ≥ −λ·b/|Aᵀλ|.
+    pub(super) fn least(&self) -> f64 {
+        let (mut sum, mut right) = (vec![0.0; self.y.len()], 0.0);
+        for (i, m) in self.active.iter().zip(&self.multipliers) {
+            let m = m.max(0.0);
+            sum.iter_mut().zip(&self.rows[*i].a).for_each(|(s, a)| *s += m * a);
+            right += m * self.rows[*i].b;
+        }
+        let size = dot(&sum, &sum).sqrt();
+        if right < 0.0 && size > 0.0 { -right / size } else { 0.0 }
+    }
+
     /// Makes constraint `p` an equality; false where rounding forbids it.
     fn meet(&mut self, p: usize) -> bool {
         let mut multiplier = 0.0;
@@ -186,6 +204,8 @@ mod tests {
                 sum.iter_mut().zip(&row.a).for_each(|(s, a)| *s += m * a);
             }
             assert!(sum.iter().all(|s| s.abs() < 1e-12));
+            let size = dot(&program.y, &program.y).sqrt();
+            assert!((program.least() / size - 1.0).abs() < 1e-6, "{} {size}", program.least());
         }
     }
 }

@@ -29,6 +29,7 @@ pub(super) struct Proof {
     plan: ShTransform,
     width: usize,
     height: usize,
+    cos: Vec<f64>,
     /// 1/P_l.
     pub(super) sharpen: Vec<f64>,
 }
@@ -41,7 +42,13 @@ impl Proof {
         let degree = order + 2 * n;
         let (width, height) = (smooth(degree + 1), degree / 2 + 1);
         let sharpen = kernel(n, order).into_iter().map(f64::recip).collect();
-        Self { plan: ShTransform::new(order, width, height, Grid::GaussLegendre), width, height, sharpen }
+        Self::on(order, width, height, sharpen)
+    }
+
+    fn on(order: usize, width: usize, height: usize, sharpen: Vec<f64>) -> Self {
+        let plan = ShTransform::new(order, width, height, Grid::GaussLegendre);
+        let cos = plan.cos_theta();
+        Self { plan, width, height, cos, sharpen }
     }
 
     /// h of each channel, after factors per band.
@@ -69,9 +76,30 @@ impl Proof {
         samples.iter().fold(f64::INFINITY, |m, x| m.min(*x)) - self.margin(samples)
     }
 
-    /// Directions of at most `count` negative samples that are lowest among their neighbours: half of them the lowest,
-    /// half spread over the depths of the others.
-    pub(super) fn lows(&self, samples: &[f64], count: usize) -> Vec<DVec3> {
+    /// The direction of the largest sample.
+    pub(super) fn peak(&self, samples: &[f64]) -> DVec3 {
+        let at = (0..samples.len()).fold(0, |m, i| if samples[i] > samples[m] { i } else { m });
+        let (j, i) = (at / self.width, at % self.width);
+        // The centre of the samples about it.
+        let mut sum = DVec3::ZERO;
+        for j in j.saturating_sub(2)..(j + 3).min(self.height) {
+            for i in i + self.width - 2..i + self.width + 3 {
+                let i = i % self.width;
+                sum += samples[j * self.width + i].max(0.0) * self.direction(j, i);
+            }
+        }
+        sum.try_normalize().unwrap_or(DVec3::Y)
+    }
+
+    fn direction(&self, j: usize, i: usize) -> DVec3 {
+        let phi = -PI + 2.0 * PI * (i as f64 + 0.5) / self.width as f64;
+        let (y, r) = (self.cos[j], ((1.0 - self.cos[j]) * (1.0 + self.cos[j])).sqrt());
+        DVec3::new(r * phi.cos(), y, r * phi.sin())
+    }
+
+    /// Directions of negative samples that are lowest among their neighbours: the `count` lowest, and the lowest in
+    /// each of as many rings about an axis, as ringing about a sun has them.
+    pub(super) fn lows(&self, samples: &[f64], axis: DVec3, count: usize) -> Vec<DVec3> {
         let (width, height) = (self.width, self.height);
         let mut lows = Vec::new();
         for j in 0..height {
@@ -88,15 +116,16 @@ impl Proof {
             }
         }
         lows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let (lowest, others) = lows.split_at(lows.len().min(count / 2));
-        let step = others.len().div_ceil(count - count / 2).max(1);
-        let cos = self.plan.cos_theta();
-        let direction = |&(_, j, i): &(f64, usize, usize)| {
-            let phi = -PI + 2.0 * PI * (i as f64 + 0.5) / width as f64;
-            let (y, r) = (cos[j], ((1.0 - cos[j]) * (1.0 + cos[j])).sqrt());
-            DVec3::new(r * phi.cos(), y, r * phi.sin())
-        };
-        lowest.iter().chain(others.iter().step_by(step)).map(direction).collect()
+        let (mut rings, mut chosen) = (vec![false; count], Vec::new());
+        for (k, (_, j, i)) in lows.into_iter().enumerate() {
+            let d = self.direction(j, i);
+            let ring = (d.dot(axis).clamp(-1.0, 1.0).acos() / PI * count as f64) as usize;
+            let first = !std::mem::replace(&mut rings[ring.min(count - 1)], true);
+            if k < count || first {
+                chosen.push(d);
+            }
+        }
+        chosen
     }
 }
 
@@ -166,14 +195,10 @@ mod tests {
         let (n, mut sh) = (4, ShRgb::zero(order));
         sh.c[0].iter_mut().enumerate().for_each(|(i, c)| *c = (i as f64 * 1.3).cos());
         let p = kernel(n, 2 * n);
-        let proof = Proof {
-            plan: ShTransform::new(order, order + 2 * n + 1, (order + 2 * n) / 2 + 1, Grid::GaussLegendre),
-            width: order + 2 * n + 1,
-            height: (order + 2 * n) / 2 + 1,
-            sharpen: p.iter().map(|p| p.recip()).collect(),
-        };
+        let degree = order + 2 * n;
+        let proof = Proof::on(order, degree + 1, degree / 2 + 1, p.iter().map(|p| p.recip()).collect());
         let h = &proof.samples(&sh, &[&[1.0; 4]; 3])[0];
-        let (cos, weights) = (proof.plan.cos_theta(), gauss_legendre(proof.height).1);
+        let (cos, weights) = (&proof.cos, gauss_legendre(proof.height).1);
         for d in crate::quadrature::fibonacci(20).directions {
             let mut average = 0.0;
             for (j, row) in h.chunks_exact(proof.width).enumerate() {
