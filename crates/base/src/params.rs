@@ -21,6 +21,29 @@ pub struct ParamInfo {
     pub doc: &'static str,
 }
 
+impl ParamInfo {
+    /// A real number in a range, pure until [`ParamInfo::unit`] says otherwise.
+    pub const fn real(name: &'static str, [min, max]: [f64; 2], default: f64, doc: &'static str) -> Self {
+        Self { name, unit: "", min, max, default, integer: false, doc }
+    }
+
+    /// A whole number in a range.
+    pub const fn whole(name: &'static str, range: [f64; 2], default: f64, doc: &'static str) -> Self {
+        Self { integer: true, ..Self::real(name, range, default, doc) }
+    }
+
+    /// 1 or 0: on or off.
+    pub const fn switch(name: &'static str, on: bool, doc: &'static str) -> Self {
+        Self::whole(name, [0.0, 1.0], if on { 1.0 } else { 0.0 }, doc)
+    }
+
+    /// With a unit.
+    #[must_use]
+    pub const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+}
+
 /// A value that is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParamError {

@@ -77,10 +77,25 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     Ok(())
 }
 
-fn room(technique: &'static dyn AnyTechnique, spec: &'static str) -> Result<(), Failed> {
+/// Every other value of every parameter of two or three whole values: the branches of a room's shader.
+fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, f64)> {
+    let few = technique.params().iter().filter(|i| i.integer && i.max - i.min <= 2.0);
+    few.flat_map(|i| {
+        let values = (0..=(i.max - i.min) as usize).map(move |k| i.min + k as f64);
+        values.filter(move |&v| v != i.default).map(move |v| (i.name, v))
+    })
+    .collect()
+}
+
+fn room(
+    technique: &'static dyn AnyTechnique,
+    spec: &'static str,
+    choice: Option<(&'static str, f64)>,
+) -> Result<(), Failed> {
     let gpu = gpu()?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    let mut bake = technique.bake(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
+    let params = ParamValues(choice.map(|(name, value)| (name.to_owned(), value)).into_iter().collect());
+    let mut bake = technique.bake(&light(), &material, None, &params, &Task::quiet())?;
     let points = points();
     compare(gpu, &*bake, &points)?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
@@ -95,10 +110,16 @@ fn main() {
     let trials = registry()
         .iter()
         .filter(|t| !t.card().needs.sites)
-        .flat_map(|t| t.card().specimens.iter().map(move |spec| (*t, *spec)))
-        .map(|(t, spec)| {
-            let name = format!("{}::{spec}", t.card().slug);
-            Trial::test(name, move || room(t, spec)).with_ignored_flag(ignored)
+        .flat_map(|t| {
+            let specimens = t.card().specimens;
+            let plain = specimens.iter().map(|spec| (*spec, None));
+            let chosen = choices(*t).into_iter().map(|choice| (specimens[0], Some(choice)));
+            plain.chain(chosen).map(|(spec, choice)| (*t, spec, choice)).collect::<Vec<_>>()
+        })
+        .map(|(t, spec, choice)| {
+            let with = choice.map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
+            let name = format!("{}::{spec}{with}", t.card().slug);
+            Trial::test(name, move || room(t, spec, choice)).with_ignored_flag(ignored)
         })
         .collect();
     libtest_mimic::run(&arguments, trials).exit();

@@ -49,6 +49,24 @@ pub struct Claim {
     pub within: f64,
 }
 
+impl Claim {
+    /// A case with the room's default parameters.
+    pub const fn new(
+        statement: &'static str,
+        light: fn() -> Lights,
+        brdf: &'static str,
+        within: f64,
+    ) -> Self {
+        Self { statement, light, brdf, params: &[], within }
+    }
+
+    /// The same case with other parameters.
+    #[must_use]
+    pub const fn with(self, params: &'static [(&'static str, f64)]) -> Self {
+        Self { params, ..self }
+    }
+}
+
 /// STAR04's figure 11: what a technique supports.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Capabilities {

@@ -33,6 +33,14 @@ impl Reflectance {
     }
 }
 
+/// Takes every isotropic reflectance ([`crate::Card::materials`]).
+pub fn isotropic(brdf: &dyn Brdf) -> Result<(), String> {
+    if brdf.is_isotropic() {
+        return Ok(());
+    }
+    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
+}
+
 /// Parameter `key` of the spec of `brdf`.
 pub fn get(brdf: &dyn Brdf, key: &str) -> Option<[f64; 3]> {
     let spec = brdf.spec();

@@ -14,34 +14,25 @@ use rayon::prelude::*;
 use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::stack;
 
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 512.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of each map; 0: what the tolerance needs, at most 128",
-};
-const SLICES: ParamInfo = ParamInfo {
-    name: "slices",
-    unit: "",
-    min: 0.0,
-    max: 97.0,
-    default: 0.0,
-    integer: true,
-    doc: "maps over the angle between tangent and viewer, 0 to 90°, at least 2 (the other half is the same); 0: what the \
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 512.0],
+    0.0,
+    "intervals per cube edge of each map; 0: what the tolerance needs, at most 128",
+)
+.unit("texels");
+const SLICES: ParamInfo = ParamInfo::whole(
+    "slices",
+    [0.0, 97.0],
+    0.0,
+    "maps over the angle between tangent and viewer, 0 to 90°, at least 2 (the other half is the same); 0: what the \
           tolerance needs",
-};
-const MEAN_COSINE: ParamInfo = ParamInfo {
-    name: "mean_cosine",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 1.0,
-    integer: true,
-    doc: "1: banks keeps the mean of n·wi outside the integral; 0: n·wi is dropped, as in eq. 35",
-};
+);
+const MEAN_COSINE: ParamInfo = ParamInfo::switch(
+    "mean_cosine",
+    true,
+    "1: banks keeps the mean of n·wi outside the integral; 0: n·wi is dropped, as in eq. 35",
+);
 
 /// Tolerance where the user gives none.
 const TOLERANCE: f64 = 0.01;

@@ -48,10 +48,6 @@ fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     }
 }
 
-const fn claim(statement: &'static str, light: fn() -> Lights, brdf: &'static str, within: f64) -> Claim {
-    Claim { statement, light, brdf, params: &[], within }
-}
-
 impl Technique for BanksEnv {
     const CARD: Card = Card {
         slug: "banks_env",
@@ -65,26 +61,26 @@ impl Technique for BanksEnv {
         materials,
         specimens: &["banks-map:n=30", "kajiya-kay:s=30", "banks:n=30"],
         exact_when: &[
-            claim(
+            Claim::new(
                 "the lobe covers the whole sphere (banks-map): constant light",
                 lights::furnace,
                 "banks-map:n=30",
                 0.01,
             ),
-            claim(
+            Claim::new(
                 "the lobe covers the whole sphere (banks-map): soft boxes",
                 lights::studio,
                 "banks-map:n=30",
                 0.01,
             ),
-            claim(
+            Claim::new(
                 "the lobe covers the whole sphere (banks-map): a sun",
                 lights::sunny,
                 "banks-map:n=100",
                 0.01,
             ),
-            claim("Kajiya and Kay's fibres: soft boxes", lights::studio, "kajiya-kay:s=32", 0.01),
-            claim("constant light, with the mean cosine", lights::furnace, "banks:n=30", 0.01),
+            Claim::new("Kajiya and Kay's fibres: soft boxes", lights::studio, "kajiya-kay:s=32", 0.01),
+            Claim::new("constant light, with the mean cosine", lights::furnace, "banks:n=30", 0.01),
         ],
         capabilities: Capabilities {
             global: true,

@@ -12,15 +12,13 @@ use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Par
 use steradian_light::Lights;
 use steradian_prefilter::{Cosine, EdgeCube, Way, Zonal, filter};
 
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 512.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge; 0: what the tolerance needs, at most 64",
-};
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 512.0],
+    0.0,
+    "intervals per cube edge; 0: what the tolerance needs, at most 64",
+)
+.unit("texels");
 
 /// Size of the map.
 #[derive(Debug, Clone, PartialEq)]

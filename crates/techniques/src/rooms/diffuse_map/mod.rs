@@ -46,7 +46,7 @@ fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 const WHITE: &str = "lambert:albedo=0.8/0.5/0.2";
 
 const fn claim(statement: &'static str, light: fn() -> Lights, within: f64) -> Claim {
-    Claim { statement, light, brdf: WHITE, params: &[], within }
+    Claim::new(statement, light, WHITE, within)
 }
 
 impl Technique for DiffuseMap {

@@ -15,32 +15,24 @@ use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_formats::{Tensor, TensorData};
 use steradian_prefilter::EdgeCube;
 
-const fn switch(name: &'static str, default: f64, doc: &'static str) -> ParamInfo {
-    ParamInfo { name, unit: "", min: 0.0, max: 1.0, default, integer: true, doc }
-}
-
-const NORMAL: ParamInfo = switch("normal", 1.0, "1: a factor over n");
-const MIRROR: ParamInfo = switch("mirror", 1.0, "1: a factor over r");
-const ELEVATION: ParamInfo = switch("elevation", 1.0, "1: a factor over n·wo");
-const VIEWER: ParamInfo = switch("viewer", 0.0, "1: a factor over wo, with a quarter of the others' size");
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 128.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of the factors over n and r; 0: 16 or 24, as fine as the reflectance needs",
-};
-const WEIGHT: ParamInfo = ParamInfo {
-    name: "weight",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 0.5,
-    integer: false,
-    doc: "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule",
-};
+const NORMAL: ParamInfo = ParamInfo::switch("normal", true, "1: a factor over n");
+const MIRROR: ParamInfo = ParamInfo::switch("mirror", true, "1: a factor over r");
+const ELEVATION: ParamInfo = ParamInfo::switch("elevation", true, "1: a factor over n·wo");
+const VIEWER: ParamInfo =
+    ParamInfo::switch("viewer", false, "1: a factor over wo, with a quarter of the others' size");
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 128.0],
+    0.0,
+    "intervals per cube edge of the factors over n and r; 0: 16 or 24, as fine as the reflectance needs",
+)
+.unit("texels");
+const WEIGHT: ParamInfo = ParamInfo::real(
+    "weight",
+    [0.0, 1.0],
+    0.5,
+    "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule",
+);
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -26,27 +26,19 @@ mod tests;
 
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
-use crate::shared::lights;
 use crate::shared::turn::Turn;
 use crate::shared::views::Seen;
+use crate::shared::{lights, reflectance};
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,
 };
 use bake::{Factors, ORDER, Params};
 use steradian_base::{Certificate, Task};
-use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// The room.
 pub struct FactoredLighting;
-
-fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.is_isotropic() {
-        return Ok(());
-    }
-    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
-}
 
 impl Technique for FactoredLighting {
     const CARD: Card = Card {
@@ -58,7 +50,7 @@ impl Technique for FactoredLighting {
         light: "static, up to rotation: fitted together with the reflectance, floor 1e-4 of the mean radiance",
         visibility: "none: V = 1",
         reflectance: "any isotropic, fitted together with the light as a product of maps",
-        materials,
+        materials: reflectance::isotropic,
         specimens: &[
             "lambert:albedo=0.8/0.5/0.2",
             "phong-map:n=30",
@@ -66,27 +58,24 @@ impl Technique for FactoredLighting {
             "ashikhmin-shirley:nu=50,nv=50,rs=0.1,rd=0.5",
         ],
         exact_when: &[
-            Claim {
-                statement: "the surface is lambertian: n alone",
-                light: lights::smooth,
-                brdf: "lambert:albedo=0.8/0.5/0.2",
-                params: &[],
-                within: 0.01,
-            },
-            Claim {
-                statement: "the lobe is round about r and ends at no horizon: r alone",
-                light: lights::smooth,
-                brdf: "phong-map:n=30",
-                params: &[],
-                within: 0.01,
-            },
-            Claim {
-                statement: "the light is constant: n·wo alone, the albedo",
-                light: lights::furnace,
-                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 0.01,
-            },
+            Claim::new(
+                "the surface is lambertian: n alone",
+                lights::smooth,
+                "lambert:albedo=0.8/0.5/0.2",
+                0.01,
+            ),
+            Claim::new(
+                "the lobe is round about r and ends at no horizon: r alone",
+                lights::smooth,
+                "phong-map:n=30",
+                0.01,
+            ),
+            Claim::new(
+                "the light is constant: n·wo alone, the albedo",
+                lights::furnace,
+                "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                0.01,
+            ),
         ],
         capabilities: Capabilities {
             global: true,

@@ -14,33 +14,25 @@ use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::{Cosine, EdgeCube, Lobe, filter};
 use steradian_sphere::quadrature::gauss_legendre;
 
-const COSINE: ParamInfo = ParamInfo {
-    name: "cosine",
-    unit: "",
-    min: 0.0,
-    max: 2.0,
-    default: 2.0,
-    integer: true,
-    doc: "what stands for n·wi: 0 n·r̂ at the lobe's axis, 1 n·r of the mirror direction (eq. 39), 2 its mean over the lobe",
-};
-const EXPONENTS: ParamInfo = ParamInfo {
-    name: "exponents",
-    unit: "",
-    min: 0.0,
-    max: 64.0,
-    default: 0.0,
-    integer: true,
-    doc: "maps of the stack, their exponents spaced geometrically over the lobes'; 0: one for each exponent",
-};
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 1024.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of each map; 0: what the tolerance needs, at most 256",
-};
+const COSINE: ParamInfo = ParamInfo::whole(
+    "cosine",
+    [0.0, 2.0],
+    2.0,
+    "what stands for n·wi: 0 n·r̂ at the lobe's axis, 1 n·r of the mirror direction (eq. 39), 2 its mean over the lobe",
+);
+const EXPONENTS: ParamInfo = ParamInfo::whole(
+    "exponents",
+    [0.0, 64.0],
+    0.0,
+    "maps of the stack, their exponents spaced geometrically over the lobes'; 0: one for each exponent",
+);
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 1024.0],
+    0.0,
+    "intervals per cube edge of each map; 0: what the tolerance needs, at most 256",
+)
+.unit("texels");
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -44,10 +44,6 @@ fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     Err(format!("takes lafortune only, not {}: use {instead}", brdf.info().name))
 }
 
-const fn claim(statement: &'static str, light: fn() -> Lights, brdf: &'static str, within: f64) -> Claim {
-    Claim { statement, light, brdf, params: &[], within }
-}
-
 impl Technique for LafortuneEnv {
     const CARD: Card = Card {
         slug: "lafortune_env",
@@ -65,14 +61,14 @@ impl Technique for LafortuneEnv {
             "lafortune:@blue-paint",
         ],
         exact_when: &[
-            claim(
+            Claim::new(
                 "there is no lobe, only the diffuse part",
                 lights::studio,
                 "lafortune:cx=-1,cy=-1,cz=1,n=10,ks=0,kd=0.8/0.5/0.2",
                 0.01,
             ),
-            claim("the light is constant", lights::furnace, "lafortune:@skin", 2e-3),
-            claim(
+            Claim::new("the light is constant", lights::furnace, "lafortune:@skin", 2e-3),
+            Claim::new(
                 "the exponent grows under a smooth light",
                 lights::smooth,
                 "lafortune:cx=-1,cy=-1,cz=1,n=20000",

@@ -13,26 +13,33 @@ use steradian_base::{Cancelled, Certificate, ParamError, ParamInfo, ParamValues,
 use steradian_brdf::fit::radial::{ByCosine, RadialFit, RadialLobe, Rings};
 use steradian_prefilter::{EdgeCube, Zonal, edge_cube, filter};
 
-const fn whole(name: &'static str, min: f64, max: f64, default: f64, doc: &'static str) -> ParamInfo {
-    ParamInfo { name, unit: "", min, max, default, integer: true, doc }
-}
-
-const DIMENSIONS: ParamInfo =
-    whole("dimensions", 2.0, 3.0, 3.0, "3: a stack of maps over the elevation (eq. 29); 2: one map (eq. 31)");
-const LOBES: ParamInfo = whole("lobes", 1.0, 4.0, 1.0, "lobes that are summed, each with maps of its own");
-const AXIS: ParamInfo = whole(
+const DIMENSIONS: ParamInfo = ParamInfo::whole(
+    "dimensions",
+    [2.0, 3.0],
+    3.0,
+    "3: a stack of maps over the elevation (eq. 29); 2: one map (eq. 31)",
+);
+const LOBES: ParamInfo =
+    ParamInfo::whole("lobes", [1.0, 4.0], 1.0, "lobes that are summed, each with maps of its own");
+const AXIS: ParamInfo = ParamInfo::whole(
     "axis",
-    0.0,
-    1.0,
+    [0.0, 1.0],
     1.0,
     "0: lobes about the mirror direction r; 1: about o(r), what captures most of each lobe",
 );
-const ELEVATIONS: ParamInfo =
-    whole("elevations", 2.0, 64.0, 17.0, "elevations in the stack, the denser the nearer to grazing");
-const SIZE: ParamInfo = ParamInfo {
-    unit: "texels",
-    ..whole("size", 0.0, 1024.0, 0.0, "intervals per cube edge; 0: what the tolerance needs, at most 128")
-};
+const ELEVATIONS: ParamInfo = ParamInfo::whole(
+    "elevations",
+    [2.0, 64.0],
+    17.0,
+    "elevations in the stack, the denser the nearer to grazing",
+);
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 1024.0],
+    0.0,
+    "intervals per cube edge; 0: what the tolerance needs, at most 128",
+)
+.unit("texels");
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]

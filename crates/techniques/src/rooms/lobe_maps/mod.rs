@@ -25,8 +25,8 @@ mod tests;
 
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::lights;
 use crate::shared::turn::Turn;
+use crate::shared::{lights, reflectance};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
@@ -34,28 +34,10 @@ use crate::{
 use bake::{Maps, Params};
 use material::Fitted;
 use steradian_base::{Certificate, Task};
-use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// The room.
 pub struct LobeMaps;
-
-fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.is_isotropic() {
-        return Ok(());
-    }
-    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
-}
-
-const fn claim(
-    statement: &'static str,
-    light: fn() -> Lights,
-    brdf: &'static str,
-    params: &'static [(&'static str, f64)],
-    within: f64,
-) -> Claim {
-    Claim { statement, light, brdf, params, within }
-}
 
 impl Technique for LobeMaps {
     const CARD: Card = Card {
@@ -67,7 +49,7 @@ impl Technique for LobeMaps {
         light: "cube maps filtered by each lobe, in a stack over the elevation of the view, to the tolerance",
         visibility: "none: V = 1",
         reflectance: "any isotropic; the mean over the azimuth about an axis in the plane of n and wo, energy exact",
-        materials,
+        materials: reflectance::isotropic,
         specimens: &[
             "ggx:alpha=0.25,f0=0.9/0.6/0.3",
             "lafortune:@skin",
@@ -75,34 +57,32 @@ impl Technique for LobeMaps {
             "oren-nayar:sigma=0.4,albedo=0.7",
         ],
         exact_when: &[
-            claim("the lobe is round (phong-map): soft boxes", lights::studio, "phong-map:n=30", &[], 0.012),
-            claim(
+            Claim::new("the lobe is round (phong-map): soft boxes", lights::studio, "phong-map:n=30", 0.012),
+            Claim::new(
                 "the lobe is round (phong-map): one map, a sun",
                 lights::sunny,
                 "phong-map:n=200",
-                &[("dimensions", 2.0)],
                 0.01,
-            ),
-            claim("the surface is lambertian", lights::studio, "lambert:albedo=0.8/0.5/0.2", &[], 0.01),
-            claim(
+            )
+            .with(&[("dimensions", 2.0)]),
+            Claim::new("the surface is lambertian", lights::studio, "lambert:albedo=0.8/0.5/0.2", 0.01),
+            Claim::new(
                 "the light is constant: the energy of each view is exact",
                 lights::furnace,
                 "ggx:alpha=0.36,f0=0.9/0.6/0.3",
-                &[],
                 2e-3,
             ),
-            claim(
+            Claim::new(
                 "the light is constant: two lobes, one map each",
                 lights::furnace,
                 "lafortune:@skin",
-                &[("dimensions", 2.0), ("lobes", 2.0)],
                 3e-3,
-            ),
-            claim(
+            )
+            .with(&[("dimensions", 2.0), ("lobes", 2.0)]),
+            Claim::new(
                 "the lobe narrows under a smooth light",
                 lights::smooth,
                 "ggx:alpha=0.01,f0=0.9",
-                &[],
                 0.012,
             ),
         ],

@@ -3,7 +3,7 @@ use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec2, DVec3, Vec3};
 use std::sync::Arc;
 use steradian_base::ParamValues;
-use steradian_brdf::{Domain, Info, Sample, SharedBrdf};
+use steradian_brdf::{Brdf, Domain, Info, Sample, SharedBrdf};
 
 fn bake_in(slug: &str, lights: &Lights, brdf: SharedBrdf, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());

@@ -16,15 +16,13 @@ use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, EdgeCube};
 use steradian_sphere::{Layout, SphereImage, frame};
 
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 4096.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge; 0: as fine as the environment, at most 1024",
-};
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 4096.0],
+    0.0,
+    "intervals per cube edge; 0: as fine as the environment, at most 1024",
+)
+.unit("texels");
 
 /// Size of the map.
 #[derive(Debug, Clone, PartialEq)]

@@ -53,20 +53,18 @@ impl Technique for MirrorMap {
         materials,
         specimens: &["ggx:alpha=0.002,f0=0.9/0.6/0.3"],
         exact_when: &[
-            Claim {
-                statement: "the light is constant and the roughness goes to zero",
-                light: lights::furnace,
-                brdf: "ggx:alpha=0.002,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 1e-3,
-            },
-            Claim {
-                statement: "the light is smooth over a texel and the roughness goes to zero",
-                light: lights::smooth,
-                brdf: "ggx:alpha=0.002,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 1e-2,
-            },
+            Claim::new(
+                "the light is constant and the roughness goes to zero",
+                lights::furnace,
+                "ggx:alpha=0.002,f0=0.9/0.6/0.3",
+                1e-3,
+            ),
+            Claim::new(
+                "the light is smooth over a texel and the roughness goes to zero",
+                lights::smooth,
+                "ggx:alpha=0.002,f0=0.9/0.6/0.3",
+                1e-2,
+            ),
         ],
         capabilities: Capabilities {
             global: true,

@@ -15,33 +15,26 @@ use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::methods::{Footprint, Lookup, Paraboloids, paraboloids};
 use steradian_prefilter::{EdgeCube, Power, angular, probe};
 
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 2048.0,
-    default: 0.0,
-    integer: true,
-    doc: "texels across each paraboloid's disk; 0: those of the filter, as the footprint needs, at most 1024",
-};
-const FOOTPRINT: ParamInfo = ParamInfo {
-    name: "footprint",
-    unit: "texels",
-    min: 2.0,
-    max: 64.0,
-    default: 12.0,
-    integer: true,
-    doc: "smallest radius of the kernel in texels of the map that is filtered: wide kernels take small maps",
-};
-const RADII: ParamInfo = ParamInfo {
-    name: "radii",
-    unit: "",
-    min: 2.0,
-    max: 16.0,
-    default: 2.0,
-    integer: true,
-    doc: "filters of radii between R_S and 2 R_S, of which neighbours are blended; 2: as published",
-};
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 2048.0],
+    0.0,
+    "texels across each paraboloid's disk; 0: those of the filter, as the footprint needs, at most 1024",
+)
+.unit("texels");
+const FOOTPRINT: ParamInfo = ParamInfo::whole(
+    "footprint",
+    [2.0, 64.0],
+    12.0,
+    "smallest radius of the kernel in texels of the map that is filtered: wide kernels take small maps",
+)
+.unit("texels");
+const RADII: ParamInfo = ParamInfo::whole(
+    "radii",
+    [2.0, 16.0],
+    2.0,
+    "filters of radii between R_S and 2 R_S, of which neighbours are blended; 2: as published",
+);
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Params {

@@ -56,27 +56,14 @@ impl Technique for ParaboloidFilter {
         materials,
         specimens: &["phong-map:n=30", "phong:n=30", "phong-normalized:s=200", "lambert:albedo=0.8/0.5/0.2"],
         exact_when: &[
-            Claim {
-                statement: "the light is constant (phong-map)",
-                light: lights::furnace,
-                brdf: "phong-map:n=30",
-                params: &[],
-                within: 1e-4,
-            },
-            Claim {
-                statement: "the light is constant and the surface lambertian",
-                light: lights::furnace,
-                brdf: "lambert:albedo=0.8/0.5/0.2",
-                params: &[],
-                within: 1e-4,
-            },
-            Claim {
-                statement: "the lobe narrows and the light is smooth",
-                light: lights::smooth,
-                brdf: "phong-map:n=500",
-                params: &[],
-                within: 5e-3,
-            },
+            Claim::new("the light is constant (phong-map)", lights::furnace, "phong-map:n=30", 1e-4),
+            Claim::new(
+                "the light is constant and the surface lambertian",
+                lights::furnace,
+                "lambert:albedo=0.8/0.5/0.2",
+                1e-4,
+            ),
+            Claim::new("the lobe narrows and the light is smooth", lights::smooth, "phong-map:n=500", 5e-3),
         ],
         capabilities: Capabilities {
             global: true,

@@ -6,22 +6,22 @@ use std::f64::consts::PI;
 use steradian_base::{ParamError, ParamInfo, ParamValues};
 use steradian_sphere::frame::reflect;
 
-const fn factor(name: &'static str, default: f64, doc: &'static str) -> ParamInfo {
-    ParamInfo { name, unit: "", min: 0.0, max: 1.0, default, integer: false, doc }
-}
-
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 2048.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of the Phong map; 0: what the tolerance needs, at most 256",
-};
-const K_S: ParamInfo = factor("k_s", 1.0, "factor of the Phong map (eq. 22)");
-const K_D: ParamInfo = factor("k_d", 0.0, "albedo of the diffuse map (eq. 19); lambert brings its own");
-const F0: ParamInfo = factor("f0", 1.0, "Fresnel reflectance at normal incidence (eq. 26); 1: Phong alone");
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 2048.0],
+    0.0,
+    "intervals per cube edge of the Phong map; 0: what the tolerance needs, at most 256",
+)
+.unit("texels");
+const K_S: ParamInfo = ParamInfo::real("k_s", [0.0, 1.0], 1.0, "factor of the Phong map (eq. 22)");
+const K_D: ParamInfo =
+    ParamInfo::real("k_d", [0.0, 1.0], 0.0, "albedo of the diffuse map (eq. 19); lambert brings its own");
+const F0: ParamInfo = ParamInfo::real(
+    "f0",
+    [0.0, 1.0],
+    1.0,
+    "Fresnel reflectance at normal incidence (eq. 26); 1: Phong alone",
+);
 
 /// The parameters of the blend.
 #[derive(Debug, Clone, PartialEq)]

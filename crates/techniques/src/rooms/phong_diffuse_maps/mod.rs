@@ -46,7 +46,7 @@ fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 }
 
 const fn claim(statement: &'static str, light: fn() -> Lights, brdf: &'static str) -> Claim {
-    Claim { statement, light, brdf, params: &[], within: 0.01 }
+    Claim::new(statement, light, brdf, 0.01)
 }
 
 impl Technique for PhongDiffuseMaps {

@@ -15,33 +15,23 @@ use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_prefilter::{Cosine, EdgeCube, filter, probe};
 use steradian_sphere::sh::ShRgb;
 
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 512.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of each of the twelve maps; 0: what the tolerance needs, at most 64",
-};
-const DIFFUSE_SPLIT: ParamInfo = ParamInfo {
-    name: "diffuse_split",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 1.0,
-    integer: true,
-    doc: "1: the Lambertian part of the reflectance has a map of its own, looked up by n; 0: as published",
-};
-const WARP: ParamInfo = ParamInfo {
-    name: "warp",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 1.0,
-    integer: true,
-    doc: "what the warp from one view to another keeps: 1 the mirror direction r, 0 the normal n",
-};
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 512.0],
+    0.0,
+    "intervals per cube edge of each of the twelve maps; 0: what the tolerance needs, at most 64",
+)
+.unit("texels");
+const DIFFUSE_SPLIT: ParamInfo = ParamInfo::switch(
+    "diffuse_split",
+    true,
+    "1: the Lambertian part of the reflectance has a map of its own, looked up by n; 0: as published",
+);
+const WARP: ParamInfo = ParamInfo::switch(
+    "warp",
+    true,
+    "what the warp from one view to another keeps: 1 the mirror direction r, 0 the normal n",
+);
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -27,27 +27,19 @@ mod tests;
 
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
-use crate::shared::lights;
 use crate::shared::turn::Turn;
 use crate::shared::views::Seen;
+use crate::shared::{lights, reflectance};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
 use bake::{Maps, ORDER, Params};
 use steradian_base::{Certificate, Task};
-use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// The room.
 pub struct ReflectionSpaceIbr;
-
-fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.is_isotropic() {
-        return Ok(());
-    }
-    Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
-}
 
 impl Technique for ReflectionSpaceIbr {
     const CARD: Card = Card {
@@ -58,7 +50,7 @@ impl Technique for ReflectionSpaceIbr {
         light: "twelve cube maps of outgoing radiance, prefiltered in frequency space, to the tolerance",
         visibility: "none: V = 1",
         reflectance: "any isotropic: exact at twelve views, elsewhere blended along r; its Lambertian part along n",
-        materials,
+        materials: reflectance::isotropic,
         specimens: &[
             "lambert:albedo=0.8/0.5/0.2",
             "phong-map:n=30",
@@ -67,27 +59,25 @@ impl Technique for ReflectionSpaceIbr {
             "oren-nayar:sigma=0.5",
         ],
         exact_when: &[
-            Claim {
-                statement: "the lobe is round about r and ends at no horizon: soft boxes",
-                light: lights::studio,
-                brdf: "phong-map:n=30",
-                params: &[],
-                within: 0.01,
-            },
-            Claim {
-                statement: "the lobe is round about r and ends at no horizon: a sun",
-                light: lights::sunny,
-                brdf: "phong-normalized:s=60",
-                params: &[],
-                within: 0.01,
-            },
-            Claim {
-                statement: "the surface is lambertian and split off",
-                light: lights::studio,
-                brdf: "lambert:albedo=0.8/0.5/0.2",
-                params: &[("diffuse_split", 1.0)],
-                within: 0.01,
-            },
+            Claim::new(
+                "the lobe is round about r and ends at no horizon: soft boxes",
+                lights::studio,
+                "phong-map:n=30",
+                0.01,
+            ),
+            Claim::new(
+                "the lobe is round about r and ends at no horizon: a sun",
+                lights::sunny,
+                "phong-normalized:s=60",
+                0.01,
+            ),
+            Claim::new(
+                "the surface is lambertian and split off",
+                lights::studio,
+                "lambert:albedo=0.8/0.5/0.2",
+                0.01,
+            )
+            .with(&[("diffuse_split", 1.0)]),
         ],
         capabilities: Capabilities {
             global: true,

@@ -41,20 +41,13 @@ fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 }
 
 const EXACT: &[Claim] = &[
-    Claim {
-        statement: "the light is constant",
-        light: lights::furnace,
-        brdf: "lambert:albedo=0.8/0.5/0.2",
-        params: &[],
-        within: 1e-5,
-    },
-    Claim {
-        statement: "the light has no bands above 2 (nor 4, 6, …: odd bands above 1 give no irradiance)",
-        light: lights::quadratic,
-        brdf: "lambert:albedo=0.8/0.5/0.2",
-        params: &[],
-        within: 1e-4,
-    },
+    Claim::new("the light is constant", lights::furnace, "lambert:albedo=0.8/0.5/0.2", 1e-5),
+    Claim::new(
+        "the light has no bands above 2 (nor 4, 6, …: odd bands above 1 give no irradiance)",
+        lights::quadratic,
+        "lambert:albedo=0.8/0.5/0.2",
+        1e-4,
+    ),
 ];
 
 impl Technique for ShIrradiance {

@@ -17,33 +17,24 @@ use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
 
-const LEVELS: ParamInfo = ParamInfo {
-    name: "levels",
-    unit: "",
-    min: 2.0,
-    max: 32.0,
-    default: 10.0,
-    integer: true,
-    doc: "levels of the chain, equally spaced in perceptual roughness from 0 to 1",
-};
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 2048.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals per cube edge of level 0; 0: as fine as the environment, at most 256",
-};
-const MULTISCATTER: ParamInfo = ParamInfo {
-    name: "multiscatter",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 0.0,
-    integer: true,
-    doc: "1: give back the energy that single scattering loses (Fdez-Agüera 2019)",
-};
+const LEVELS: ParamInfo = ParamInfo::whole(
+    "levels",
+    [2.0, 32.0],
+    10.0,
+    "levels of the chain, equally spaced in perceptual roughness from 0 to 1",
+);
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 2048.0],
+    0.0,
+    "intervals per cube edge of level 0; 0: as fine as the environment, at most 256",
+)
+.unit("texels");
+const MULTISCATTER: ParamInfo = ParamInfo::switch(
+    "multiscatter",
+    false,
+    "1: give back the energy that single scattering loses (Fdez-Agüera 2019)",
+);
 
 /// The parameters.
 #[derive(Debug, Clone, PartialEq)]

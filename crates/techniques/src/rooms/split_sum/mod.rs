@@ -67,20 +67,18 @@ impl Technique for SplitSum {
             "ggx:alpha=0.64,f0=0.04",
         ],
         exact_when: &[
-            Claim {
-                statement: "the light is constant: the albedo is exact",
-                light: lights::furnace,
-                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 1e-3,
-            },
-            Claim {
-                statement: "the roughness goes to zero under a smooth light",
-                light: lights::smooth,
-                brdf: "ggx:alpha=0.002,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 0.02,
-            },
+            Claim::new(
+                "the light is constant: the albedo is exact",
+                lights::furnace,
+                "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                1e-3,
+            ),
+            Claim::new(
+                "the roughness goes to zero under a smooth light",
+                lights::smooth,
+                "ggx:alpha=0.002,f0=0.9/0.6/0.3",
+                0.02,
+            ),
         ],
         capabilities: Capabilities {
             global: true,
