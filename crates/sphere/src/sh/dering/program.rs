@@ -5,6 +5,7 @@
 //! constraints' Gram matrix is kept as a Cholesky factor.
 
 use std::mem::take;
+use steradian_simd::{Arch, Kernel, Vector};
 
 /// a·y ≤ b.
 pub(super) struct Constraint {
@@ -24,18 +25,47 @@ pub(super) struct Program {
     tolerance: f64,
 }
 
-/// In eight sums: a single one would wait for each addition.
+/// a·b.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a, a_rest) = a.as_chunks::<8>();
-    let (b, b_rest) = b.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for i in 0..a.len() {
-        for k in 0..8 {
-            sums[k] += a[i][k] * b[i][k];
+    steradian_simd::run(Dot(a, b))
+}
+
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl Kernel for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> f64 {
+        let n = self.0.len();
+        let (a, b) = (&self.0[..n], &self.1[..n]);
+        let lanes = A::F64::LANES;
+        // Several sums: a single one would wait for each addition.
+        let mut sums = [A::F64::splat(0.0); 4];
+        let mut at = 0;
+        while at + 4 * lanes <= n {
+            for k in 0..4 {
+                let i = at + k * lanes;
+                sums[k] = A::F64::load(&a[i..]).fma(A::F64::load(&b[i..]), sums[k]);
+            }
+            at += 4 * lanes;
         }
+        while at + lanes <= n {
+            sums[0] = A::F64::load(&a[at..]).fma(A::F64::load(&b[at..]), sums[0]);
+            at += lanes;
+        }
+        let sum = sums[0].add(sums[1]).add(sums[2].add(sums[3]));
+        let mut x = [0.0; 8];
+        sum.store(&mut x);
+        let mut total = 0.0;
+        for k in 0..lanes {
+            total += x[k];
+        }
+        for i in at..n {
+            total = A::fma(a[i], b[i], total);
+        }
+        total
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 impl Program {
