@@ -10,18 +10,16 @@
 pub mod charlie;
 mod lut;
 mod multiscatter;
+mod ring;
 pub mod text;
 
 pub use lut::{Layout, Lut};
 pub use multiscatter::{average_albedo, average_fresnel, kulla_conty, kulla_conty_fresnel};
 
-use crate::draw::{ggx_d, stretched_length};
 use crate::math::pow5;
-use glam::DVec3;
 use rayon::prelude::*;
+use ring::{NODES, Ring, Rule, rule};
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::LazyLock;
-use steradian_sphere::quadrature::gauss_legendre;
 
 /// The two factors of the split sum: albedo = f0 · `scale` + `bias`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,13 +30,10 @@ pub struct Dfg {
     pub bias: f64,
 }
 
-static RULE: LazyLock<(Vec<f64>, Vec<f64>)> = LazyLock::new(|| gauss_legendre(24));
-
 /// A and B of isotropic GGX with height-correlated Smith masking at cosine `mu` = n·wo (0 … 1) and width
 /// `alpha` (1e-4 … 1); absolute error below 1e-6.
 pub fn ggx(mu: f64, alpha: f64) -> Dfg {
     let mu = mu.clamp(1e-6, 1.0);
-    let wo = DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu);
     // θ_h at which the horizon begins to cut the circle of h, and at which it has cut all of it.
     let above = 0.5 * mu.asin();
     let end = 0.5 * (FRAC_PI_2 + mu.acos());
@@ -49,55 +44,37 @@ pub fn ggx(mu: f64, alpha: f64) -> Dfg {
     cuts.extend([0.5 * (above + end), above + 0.1 * (end - above)]);
     cuts.retain(|t| *t <= end);
     cuts.sort_by(f64::total_cmp);
+    let rule = rule();
     for w in cuts.windows(2) {
-        add(&mut sum, w[0], w[1], wo, alpha);
+        for (theta, step) in rule.panel(w[0], w[1]) {
+            add(&mut sum, rule, theta, step, mu, alpha);
+        }
     }
     sum
 }
 
-/// Adds the part of θ_h from `a` to `b`.
-fn add(sum: &mut Dfg, a: f64, b: f64, wo: DVec3, alpha: f64) {
-    let (nodes, weights) = &*RULE;
-    for (x, w) in nodes.iter().zip(weights) {
-        // θ = a + (b − a) sin²(π/4 (1 + x)) evens out the square roots at the ends.
-        let angle = 0.25 * PI * (1.0 + x);
-        let theta = a + (b - a) * angle.sin().powi(2);
-        let step = w * 0.25 * PI * (b - a) * (2.0 * angle).sin();
-        ring(sum, theta, step, wo, alpha);
-    }
-}
-
 /// Adds `step` times the ring of half vectors at θ_h.
-fn ring(sum: &mut Dfg, theta: f64, step: f64, wo: DVec3, alpha: f64) {
-    let (s, c) = theta.sin_cos();
-    let end = limit(theta, wo);
-    let (nodes, weights) = &*RULE;
-    let d = ggx_d(DVec3::new(s, 0.0, c), alpha, alpha);
-    let so = stretched_length(wo, alpha, alpha);
-    for (x, w) in nodes.iter().zip(weights) {
-        let phi = 0.5 * end * (1.0 + x);
-        let h = DVec3::new(s * phi.cos(), s * phi.sin(), c);
-        let u = wo.dot(h);
-        let wi = 2.0 * u * h - wo;
-        if wi.z <= 0.0 || u <= 0.0 {
-            continue;
-        }
-        let si = stretched_length(wi, alpha, alpha);
-        let value = d * 0.5 * wi.z / (si * wo.z + so * wi.z) * 4.0 * u * s * step * end * w;
-        let fresnel = pow5((1.0 - u).max(0.0));
-        sum.scale += value * (1.0 - fresnel);
-        sum.bias += value * fresnel;
+fn add(sum: &mut Dfg, rule: &Rule, theta: f64, step: f64, mu: f64, alpha: f64) {
+    let ring = Ring::new(theta, mu);
+    let (s, c, a2) = (ring.sin, ring.cos, alpha * alpha);
+    // D, and √(α² sin² + cos²) of both directions in Smith's G₂.
+    let d = a2 / (PI * (s * s + a2 * c * c).powi(2));
+    let length = |z: f64| (a2 + (1.0 - a2) * z * z).sqrt();
+    let so = length(mu);
+    let (mut value, mut fresnel) = ([0.0; NODES], [0.0; NODES]);
+    let cosines = ring.cosines(rule);
+    for k in 0..NODES {
+        let (u, z) = ring.reflected(cosines[k]);
+        let (u, z) = (u.max(0.0), z.max(0.0));
+        value[k] = rule.weights[k] * z * u / (length(z) * mu + so * z);
+        fresnel[k] = pow5((1.0 - u).max(0.0));
     }
-}
-
-/// The azimuth of h up to which wi is above the horizon: cos φ = −cot θ_o cot 2θ_h.
-fn limit(theta: f64, wo: DVec3) -> f64 {
-    let (s2, c2) = (2.0 * theta).sin_cos();
-    let (num, den) = (-wo.z * c2, wo.x * s2);
-    if den <= 0.0 {
-        return if num < 0.0 { PI } else { 0.0 };
+    // dwi = 4 u dh, both halves of the ring.
+    let all = d * 2.0 * s * step * ring.end;
+    for k in 0..NODES {
+        sum.scale += all * value[k] * (1.0 - fresnel[k]);
+        sum.bias += all * value[k] * fresnel[k];
     }
-    (num / den).clamp(-1.0, 1.0).acos()
 }
 
 /// A and B over n·wo and perceptual roughness.
@@ -148,6 +125,7 @@ impl DfgTable {
 mod tests {
     use super::*;
     use crate::{albedo, parse};
+    use glam::DVec3;
 
     #[test]
     fn agrees_with_adaptive_quadrature() {

@@ -1,6 +1,6 @@
 //! Tables over n·wo and roughness: what a shader looks up.
 
-use super::charlie::{self, Visibility};
+use super::charlie::{Albedo, Visibility};
 use super::{DfgTable, average_albedo, ggx};
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
@@ -60,30 +60,48 @@ impl Layout {
         }
     }
 
-    /// The channels at cosine n·wo and perceptual roughness; those that there are not are 0. `average` is E_avg of
-    /// the roughness.
-    fn value(self, mu: f64, perceptual_roughness: f64, average: f64) -> [f64; 3] {
-        let alpha = (perceptual_roughness * perceptual_roughness).max(1e-4);
-        let sheen = |v| charlie::albedo(mu, alpha, v);
-        let d = ggx(mu, alpha);
+    /// The albedo of sheen in it.
+    fn sheen(self) -> Option<Visibility> {
         match self {
-            Self::ScaleBias => [d.scale, d.bias, average],
-            Self::Filament => [d.bias, d.albedo(), sheen(Visibility::Neubelt)],
-            Self::Khronos => [d.scale, d.bias, sheen(Visibility::EstevezKulla)],
-            Self::Charlie => [sheen(Visibility::EstevezKulla), 0.0, 0.0],
-            Self::CharlieNeubelt => [sheen(Visibility::Neubelt), 0.0, 0.0],
+            Self::ScaleBias => None,
+            Self::Filament | Self::CharlieNeubelt => Some(Visibility::Neubelt),
+            Self::Khronos | Self::Charlie => Some(Visibility::EstevezKulla),
         }
-    }
-
-    /// E_avg where the layout has it.
-    fn average(self, perceptual_roughness: f64) -> f64 {
-        let alpha = (perceptual_roughness * perceptual_roughness).max(1e-4);
-        if self == Self::ScaleBias { average_albedo(alpha) } else { 0.0 }
     }
 
     /// The channels at cosine n·wo and perceptual roughness, each 0 … 1; those that there are not are 0.
     pub fn at(self, mu: f64, perceptual_roughness: f64) -> [f64; 3] {
-        self.value(mu, perceptual_roughness, self.average(perceptual_roughness))
+        Row::new(self, perceptual_roughness).at(mu)
+    }
+}
+
+/// A table at one perceptual roughness.
+struct Row {
+    layout: Layout,
+    alpha: f64,
+    /// E_avg where the layout has it.
+    average: f64,
+    sheen: Option<Albedo>,
+}
+
+impl Row {
+    fn new(layout: Layout, perceptual_roughness: f64) -> Self {
+        let alpha = (perceptual_roughness * perceptual_roughness).max(1e-4);
+        let average = if layout == Layout::ScaleBias { average_albedo(alpha) } else { 0.0 };
+        Self { layout, alpha, average, sheen: layout.sheen().map(|v| Albedo::new(alpha, v)) }
+    }
+
+    fn at(&self, mu: f64) -> [f64; 3] {
+        let sheen = self.sheen.as_ref().map_or(0.0, |s| s.at(mu));
+        if matches!(self.layout, Layout::Charlie | Layout::CharlieNeubelt) {
+            return [sheen, 0.0, 0.0];
+        }
+        let d = ggx(mu, self.alpha);
+        match self.layout {
+            Layout::ScaleBias => [d.scale, d.bias, self.average],
+            Layout::Filament => [d.bias, d.albedo(), sheen],
+            _ => [d.scale, d.bias, sheen],
+        }
     }
 }
 
@@ -109,9 +127,8 @@ impl Lut {
         let at = |k: usize| (k as f64 + 0.5) / size as f64;
         let row = |j: usize| -> Result<Vec<[f32; 3]>, Cancelled> {
             task.check()?;
-            let r = at(j);
-            let average = layout.average(r);
-            Ok((0..size).map(|i| layout.value(at(i), r, average).map(|v| v as f32)).collect())
+            let row = Row::new(layout, at(j));
+            Ok((0..size).map(|i| row.at(at(i)).map(|v| v as f32)).collect())
         };
         let rows: Result<Vec<_>, _> = (0..size).into_par_iter().map(row).collect();
         Ok(Self { layout, size, values: rows?.concat() })
@@ -139,10 +156,10 @@ impl Lut {
         let at = |k: usize| edge + (1.0 - 2.0 * edge) * (k as f64 + 0.5) / n as f64;
         let row = |j: usize| {
             let r = at(j);
-            let average = self.layout.average(r);
+            let row = Row::new(self.layout, r);
             let mut e = (0.0f64, 0.0f64);
             for i in 0..n {
-                let (got, exact) = (self.lookup(at(i), r), self.layout.value(at(i), r, average));
+                let (got, exact) = (self.lookup(at(i), r), row.at(at(i)));
                 for c in 0..self.layout.channels().len() {
                     let d = (got[c] - exact[c]).abs();
                     e = (e.0.max(d), e.1 + d * d);
