@@ -7,6 +7,7 @@
 pub mod angular;
 mod bands;
 mod beam;
+mod cells;
 mod cone;
 mod deviation;
 pub mod edge_cube;
