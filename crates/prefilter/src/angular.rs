@@ -6,14 +6,20 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_sphere::SphereImage;
 
-/// ∫ L(wi) K(d·wi) dwi over the light of `tree`.
+/// Part of the angle over which a kernel varies that counts as one piece: the error falls as its square.
+const PIECE: f64 = 0.5;
+
+/// About the relative error of [`convolve_at`] where the light is not negative.
+pub const ERROR: f64 = 1e-3;
+
+/// ∫ L(wi) K(d·wi) dwi over the light of `tree`, to about [`ERROR`].
 pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let (width, support) = (kernel.width(), kernel.support());
     let scale = |c: DVec3, radius: f64| {
         // The chord is at most the angle; a node is dark to the kernel where even its nearest point is beyond.
         let angle = angle(0.5 * d.distance(c));
         // Tails fall like θ⁻⁴: they vary over a fraction of θ.
-        if angle - 1.6 * radius > support { f64::INFINITY } else { (0.5 * angle).max(width) }
+        if angle - 1.6 * radius > support { f64::INFINITY } else { PIECE * (0.5 * angle).max(width) }
     };
     tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
 }

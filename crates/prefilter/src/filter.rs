@@ -5,12 +5,12 @@
 //! tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
 use crate::edge_cube::{self, EdgeCube};
+use crate::synthesis::at_points;
 use crate::{Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
 use steradian_sphere::sh::{self, ShRgb};
-use steradian_sphere::{Layout, SphereImage};
 
 /// Cube size: intervals per edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,19 +40,13 @@ pub struct Filtered {
     pub cube: EdgeCube,
     /// How.
     pub way: Way,
-    /// Bound of the relative RMS error by the bands left out.
+    /// Bound of the relative RMS error by the bands left out; of the angular way, about its error.
     pub tail: f64,
     /// Estimate of the relative RMS error of bilinear lookup.
     pub interpolation: f64,
     /// Flux added by clipping negative values to zero, relative to all.
     pub clipped: f64,
 }
-
-/// Relative accuracy of direct summation over a [`Tree`]: a tail below it is no reason to sum.
-const SUMMATION: f64 = 1e-3;
-
-/// Direct synthesis costs one multiplication per sample and coefficient; up to this many.
-const DIRECT: usize = 40_000_000;
 
 /// Convolves `source` with `kernel` to relative RMS error `tolerance`. The angular way needs `tree` and is taken
 /// only where the tolerance needs it and it is the better one.
@@ -68,15 +62,12 @@ pub fn filter(
     let k = kernel.coefficients(source.order() + 64);
     let (order, tail) = order(source, &k, 0.25 * tolerance);
     let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
-    if tail > tolerance.max(SUMMATION) {
+    if tail > tolerance.max(angular::ERROR) {
         let cube = EdgeCube::from_fn(size, |d| angular::convolve_at(tree, kernel, d));
-        return Ok(Filtered { cube, way: Way::Angular, tail: 0.0, interpolation, clipped: 0.0 });
+        return Ok(Filtered { cube, way: Way::Angular, tail: angular::ERROR, interpolation, clipped: 0.0 });
     }
-    let mut product =
-        ShRgb { order, c: std::array::from_fn(|c| source.spectrum.c[c][..sh::count(order)].to_vec()) };
-    product.convolve(&k[..=order]);
     task.check()?;
-    let (mut cube, clipped) = synthesize(&product, size, !source.negative && !kernel.signed());
+    let (mut cube, clipped) = synthesized(source, &k[..=order], size, !source.negative && !kernel.signed());
     if !source.beams.is_empty() {
         cube = add_beams(source, kernel, &cube);
     }
@@ -142,22 +133,18 @@ fn resolution(source: &Source, k: &[f64], size: Size, tolerance: f64) -> (usize,
     }
 }
 
-/// The function of `sh` on a cube, clipped at zero if asked, and the flux that clipping added (relative).
-fn synthesize(sh: &ShRgb, size: usize, clip: bool) -> (EdgeCube, f64) {
-    let samples = 6 * (size + 1) * (size + 1);
-    let cube = if samples.saturating_mul(sh::count(sh.order)) <= DIRECT {
-        EdgeCube::from_fn(size, |d| sh.value(d))
-    } else {
-        let map = oversampled(sh);
-        EdgeCube::from_fn(size, |d| map.bicubic(d).map(f64::from))
-    };
+/// The source's bands times those of a kernel on a cube, clipped at zero if asked, and the flux that clipping added
+/// (relative).
+fn synthesized(source: &Source, k: &[f64], size: usize, clip: bool) -> (EdgeCube, f64) {
+    let n = size + 1;
+    let direction = |i: usize| edge_cube::direction(size, i / (n * n), i % n, i / n % n);
+    let directions: Vec<DVec3> = (0..6 * n * n).into_par_iter().map(direction).collect();
+    let count = sh::count(k.len() - 1);
+    let used = ShRgb { order: k.len() - 1, c: source.spectrum.c.each_ref().map(|c| c[..count].to_vec()) };
+    let [r, g, b] = at_points(&used, k, &directions);
+    let texels = (0..directions.len()).map(|i| [r[i], g[i], b[i], 1.0]).collect();
+    let cube = EdgeCube::from_texels(size, texels).unwrap_or_default();
     if clip { clipped(&cube) } else { (cube, 0.0) }
-}
-
-/// A lat-long map of four rows per band: bicubic lookup then errs by at most 0.0234 (π l/4F)⁴ of band l.
-fn oversampled(sh: &ShRgb) -> SphereImage {
-    let height = 4 * (sh.order + 1);
-    sh::synthesize(sh, Layout::LatLong, 2 * height, height)
 }
 
 fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {

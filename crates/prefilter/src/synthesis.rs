@@ -1,7 +1,9 @@
 //! From coefficients about the pole y to images in any layout: by the transform itself where the image is lat-long,
 //! else by [`PointSynthesis`].
 
-use steradian_sphere::sh::{ColumnsRgb, Grid, PointSynthesis, Precision, ShTransform};
+use crate::polar;
+use glam::DVec3;
+use steradian_sphere::sh::{ColumnsRgb, Grid, PointSynthesis, Precision, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Tolerance below which single precision is not enough.
@@ -32,11 +34,23 @@ pub(crate) fn synthesize(
     PointSynthesis::new(columns, factors, error).image(layout, width, height)
 }
 
+/// Error of [`at_points`], relative to the range of the function.
+const AT_POINTS: f64 = 1e-5;
+
+/// The function of `sh` (world axes), band l multiplied with `factors[l]` and none beyond, in given directions.
+pub(crate) fn at_points(sh: &ShRgb, factors: &[f64], directions: &[DVec3]) -> [Vec<f32>; 3] {
+    let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; directions.len()]);
+    // Exchanging the poles twice changes nothing.
+    let columns = ColumnsRgb::from_sh(&polar::to_world(sh));
+    let [r, g, b] = &mut planes;
+    PointSynthesis::new(&columns, factors, AT_POINTS).at(directions, [r, g, b]);
+    planes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::polar;
-    use steradian_sphere::sh::{self, ShRgb};
+    use steradian_sphere::sh;
 
     /// All energy in the highest band is the worst case.
     #[test]
