@@ -3,7 +3,7 @@
 //! Nothing is resampled from another filtered map. In frequency space (Ramamoorthi & Hanrahan 2002, 5.4) where the
 //! analysis has all bands that the kernel passes; for sharper kernels, and where it costs less, only what lies far from
 //! each direction, and the texels near it are summed ([`Way::Near`]). The brightest texels are summed exactly where
-//! the series would ring.
+//! the series would ring. Where neither is sure to meet the tolerance all texels are summed, if they are few.
 
 use crate::measure::finish;
 use crate::rows::for_rows;
@@ -37,6 +37,8 @@ pub enum Way {
         /// Reach of the direct sum, radians.
         reach: f64,
     },
+    /// All texels directly.
+    All,
 }
 
 impl Way {
@@ -46,13 +48,14 @@ impl Way {
             Self::Area => "area",
             Self::Frequency { .. } => "frequency",
             Self::Near { .. } => "near",
+            Self::All => "all",
         }
     }
 
-    /// Highest band; 0 for a mirror.
+    /// Highest band; 0 where there is none.
     pub fn order(self) -> usize {
         match self {
-            Self::Area => 0,
+            Self::Area | Self::All => 0,
             Self::Frequency { order, .. } | Self::Near { order, .. } => order,
         }
     }
@@ -97,6 +100,7 @@ pub fn filter_image(
     let (mut image, way, predicted) = match plan {
         Plan::Frequency(p) => by_frequency(light, kernel, &k, p, shape, tolerance),
         Plan::Near(p) => by_parts(light, kernel, &k, &p, shape, tolerance, task)?,
+        Plan::All => (by_sums(light, kernel, k[0], shape, task)?, Way::All, 0.0),
     };
     task.check()?;
     let (energy_out, clipped) = finish(&mut image, !light.has_negative());
@@ -169,6 +173,39 @@ fn by_parts(
         }
     });
     Ok((image, Way::Near { order: plan.order, reach: plan.split.reach() }, plan.predicted))
+}
+
+fn by_sums(
+    light: &Sampled,
+    kernel: &dyn Zonal,
+    k0: f64,
+    (layout, width, height): Shape,
+    task: &Task,
+) -> Result<SphereImage, Cancelled> {
+    /// Directions that pass over the light together.
+    const TOGETHER: usize = 1024;
+    let mut image = SphereImage::new(layout, width, height);
+    let sums = Texels::new(&light.image);
+    let mut places = Vec::new();
+    for row in 0..layout.faces() * height {
+        for i in 0..width {
+            if let Some(d) = layout.texel_direction(width, height, row / height, i, row % height) {
+                places.push((row * width + i, d));
+            }
+        }
+    }
+    for some in places.chunks(TOGETHER) {
+        task.check()?;
+        let directions: Vec<DVec3> = some.iter().map(|p| p.1).collect();
+        for (&(k, d), (sum, weight)) in some.iter().zip(sums.all(kernel, &directions)) {
+            let (suns, nearest) = (beams_at(light.suns(), kernel, d), light.image.nearest(d));
+            for c in 0..3 {
+                let mean = if weight > NOTHING { sum[c] / weight } else { nearest[c].into() };
+                image.planes[c][k] = (mean * k0 + suns[c]) as f32;
+            }
+        }
+    }
+    Ok(image)
 }
 
 /// The light itself as a [`FilteredImage`].

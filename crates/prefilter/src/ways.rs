@@ -13,7 +13,14 @@ const SHARE: f64 = 0.25;
 pub(crate) enum Plan<'a> {
     Frequency(Frequency),
     Near(Near<'a>),
+    /// The sum over all texels as it is.
+    All,
 }
+
+/// Beyond this part of the tolerance a bound is no longer taken where the sum over all texels is at hand …
+const DOUBTFUL: f64 = 0.5;
+/// … because it takes no more kernel evaluations than this.
+const AT_HAND: f64 = 2e9;
 
 /// By the series alone.
 pub(crate) struct Frequency {
@@ -61,7 +68,8 @@ fn thinness(texels: &Texels<'_>, kernel: &dyn Zonal, split: &Split<'_>, k0: f64,
     ((0..PROBES).map(square).sum::<f64>() / PROBES as f64).sqrt()
 }
 
-/// The cheapest way within the tolerance; the most exact where none is.
+/// The cheapest way within the tolerance; where none is, the sum over all texels if it is not too long, else the most
+/// exact one.
 pub(crate) fn plan<'a>(
     light: &Sampled,
     kernel: &'a dyn Zonal,
@@ -99,6 +107,10 @@ pub(crate) fn plan<'a>(
             break;
         }
     }
+    let least = best.as_ref().map_or(tail, |b| b.predicted.min(tail));
+    if least > DOUBTFUL * tolerance && (texels * light.image.planes[0].len()) as f64 <= AT_HAND {
+        return Plan::All;
+    }
     match best {
         // A kernel that is not smooth elsewhere gains nothing by being split.
         Some(near) if if enough { near.predicted <= limit } else { near.predicted < tail } => {
@@ -132,6 +144,21 @@ mod tests {
     use steradian_base::Task;
     use steradian_light::{Environment, Lights};
     use steradian_sphere::{Layout, SphereImage};
+
+    /// Sheen ends in a rim at the horizon that a coarse light has no bands for: only the sum itself is within reach.
+    #[test]
+    fn what_no_series_holds_is_summed() {
+        let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {
+            [1.0 + (7.0 * d.x).sin() as f32, if d.y > 0.3 { 4.0 } else { 0.2 }, 0.5 - 0.4 * d.z as f32]
+        });
+        let lights = Lights::from(Environment { image });
+        let kernel = Lobe::charlie(0.02);
+        let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
+        let got = filter_image(&light, &kernel, (Layout::Cube, 12, 12), 2e-3, &Task::quiet()).unwrap();
+        assert_eq!(got.way, Way::All);
+        let e = deviation(&light, &kernel, &got.image, 200);
+        assert!(e.rms < 1e-6 && e.worst < 1e-5, "{e:?}");
+    }
 
     /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of them.
     #[test]

@@ -34,7 +34,8 @@ pub fn frequency(
             let part = 0.5 * (1.0 - angle.min(reach(kernel, 0.0)).cos());
             texels * part * light.image.planes[0].len() as f64
         }
-        _ => 0.0,
+        Way::All => texels * light.image.planes[0].len() as f64,
+        Way::Area | Way::Frequency { .. } => 0.0,
     };
     let products = (made.way.order() as f64 + 1.0).powi(2) * rows;
     Ok(Made { image: made.image, cost: Cost { kernel: near as u64, taps: (products + near) as u64 } })
