@@ -11,6 +11,7 @@ mod level;
 mod orient;
 mod report;
 mod rings;
+mod samples;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};

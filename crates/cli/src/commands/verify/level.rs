@@ -1,8 +1,9 @@
 //! One level against the light: orientation, kernel, scale, and how far off.
 
-use super::fit::{self, Family, Fit, Fitter, Kernel, Samples};
+use super::fit::{self, Family, Fit, Fitter, Kernel};
 use super::orient::{self, Found, Turn};
 use super::rings::Rings;
+use super::samples::Samples;
 use super::zonal;
 use crate::commands::prefilter::{filament_numbers, irradiance};
 use crate::context::Context;
