@@ -27,6 +27,19 @@ fn note_lost(given: f32, code: u32, report: &mut WriteReport) {
     }
 }
 
+/// 2^e of a normal number.
+#[inline(always)]
+fn power(e: i32) -> f64 {
+    f64::from_bits(((1023 + e) as u64) << 52)
+}
+
+/// `v` ≥ 0 rounded to nearest, ties to even, below 2³²: the sum has no bits for fractions.
+#[inline(always)]
+fn whole(v: f64) -> u32 {
+    const UNIT: f64 = (1_u64 << 52) as f64;
+    (v + UNIT).to_bits() as u32
+}
+
 /// E5B9G9R9: nine bits a channel, one exponent (Khronos EXT_texture_shared_exponent, section 3.8.x).
 pub fn encode_rgb9e5(rgb: [f32; 3], report: &mut WriteReport) -> u32 {
     let rgb = rgb.map(|v| fit(v, MAX_RGB9E5, report));
@@ -34,11 +47,12 @@ pub fn encode_rgb9e5(rgb: [f32; 3], report: &mut WriteReport) -> u32 {
     // ⌊log2⌋ is the stored exponent of an f32; subnormals are far below the format's range.
     let log2 = (max.to_bits() >> 23) as i32 - 127;
     let mut exponent = log2.max(-16) + 16;
-    let unit = |e: i32| f64::from(e - 24).exp2();
-    if (f64::from(max) / unit(exponent)).round() >= 512.0 {
+    // Halves go up, as the specification has it.
+    if (f64::from(max) * power(24 - exponent) + 0.5) as u32 >= 512 {
         exponent += 1;
     }
-    let m = rgb.map(|v| (f64::from(v) / unit(exponent)).round() as u32);
+    let scale = power(24 - exponent);
+    let m = rgb.map(|v| (f64::from(v) * scale + 0.5) as u32);
     rgb.iter().zip(m).for_each(|(v, m)| note_lost(*v, m, report));
     m[0] | m[1] << 9 | m[2] << 18 | (exponent as u32) << 27
 }
@@ -54,7 +68,7 @@ fn encode_small(v: f32, bits: u32, max: f32, report: &mut WriteReport) -> u32 {
     let v = fit(v, max, report);
     let exponent = ((v.to_bits() >> 23) as i32 - 127).max(-14);
     // In units of the last place; a mantissa that rounds up carries into the exponent by itself.
-    let m = (f64::from(v) * f64::from(bits as i32 - exponent).exp2()).round_ties_even() as u32;
+    let m = whole(f64::from(v) * power(bits as i32 - exponent));
     // Normal values have m ≥ 2^bits, and with exponent −14 the same formula holds below.
     let code = (((exponent + 14) as u32) << bits) + m;
     note_lost(v, code, report);
