@@ -62,9 +62,12 @@ struct Cell {
 
 impl Cell {
     /// Adds ∫ F dφ over a piece of azimuth `turn` with ∫ y dφ = `lift`.
+    #[inline(always)]
     fn add(&self, turn: f64, lift: f64, to: &mut [f64; 3]) {
         let drop = self.top * turn - lift;
-        (0..3).for_each(|c| to[c] += self.sum[c] * turn + self.value[c] * drop);
+        for c in 0..3 {
+            to[c] += self.sum[c] * turn + self.value[c] * drop;
+        }
     }
 }
 
@@ -73,6 +76,8 @@ struct Job<'a> {
     n: usize,
     /// Borders of the texels on the plane of a face, −1 … 1.
     borders: Vec<f64>,
+    /// Solid angles of the texels of a face.
+    areas: Vec<f64>,
     /// cos θ of the borders of the source's rows.
     rows: Vec<f64>,
     /// Parts of a column, so that no piece is longer than [`STEP`].
@@ -83,18 +88,23 @@ impl<'a> Job<'a> {
     fn new(source: &'a SphereImage, n: usize) -> Self {
         let (w, h) = (source.width as f64, source.height as f64);
         let row = |j: usize| (FRAC_PI_2 - PI * j as f64 / h).sin();
+        let borders: Vec<f64> = (0..=n).map(|k| 2.0 * k as f64 / n as f64 - 1.0).collect();
+        let area = |k: usize| {
+            let (x, y) = (&borders[k % n..], &borders[k / n..]);
+            cube::solid_angle(x[0], x[1], y[0], y[1])
+        };
         Self {
             source,
             n,
-            borders: (0..=n).map(|k| 2.0 * k as f64 / n as f64 - 1.0).collect(),
+            areas: (0..n * n).map(area).collect(),
+            borders,
             rows: (0..=source.height).map(row).collect(),
             parts: (2.0 * PI / w / STEP).ceil().max(1.0) as usize,
         }
     }
 
     fn put(&self, out: &mut SphereImage, face: usize, i: usize, j: usize, sum: [f64; 3]) {
-        let (x, y) = (&self.borders[i..i + 2], &self.borders[j..j + 2]);
-        let omega = cube::solid_angle(x[0], x[1], y[0], y[1]);
+        let omega = self.areas[j * self.n + i];
         let k = out.index(face, i, j);
         (0..3).for_each(|c| out.planes[c][k] = (sum[c] / omega) as f32);
     }
