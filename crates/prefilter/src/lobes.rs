@@ -138,6 +138,10 @@ impl Zonal for Lobe {
             // (1 − 2 s²)^n and (1 − s²)^{n/2} (1 − 2 s²); wide ones see where ln runs away.
             Shape::Phong(Power { n }) if n >= 16.0 => profile::power(s2, out, (n as f32, 2.0, 0.0), scale),
             Shape::BlinnPhong { n } => profile::power(s2, out, (0.5 * n as f32, 1.0, 2.0), scale),
+            Shape::Charlie { alpha } => {
+                let n = 0.5 / alpha;
+                profile::sheen(s2, out, n as f32, (self.scale * 0.5_f64.powf(n)) as f32);
+            }
             Shape::Gaussian { sigma } if sigma < 0.15 => {
                 profile::gaussian(s2, out, (0.5 / (sigma * sigma)) as f32, scale);
             }
