@@ -170,7 +170,7 @@ mod tests {
         let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
         let directions = [DVec3::Y, DVec3::Z, DVec3::new(0.3, -0.5, 0.8).normalize()];
         let rings = Rings::new(&tree, &[], &directions);
-        // Every texel in 4 x 4 parts: the tree's own sums are within 4e-3 only.
+        // Every texel in 4 x 4 parts.
         let fine = SphereImage::from_fn(Layout::LatLong, 1024, 512, |d| image.nearest(d));
         // The rim of a sharp sheen is narrower than a ring.
         let cases = [
