@@ -27,7 +27,17 @@ pub struct Meter {
 impl Meter {
     /// The meter of a light.
     pub fn new(light: &Spectrum) -> Self {
-        let mean = light.mean_squares();
+        Self::of(light.mean_squares())
+    }
+
+    /// The meter of a light with this mean square of L'_lq per channel at every band beyond the spectrum's.
+    pub fn with_beyond(light: &Spectrum, beyond: [f64; 3]) -> Self {
+        let mut mean = light.mean_squares();
+        mean.iter_mut().zip(beyond).for_each(|(m, b)| m.push(b));
+        Self::of(mean)
+    }
+
+    fn of(mean: [Vec<f64>; 3]) -> Self {
         let beyond = mean.each_ref().map(|m| {
             let mut sup = m.clone();
             for l in (1..sup.len()).rev() {
@@ -63,9 +73,20 @@ impl Meter {
             let noise = s.energy[slice][c] * (4.0 * s.accuracy * s.accuracy).max(1e-9);
             let rest = (s.energy[slice][c] - captured[c] - noise).max(0.0);
             let turns = turns(s, slice, c).min(rest);
-            turns * sup(c, s.azimuth + 1) + (rest - turns) * sup(c, s.order + 1)
+            turns * self.around(c, s, slice) + (rest - turns) * sup(c, s.order + 1)
         };
         (0..3).map(channel).sum()
+    }
+
+    /// The light's mean square where the row of Q has its energy: rows beyond have theirs at higher bands still.
+    fn around(&self, c: usize, s: &Slices, slice: usize) -> f64 {
+        let row = s.row(slice, s.azimuth)[c];
+        let (mut energy, mut seen) = (f64::MIN_POSITIVE, 0.0);
+        for (l, k) in row.iter().enumerate() {
+            energy += k * k;
+            seen += k * k * self.mean(c, l);
+        }
+        seen / energy
     }
 
     /// Mean square of the radiance of a slice, all channels, with its tail.

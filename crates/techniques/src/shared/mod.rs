@@ -15,6 +15,7 @@ pub mod once;
 pub mod quadric;
 pub mod reflectance;
 pub mod shrm;
+pub mod sky;
 pub mod spectrum;
 pub mod strands;
 pub mod tables;

@@ -18,6 +18,16 @@ pub struct Spectrum {
 impl Spectrum {
     /// Analyses everything in `lights` up to `order`; refuses point lights.
     pub fn bake(slug: &'static str, lights: &Lights, order: usize, task: &Task) -> Result<Self, BakeError> {
+        Ok(Self { sh: Self::source(slug, lights, order, task)?.coefficients(order) })
+    }
+
+    /// The light, prepared; refuses point lights.
+    pub fn source(
+        slug: &'static str,
+        lights: &Lights,
+        order: usize,
+        task: &Task,
+    ) -> Result<Source, BakeError> {
         refuse_points(slug, lights)?;
         if let Some(e) = &lights.environment {
             let texels = (e.image.width * e.image.height) as u64;
@@ -26,7 +36,7 @@ impl Spectrum {
                 return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
             }
         }
-        Ok(Self { sh: Source::new(lights, order, task)?.coefficients(order) })
+        Ok(Source::new(lights, order, task)?)
     }
 
     /// Mean square over all frames of one L'_lq per channel: Σ_m L_lm²/(2l + 1), l = 0 … order.

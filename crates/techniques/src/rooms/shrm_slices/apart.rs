@@ -1,10 +1,12 @@
 //! Small lights apart from what maps hold.
 //!
-//! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both. Where a
-//! tolerance is asked for, small disks are taken out of the light ([`Pursuit`]) and shaded with the exact reflectance;
-//! maps hold what is left, whatever it is, so that nothing is lost by it.
+//! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both. Suns are
+//! known with the light ([`Sky`]); where a tolerance needs more, small disks are taken out of what else there is
+//! ([`Pursuit`]). All are shaded with the exact reflectance, and maps hold what is left, whatever it is.
 
 use super::scaled::{Scaled, both};
+use crate::shared::meter::Meter;
+use crate::shared::sky::{Sky, disk};
 use crate::shared::spectrum::Spectrum;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
@@ -20,16 +22,14 @@ const EASY: f64 = 24.0;
 const HARD: f64 = 0.9;
 
 /// Disks, and the light without them.
+#[derive(Clone)]
 pub struct Apart {
     /// With the exact reflectance.
     pub disks: Vec<DiskLight>,
     /// By maps.
     pub rest: Spectrum,
-}
-
-/// Where disks would help these slices most, up to `most` of them.
-pub fn pursue(light: &Spectrum, scaled: &Scaled<'_>, most: usize, task: &Task) -> Result<Pursuit, Cancelled> {
-    Pursuit::new(&light.sh, &weights(scaled, light.sh.order), RADIUS, most, task)
+    /// Mean square of a coefficient of the rest beyond its bands, per channel.
+    pub beyond: [f64; 3],
 }
 
 /// The energy of the lobes at hard views, by band and for each coefficient, without the easy bands.
@@ -56,29 +56,48 @@ fn weights(scaled: &Scaled<'_>, order: usize) -> Vec<f64> {
 }
 
 impl Apart {
-    /// The whole light in maps.
-    pub fn nothing(light: &Spectrum) -> Self {
-        Self { disks: Vec::new(), rest: light.clone() }
+    /// The strongest suns, up to `most`.
+    pub fn suns(light: &Sky, most: usize) -> Self {
+        let (disks, kept) = light.suns.split_at(most.min(light.suns.len()));
+        let taken: Vec<Beam> = disks.iter().map(Beam::from).collect();
+        let mut out = Self { disks: disks.to_vec(), rest: light.spectrum.clone(), beyond: light.beyond };
+        out.take(taken);
+        let last = out.rest.sh.order;
+        for sun in kept.iter().map(Beam::from) {
+            out.add_beyond(&sun, last);
+        }
+        out
     }
 
-    /// The largest part of the flux of `light` that one disk holds.
-    pub fn brightest(&self, light: &Spectrum) -> f64 {
-        let whole: f64 = light.sh.c.iter().map(|c| c[0] * (4.0 * PI).sqrt()).sum();
-        let flux = |d: &DiskLight| d.radiance.iter().sum::<f64>() * d.solid_angle();
-        self.disks.iter().map(flux).fold(0.0, f64::max) / whole.max(f64::MIN_POSITIVE)
+    /// Where more disks would help these slices most, up to `most` of them.
+    pub fn pursue(&self, scaled: &Scaled<'_>, most: usize, task: &Task) -> Result<Pursuit, Cancelled> {
+        Pursuit::new(&self.rest.sh, &weights(scaled, self.rest.sh.order), RADIUS, most, task)
     }
 
-    /// The first `count` disks taken out.
-    pub fn new(light: &Spectrum, found: &Pursuit, count: usize) -> Self {
-        let mut beams = found.beams(&light.sh, count);
-        let disk = |b: &Beam| {
-            let d = DiskLight { direction: b.direction, angular_radius: b.radius, radiance: [0.0; 3] };
-            DiskLight { radiance: b.flux.map(|f| f / d.solid_angle()), ..d }
-        };
-        let disks = beams.iter().map(disk).collect();
+    /// The first `count` disks of those found taken out too. Beyond the bands that are known these disks and the light
+    /// that they stand for do not cancel.
+    pub fn with(&self, found: &Pursuit, count: usize) -> Self {
+        let beams = found.beams(&self.rest.sh, count);
+        let mut out = self.clone();
+        out.disks.extend(beams.iter().map(disk));
+        let last = out.rest.sh.order;
+        beams.iter().for_each(|b| out.add_beyond(b, last));
+        out.take(beams);
+        out
+    }
+
+    /// How maps see the rest.
+    pub fn meter(&self) -> Meter {
+        Meter::with_beyond(&self.rest, self.beyond)
+    }
+
+    fn add_beyond(&mut self, b: &Beam, last: usize) {
+        let spread = b.spread(last)[last];
+        (0..3).for_each(|c| self.beyond[c] += (b.flux[c] * spread).powi(2) / (4.0 * PI));
+    }
+
+    fn take(&mut self, mut beams: Vec<Beam>) {
         beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
-        let mut rest = light.clone();
-        add_beams(&mut rest.sh, &beams);
-        Self { disks, rest }
+        add_beams(&mut self.rest.sh, &beams);
     }
 }

@@ -8,10 +8,10 @@ use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::{centre_of, word};
 use crate::shared::shrm::{bundle, columns, grid};
+use crate::shared::sky::{Sky, load_disks, save_disks};
 use crate::shared::spectrum::Spectrum;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
-use glam::DVec3;
 use steradian_base::{Certificate, Task};
 use steradian_brdf::central::Centre;
 use steradian_light::DiskLight;
@@ -54,7 +54,7 @@ impl Stack {
 
 /// Joins light and slices; the certificate is computed from both.
 pub fn link(
-    light: &Spectrum,
+    light: &Sky,
     material: &Leaning,
     p: &Params,
     task: &Task,
@@ -120,15 +120,7 @@ impl Part for Stack {
             let q = l.q.iter().map(|q| f64::from(*q)).collect();
             put_f64(to, format!("{prefix}.orders{i:02}"), vec![l.q.len()], q);
         }
-        let disk = |d: &DiskLight| {
-            let [x, y, z] = d.direction.to_array();
-            let [r, g, b] = d.radiance;
-            [x, y, z, d.angular_radius, r, g, b]
-        };
-        if !self.disks.is_empty() {
-            let disks = self.disks.iter().flat_map(disk).collect();
-            put_f64(to, format!("{prefix}.disks"), vec![self.disks.len(), 7], disks);
-        }
+        save_disks(&self.disks, to, format!("{prefix}.disks"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -153,24 +145,7 @@ impl Part for Stack {
         if shape[0] < 3 || shape[1] != HEAD + components {
             return Err(bad("curve"));
         }
-        let name = format!("{prefix}.disks");
-        let (shape, disks) = match from.tensors.contains_key(&name) {
-            true => get_f64(from, &name, 2)?,
-            false => (vec![0, 7], Vec::new()),
-        };
-        if shape[1] != 7 || disks.iter().any(|x| !x.is_finite()) {
-            return Err(bad("disks"));
-        }
-        let disk = |d: &[f64; 7]| DiskLight {
-            direction: DVec3::new(d[0], d[1], d[2]),
-            angular_radius: d[3],
-            radiance: [d[4], d[5], d[6]],
-        };
-        let disks: Vec<DiskLight> = disks.as_chunks::<7>().0.iter().map(disk).collect();
-        let unit = |d: &DiskLight| (d.direction.length() - 1.0).abs() < 1e-3 && d.angular_radius > 0.0;
-        if !disks.iter().all(unit) {
-            return Err(bad("disks"));
-        }
+        let disks = load_disks(from, &format!("{prefix}.disks"))?;
         let halves = Bundle::is_half(from, &format!("{prefix}.maps00"));
         Ok(Self { centre, stride: HEAD + components, curve, levels, disks, halves })
     }

@@ -1,21 +1,20 @@
 //! How much of the light becomes maps, and what is known of the error.
 
-use super::apart::{self, Apart};
+use super::apart::Apart;
 use super::components::{Component, Expansion, Limits};
 use super::material::{Leaning, Params, TOLERANCE};
 use super::scaled::Scaled;
 use crate::BakeError;
-use crate::shared::meter::Meter;
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::Sky;
 use steradian_base::{Certificate, Known, Task};
 
 /// Numbers of disks that are tried.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
-/// A disk that holds this part of all flux is a sun.
-const SUN: f64 = 0.02;
-/// Maps hold the light without suns to this many times the tolerance, relative to its own radiance …
-const REST: f64 = 6.0;
-/// … unless that is less than this part of the mean square of all radiance.
+/// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few times as …
+const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.0];
+/// … so many bytes of maps allow.
+const AMPLE: usize = 8 << 20;
+/// But its radiance counts as no less than this part of the mean square of all radiance.
 const LEAST: f64 = 1e-4;
 /// Bytes of maps below which no more disks are looked for, where the tolerance is met.
 const CHEAP: usize = 4 << 20;
@@ -30,23 +29,33 @@ pub struct Choice {
     pub certificate: Certificate,
     /// Largest squared relative error of an elevation that counts.
     worst: f64,
+    /// Does the rest have more than the tolerance of its own radiance?
+    lenient: bool,
 }
 
 impl Choice {
-    fn new(totals: &[f64], material: &Leaning, apart: Apart, tolerance: f64, limits: Limits) -> Self {
+    fn new(
+        totals: &[f64],
+        material: &Leaning,
+        apart: Apart,
+        rest: f64,
+        tolerance: f64,
+        limits: Limits,
+    ) -> Self {
         let s = &material.kernels.0;
-        let rest = Meter::new(&apart.rest);
+        let meter = apart.meter();
         // Radiance that suns dominate tells little of the rest, which maps hold on its own.
-        let own = |(rest, total): (f64, &f64)| total.min((REST * REST * rest).max(LEAST * total));
-        let goals: Vec<f64> = Scaled::totals(s, &rest).into_iter().zip(totals).map(own).collect();
-        let scaled = Scaled::new(s, &rest, goals);
+        let own = |(part, total): (f64, &f64)| total.min((rest * rest * part).max(LEAST * total));
+        let goals: Vec<f64> = Scaled::totals(s, &meter).into_iter().zip(totals).map(own).collect();
+        let lenient = goals.iter().zip(Scaled::totals(s, &meter)).any(|(goal, part)| *goal > 1.001 * part);
+        let scaled = Scaled::new(s, &meter, goals);
         let expansion = Expansion::new(&scaled, tolerance, limits);
         let square = |i: usize| expansion.error(&scaled, i) * scaled.total[i] / totals[i];
         let squares: Vec<f64> = (0..scaled.len()).map(square).collect();
         let counted = (0..scaled.len()).filter(|i| scaled.counts(*i));
         let worst = counted.map(|i| squares[i]).fold(0.0, f64::max);
         let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.disks.len());
-        Self { apart, expansion, scale: scaled.scale, certificate, worst }
+        Self { apart, expansion, scale: scaled.scale, certificate, worst, lenient }
     }
 
     /// By how much the tolerance is missed, in steps of some per cent; then bytes, and time as bytes.
@@ -59,42 +68,49 @@ impl Choice {
 
 /// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out: cut off at
 /// F they ring, which little of the mean square tells.
-pub fn choose(light: &Spectrum, material: &Leaning, p: &Params, task: &Task) -> Result<Choice, BakeError> {
+pub fn choose(light: &Sky, material: &Leaning, p: &Params, task: &Task) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
     let s = &material.kernels.0;
-    let whole = Meter::new(light);
+    let whole = Apart::suns(light, 0).meter();
     let totals = Scaled::totals(s, &whole);
-    let made = |apart: Apart| Choice::new(&totals, material, apart, tolerance, limits);
-    let most = match p.lights {
-        _ if material.brdf.is_none() => 0,
-        Some(lights) => lights,
-        None => COUNTS[COUNTS.len() - 1],
-    };
-    if most == 0 {
-        return Ok(made(Apart::nothing(light)));
-    }
+    let made = |apart: Apart, rest: f64| Choice::new(&totals, material, apart, rest, tolerance, limits);
+    let most = if material.brdf.is_some() { p.lights.unwrap_or(usize::MAX) } else { 0 };
+    let suns = Apart::suns(light, most);
+    let more = most.min(COUNTS[COUNTS.len() - 1]).saturating_sub(suns.disks.len());
     let scaled = Scaled::new(s, &whole, totals.clone());
-    let first = if p.lights.is_some() { most } else { COUNTS[0] };
-    let mut found = apart::pursue(light, &scaled, first, task)?;
-    let few = Apart::new(light, &found, first);
     if p.lights.is_some() {
-        return Ok(made(few));
+        let found = suns.pursue(&scaled, more, task)?;
+        return Ok(finer(made(suns.with(&found, more), RESTS[0]), tolerance, &made));
     }
-    let mut best = if few.brightest(light) >= SUN { made(few) } else { made(Apart::nothing(light)) };
-    if best.worst.sqrt() <= tolerance && best.expansion.bytes() <= CHEAP {
-        return Ok(best);
+    let mut best = made(suns.clone(), RESTS[0]);
+    if more == 0 || (best.worst.sqrt() <= tolerance && best.expansion.bytes() <= CHEAP) {
+        return Ok(finer(best, tolerance, &made));
     }
-    found = apart::pursue(light, &scaled, most, task)?;
-    let more = best.apart.disks.len() + 1..=found.len();
-    for count in COUNTS.into_iter().filter(|c| more.contains(c)) {
+    let found = suns.pursue(&scaled, more, task)?;
+    for count in COUNTS.into_iter().filter(|c| *c <= found.len()) {
         task.check()?;
-        let next = made(Apart::new(light, &found, count));
+        let next = made(suns.with(&found, count), RESTS[0]);
         if next.cost(tolerance) < best.cost(tolerance) {
             best = next;
         }
     }
-    Ok(best)
+    Ok(finer(best, tolerance, &made))
+}
+
+/// The same disks with the rest as near to the tolerance of its own radiance as is ample.
+fn finer(mut best: Choice, tolerance: f64, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
+    for rest in RESTS.into_iter().skip(1) {
+        if !best.lenient || best.expansion.bytes() > AMPLE / 2 {
+            break;
+        }
+        let next = made(best.apart.clone(), rest);
+        if next.expansion.bytes() > AMPLE || next.worst > best.worst.max(tolerance * tolerance) {
+            break;
+        }
+        best = next;
+    }
+    best
 }
 
 /// The error of every elevation and of their mean.

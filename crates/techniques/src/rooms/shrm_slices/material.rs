@@ -9,7 +9,7 @@ use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
 use steradian_brdf::{Brdf, SharedBrdf};
 
 /// Tolerance where the user gives none.
-pub const TOLERANCE: f64 = 0.03;
+pub const TOLERANCE: f64 = 0.01;
 /// Elevations of the slices, about the mirror direction and about the tangent.
 const ELEVATIONS: [usize; 2] = [41, 81];
 /// The last one: at 90° itself lobes degenerate.

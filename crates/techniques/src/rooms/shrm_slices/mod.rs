@@ -25,7 +25,7 @@ mod tests;
 use crate::gpu::Uniform;
 use crate::shared::kernels;
 use crate::shared::lights;
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::Sky;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
     Technique, View,
@@ -84,14 +84,14 @@ impl Technique for ShrmSlices {
         waived: &[],
     };
     type Params = Params;
-    type Light = Spectrum;
+    type Light = Sky;
     type Material = Leaning;
     type Transfer = ();
     type Linked = Stack;
     type Frame = Shown;
 
-    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
-        Spectrum::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Sky, BakeError> {
+        Sky::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Leaning, BakeError> {

@@ -82,16 +82,19 @@ impl<'a> Scaled<'a> {
         self.rest.tail(self.s, i) / self.total[i]
     }
 
-    /// Mean squared relative error of linear interpolation between the elevations around i: t(1 − t)/2 times the second
-    /// difference, whose mean square over an interval is 1/120 of it.
+    /// Mean squared relative error of linear interpolation between the elevations around i, of albedo and of κ each on
+    /// its own: t(1 − t)/2 times a κ″ + a″ κ in differences, whose mean square over an interval is 1/120 of it.
     pub fn between(&self, i: usize) -> f64 {
         let last = self.len() - 1;
         if last < 2 {
             return 0.0;
         }
         let i = i.clamp(1, last - 1);
+        let [before, here, after] = [i - 1, i, i + 1].map(|i| self.scale[i]);
+        let bend = |c: usize| (before[c] - 2.0 * here[c] + after[c]) / here[c];
         let second = |q: usize, c: usize, l: usize| {
-            self.kappa(i - 1, q, c, l) - 2.0 * self.kappa(i, q, c, l) + self.kappa(i + 1, q, c, l)
+            let [before, here, after] = [i - 1, i, i + 1].map(|i| self.kappa(i, q, c, l));
+            before - 2.0 * here + after + bend(c) * here
         };
         (0..=self.s.azimuth).map(|q| self.miss(i, q, |c, l| second(q, c, l))).sum::<f64>() / 120.0
     }

@@ -1,6 +1,8 @@
 use super::*;
 use crate::shared::trial::{bake, detail, judged, points};
 use steradian_base::{ParamValues, Params as _};
+use steradian_reference::JudgePoint;
+use steradian_sphere::{Frame, Layout, SphereImage};
 
 #[test]
 fn places_and_angles_are_inverse() {
@@ -83,9 +85,9 @@ fn suns_are_exact_and_turn() {
     let still = points(40, 70.0);
     let before = crate::shared::trial::shade(&*b, &still);
     let r = glam::DMat3::from_rotation_z(0.9) * glam::DMat3::from_rotation_y(2.0);
-    let turned = |p: &steradian_reference::JudgePoint| {
-        let frame = steradian_sphere::Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
-        steradian_reference::JudgePoint { frame, wo: r * p.wo, position: None }
+    let turned = |p: &JudgePoint| {
+        let frame = Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
+        JudgePoint { frame, wo: r * p.wo, position: None }
     };
     b.frame(&View { light_rotation: r.as_mat3(), ..View::default() });
     let after = crate::shared::trial::shade(&*b, &still.iter().map(turned).collect::<Vec<_>>());
@@ -95,6 +97,36 @@ fn suns_are_exact_and_turn() {
     b.frame(&View::default());
     let again = crate::find("shrm_slices").unwrap().load(&b.save()).unwrap();
     assert_eq!(crate::shared::trial::shade(&*again, &still), before);
+}
+
+/// Where the horizon crosses a sun of a few texels, which lobes that do not end there see in part: points at which it
+/// does, seen from the other side.
+#[test]
+fn suns_keep_their_outline_at_the_horizon() {
+    let spec = "blinn-phong-gl:n=20";
+    let mut image = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| [1.0 + 0.5 * d.x as f32; 3]);
+    for (i, j, l) in [(40, 24, 9e3), (41, 24, 5e3), (40, 25, 2e3)] {
+        let k = image.index(0, i, j);
+        image.planes.iter_mut().for_each(|p| p[k] = l);
+    }
+    let turn = |u: f64| (std::f64::consts::TAU * u).sin_cos();
+    let theta = std::f64::consts::PI * 24.6 / 64.0;
+    let (s, c) = turn(40.6 / 128.0 - 0.5);
+    let sun = glam::DVec3::new(theta.sin() * c, theta.cos(), theta.sin() * s);
+    let (a, b) = sun.any_orthonormal_pair();
+    let point = |k: usize| {
+        let (s, c) = turn(k as f64 * 0.569_840_291);
+        let height = (8.0 * (k as f64 * 0.754_877_666).fract() - 4.0).to_radians();
+        let n = (a * c + b * s) * height.cos() + sun * height.sin();
+        let frame = Frame::from_normal_tangent(n, sun);
+        let (s, c) = (85.0 + 4.0 * (k as f64 * 0.618_034).fract()).to_radians().sin_cos();
+        JudgePoint { frame, wo: frame.to_world(glam::DVec3::new(-s, 0.0, c)), position: None }
+    };
+    let points: Vec<JudgePoint> = (0..80).map(point).collect();
+    let light = Lights::from(steradian_light::Environment::from_image(image));
+    let [apart, whole] = [-1.0, 0.0].map(|n| bake("shrm_slices", &light, spec, &[("lights", n)], Some(0.03)));
+    let e = judged(&[&*apart, &*whole], &light, spec, &points);
+    assert!(e[0] < 0.03 && e[0] < 0.2 * e[1], "{e:?}");
 }
 
 /// The text of the lights apart stands in a module of its own, beside the reflectance's.
