@@ -1,7 +1,7 @@
 //! Weighted least squares in elevation, and the diffuse part that is better taken out first.
 
 use super::theta::Polar;
-use super::{CentralError, Lpq, Slices};
+use super::{Argument, CentralError, Lpq, Slices};
 use crate::linear;
 use std::f64::consts::PI;
 
@@ -41,12 +41,13 @@ impl Scale {
 }
 
 impl Lpq {
-    /// The weighted least-squares fit of k_lq(θ_o) by f_pq(θ_o), p = q … `p`, for each (l, q): minimises
-    /// 2π ∫ w(θ_o) |k − Σ_p ρ̂ f_pq|² sin θ_o dθ_o by the trapezoidal rule over the slices, which must be seen about
-    /// their own centre. With w = 1 and dense slices it tends to [`Lpq::project`] (about the normal it is better: no
+    /// The weighted least-squares fit of k_lq(θ_o) by f_pq(θ), p = q … `p`, for each (l, q), θ the angle between C and
+    /// `of`: minimises 2π ∫ w(θ_o) |k − Σ_p ρ̂ f_pq|² sin θ_o dθ_o by the trapezoidal rule over the slices, which must be
+    /// seen about their own centre. With w = 1, of the view, and dense slices it tends to [`Lpq::project`] (about the normal it is better: no
     /// even continuation is asked for). `scaled` divides f_cos by its albedo first; [`Lpq::scale`] gives it back.
     pub fn fit(
         slices: &Slices,
+        of: Argument,
         p: usize,
         weight: &dyn Fn(f64) -> f64,
         scaled: bool,
@@ -58,7 +59,7 @@ impl Lpq {
         let (bands, q_max) = (slices.order + 1, slices.azimuth.min(p));
         let mut rho = vec![0.0; Self::rows(p) * 3 * bands];
         let mut gram = Vec::with_capacity(q_max + 1);
-        let rows: Vec<_> = samples.theta.iter().map(|t| Polar::new(p, q_max).rows(*t)).collect();
+        let rows = samples.rows(slices, of, &Polar::new(p, q_max));
         for q in 0..=q_max {
             let normal = Normal::new(&samples, &rows, p, q)?;
             for c in 0..3 {
@@ -80,7 +81,7 @@ impl Lpq {
         }
         let gram = Some(gram);
         let (centre, f, accuracy) = (slices.centre, slices.order, slices.accuracy);
-        Ok(Self { centre, f, p, rho, energy, scale, gram, accuracy })
+        Ok(Self { centre, of, f, p, rho, energy, scale, gram, accuracy })
     }
 }
 
@@ -88,10 +89,15 @@ impl Slices {
     /// The albedo per channel whose Lambertian part, taken out by [`Slices::without_diffuse`], leaves the least
     /// energy that terms up to `p` do not hold: the residuals R of the weighted fit give
     /// a = ⟨R f_cos, R (n·wi)₊/π⟩/|R (n·wi)₊/π|². Not negative; zero where the slices are about the normal.
-    pub fn best_diffuse(&self, p: usize, weight: &dyn Fn(f64) -> f64) -> Result<[f64; 3], CentralError> {
+    pub fn best_diffuse(
+        &self,
+        of: Argument,
+        p: usize,
+        weight: &dyn Fn(f64) -> f64,
+    ) -> Result<[f64; 3], CentralError> {
         let samples = Samples::new(self, weight)?;
         let q_max = self.azimuth;
-        let rows: Vec<_> = samples.theta.iter().map(|t| Polar::new(p, q_max).rows(*t)).collect();
+        let rows = samples.rows(self, of, &Polar::new(p, q_max));
         let diffuse: Vec<_> = samples.sorted.iter().map(|&i| self.diffuse(&self.slices[i])).collect();
         let (mut across, mut square) = ([0.0; 3], 0.0);
         for q in 0..=q_max {
@@ -121,7 +127,6 @@ impl Slices {
 /// The slices by elevation with their weights 2π w sin θ_o Δθ_o.
 struct Samples {
     sorted: Vec<usize>,
-    theta: Vec<f64>,
     weight: Vec<f64>,
 }
 
@@ -145,7 +150,12 @@ impl Samples {
         };
         let width = |j: usize| 2.0 * PI * theta[j].sin().max(0.0) * (edge(j + 1) - edge(j));
         let weight = (0..theta.len()).map(|j| width(j) * weight(theta[j]).max(0.0)).collect();
-        Ok(Self { sorted, theta, weight })
+        Ok(Self { sorted, weight })
+    }
+
+    /// f_pq of every slice.
+    fn rows(&self, slices: &Slices, of: Argument, polar: &Polar) -> Vec<Vec<Vec<f64>>> {
+        self.sorted.iter().map(|&i| polar.rows(slices.slices[i].polar(of))).collect()
     }
 }
 

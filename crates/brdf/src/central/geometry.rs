@@ -32,6 +32,18 @@ impl Centre {
     }
 }
 
+/// The direction that the harmonics y_pq of an expansion are functions of, seen about C; its azimuth is φ_o.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Argument {
+    /// The view, at θ_o from C, as published (5.10). Views near −C see surfaces of every normal perpendicular to them:
+    /// there y_pq are the same for all of these, or vanish.
+    View,
+    /// The normal, at γ from C: about the mirror direction at θ_o/2, half way to the view. Grazing views are then at the
+    /// equator about C, where y_pq tell their azimuths apart. About the normal and the tangent γ is constant, and tells
+    /// nothing.
+    Normal,
+}
+
 /// One elevation of the viewer and the centre about which it is seen. C lies in the plane of n and wo, at angle γ from
 /// n away from wo; θ_o = θ_v + γ. The azimuth φ = 0 about C is on the side of wo and of n, which stays defined for
 /// every viewer.
@@ -73,6 +85,14 @@ impl Slice {
     /// Angle between C and wo, radians.
     pub fn theta_o(&self) -> f64 {
         self.theta_v + self.gamma
+    }
+
+    /// The angle from C of what harmonics are functions of, radians.
+    pub fn polar(&self, of: Argument) -> f64 {
+        match of {
+            Argument::View => self.theta_o(),
+            Argument::Normal => self.gamma,
+        }
     }
 
     /// θ_v kept off the horizon.

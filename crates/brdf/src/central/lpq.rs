@@ -1,15 +1,17 @@
 //! ρ̂_lpq and what follows from it: energies, orders, rows.
 
-use super::geometry::Centre;
+use super::geometry::{Argument, Centre};
 use super::theta::Polar;
 use super::{CentralError, Scale};
 
 /// Spherical harmonic coefficients of an isotropic reflectance about a centre: f_cos = Σ ρ̂_lp|q| y_lq(wi) y_pq(wo),
-/// l ≤ F, p ≤ P, |q| ≤ min(l, p) (times the [`Scale`], where there is one).
+/// l ≤ F, p ≤ P, |q| ≤ min(l, p) (times the [`Scale`], where there is one), or y_pq of the normal ([`Argument`]).
 #[derive(Debug, Clone)]
 pub struct Lpq {
     /// Whose directions the angles are measured from.
     pub centre: Centre,
+    /// What y_pq are functions of.
+    pub of: Argument,
     /// F: the highest l.
     pub f: usize,
     /// P: the highest p.
@@ -110,7 +112,7 @@ impl Lpq {
     /// k_lq at elevation `theta_o` as the series has it (times the scale), `[q][channel][l]`, q up to
     /// [`Lpq::azimuth`]: what [`super::Slices`] holds exactly.
     pub fn slice(&self, theta_o: f64) -> Vec<[Vec<f64>; 3]> {
-        let polar = Polar::new(self.p, self.azimuth()).rows(theta_o);
+        let polar = Polar::new(self.p, self.azimuth()).rows(self.centre.slice(theta_o).polar(self.of));
         let scale = self.scale.as_ref().map_or([1.0; 3], |s| s.value(theta_o));
         let one = |(q, f): (usize, &Vec<f64>)| {
             let mut k: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; self.f + 1]);

@@ -37,7 +37,7 @@ mod theta;
 pub use choose::best_centre;
 pub use error::CentralError;
 pub use fit::Scale;
-pub use geometry::{Centre, Slice};
+pub use geometry::{Argument, Centre, Slice};
 pub use lpq::Lpq;
 pub use slices::Slices;
 pub use theta::Polar;

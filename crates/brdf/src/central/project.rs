@@ -5,7 +5,7 @@ use super::lpq::check_orders;
 use super::rule::{self, POINTS};
 use super::slices::Setup;
 use super::theta::Polar;
-use super::{CentralError, Centre, Lpq};
+use super::{Argument, CentralError, Centre, Lpq};
 use crate::{Brdf, Lobe};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -45,7 +45,8 @@ impl Lpq {
         let Projection { rho, energy, square_error, quadrature, .. } = sum;
         let total: f64 = energy.iter().sum();
         let accuracy = if total > 0.0 { (square_error / total).sqrt() + quadrature } else { 0.0 };
-        Ok(Self { centre, f, p, rho, energy, scale: None, gram: None, accuracy })
+        let of = Argument::View;
+        Ok(Self { centre, of, f, p, rho, energy, scale: None, gram: None, accuracy })
     }
 }
 

@@ -5,8 +5,9 @@ use crate::gpu::{Format, Level, Shape, Table};
 use crate::shared::harmonics::{MAX_TERMS, globe_uv};
 use crate::tensors::{PartError, TensorFile};
 use rayon::prelude::*;
+use std::f32::consts::PI;
 use steradian_formats::{Tensor, TensorData};
-use steradian_prefilter::edge_cube::face_position;
+use steradian_prefilter::edge_cube::{direction, face_position};
 
 /// How directions find texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +32,21 @@ impl Grid {
         match self {
             Self::Globe { rows, columns } => rows * columns,
             Self::Cube { size } => 6 * (size + 1) * (size + 1),
+        }
+    }
+
+    /// Direction of a texel.
+    pub fn direction(self, k: usize) -> [f32; 3] {
+        match self {
+            Self::Globe { rows, columns } => {
+                let alpha = PI * (k / columns) as f32 / (rows - 1) as f32;
+                let beta = 2.0 * PI * (((k % columns) as f32 + 0.5) / columns as f32 - 0.5);
+                [alpha.sin() * beta.cos(), alpha.cos(), alpha.sin() * beta.sin()]
+            }
+            Self::Cube { size } => {
+                let n = size + 1;
+                direction(size, k / (n * n), k % n, k / n % n).as_vec3().to_array()
+            }
         }
     }
 
@@ -176,14 +192,22 @@ impl Bundle {
         out
     }
 
-    /// The sum of all functions with weights, as one function on the same grid.
-    pub fn summed(&self, weight: &[f32; MAX_TERMS]) -> Self {
-        let n = self.terms();
-        let weight = &weight[..n];
-        let sum = |run: &[f32]| run.iter().zip(weight).map(|(a, b)| a * b).sum::<f32>();
-        let texels = self.texels().par_chunks_exact(n).map(sum).collect();
+    /// The sum of all functions as one function on the same grid, with weights that `weigh` makes of each texel's
+    /// direction.
+    pub fn summed(&self, weigh: impl Fn([f32; 3], &mut [f32; MAX_TERMS]) + Sync) -> Self {
+        let (n, grid) = (self.terms, self.grid);
+        let mut texels = vec![0.0; 3 * grid.texels()];
+        let sum = |k: usize, to: &mut [f32]| {
+            let mut weight = [0.0; MAX_TERMS];
+            weigh(grid.direction(k), &mut weight);
+            let runs = self.texels[3 * n * k..3 * n * (k + 1)].chunks_exact(n);
+            for (to, run) in to.iter_mut().zip(runs) {
+                *to = run.iter().zip(&weight).map(|(a, b)| a * b).sum();
+            }
+        };
+        texels.par_chunks_exact_mut(3).enumerate().for_each(|(k, to)| sum(k, to));
         // As many texels as the grid has, of three numbers each.
-        Self::new(self.grid(), 1, texels).unwrap_or_else(|| self.clone())
+        Self { grid, terms: 1, texels }
     }
 
     /// As a tensor [grid …, 3, terms], of 16 or of 32 bits.

@@ -4,13 +4,15 @@ use super::Shrm;
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::Harmonics;
 use crate::shared::kernels::Kernels;
-use crate::shared::shrm::{Expansion, HighestP, Orders, ScaleTable, choose, diffuse_map, local_maps};
+use crate::shared::shrm::{
+    Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
+};
 use crate::shared::spectrum::Spectrum;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::{Certificate, Task};
-use steradian_brdf::central::Centre;
+use steradian_brdf::central::{Argument, Centre};
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
@@ -19,6 +21,8 @@ const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 pub struct Maps {
     /// The central direction.
     pub centre: Centre,
+    /// What y_pq are functions of.
+    pub of: Argument,
     /// y_pq with its orders P and Q.
     pub harmonics: Harmonics,
     /// B_pq over C.
@@ -51,8 +55,8 @@ pub fn link(
         maps.halve();
         diffuse.iter_mut().for_each(Bundle::halve);
     }
-    let (centre, scale) = (lpq.centre, expansion.scale);
-    let made = Maps { centre, harmonics, maps, scale, diffuse, halves: p.halves };
+    let (centre, of, scale) = (lpq.centre, lpq.of, expansion.scale);
+    let made = Maps { centre, of, harmonics, maps, scale, diffuse, halves: p.halves };
     let bytes = made.bytes() as f64;
     Ok((made, expansion.certificate.detail("bytes", bytes)))
 }
@@ -65,8 +69,9 @@ impl Part for Maps {
             self.harmonics.p() as f64,
             self.harmonics.q() as f64,
             f64::from(u8::from(self.diffuse.is_some())),
+            argument_word(self.of),
         ];
-        put_f64(to, format!("{prefix}.head"), vec![4], head.to_vec());
+        put_f64(to, format!("{prefix}.head"), vec![5], head.to_vec());
         self.maps.save(to, format!("{prefix}.maps"), self.halves);
         if let Some(d) = &self.diffuse {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
@@ -78,7 +83,7 @@ impl Part for Maps {
         let name = format!("{prefix}.head");
         let bad = || PartError::Unexpected(name.clone());
         let (_, head) = get_f64(from, &name, 1)?;
-        let [centre, p, q, split] = head[..] else { return Err(bad()) };
+        let [centre, p, q, split, of] = head[..] else { return Err(bad()) };
         let centre = crate::shared::kernels::centre_of(centre).ok_or_else(bad)?;
         let harmonics = Harmonics::new(p as usize, q as usize);
         let name = format!("{prefix}.maps");
@@ -92,7 +97,8 @@ impl Part for Maps {
         if diffuse.as_ref().is_some_and(|d| d.terms() != 1 || !d.is_globe()) {
             return Err(PartError::Unexpected(name));
         }
-        Ok(Self { centre, harmonics, maps, scale: ScaleTable::load(from, prefix)?, diffuse, halves })
+        let (of, scale) = (argument_of(of), ScaleTable::load(from, prefix)?);
+        Ok(Self { centre, of, harmonics, maps, scale, diffuse, halves })
     }
 
     fn bytes(&self) -> usize {

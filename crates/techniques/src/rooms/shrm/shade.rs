@@ -6,17 +6,21 @@ use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::word;
+use crate::shared::shrm::argument_word;
 use crate::shared::strands::central;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique};
+use steradian_brdf::central::Argument;
 
 pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
     let mut one = [0.0; MAX_TERMS];
     one[0] = 1.0;
+    let of_view = m.of == Argument::View;
     batch::shade(q, out, |p: Point| {
         let c = central(m.centre, turn, q, &p);
         let mut y = [0.0; MAX_TERMS];
-        m.harmonics.eval(harmonics::local(c, turn.apply(p.wo)), &mut y);
+        let of = if of_view { p.wo } else { p.n };
+        m.harmonics.eval(harmonics::local(c, turn.apply(of)), &mut y);
         let b = m.maps.sum(m.maps.taps(c), &y);
         let a = m.scale.at(p.cos_o);
         let diffuse = |d: &Bundle| d.sum(d.taps(turn.apply(p.n)), &one);
@@ -27,7 +31,8 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
 
 pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
     let [first, inverse] = m.scale.range();
-    let orders = [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, 0.0];
+    let orders =
+        [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let wgsl = if m.diffuse.is_some() {

@@ -36,7 +36,8 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let c = room.turn * central(n, t, 2.0 * cos_o * n - wo);
-    let b = sum(globe_uv(c), globe_local(c, room.turn * wo));
+    // Harmonics of the view, or of the normal.
+    let b = sum(globe_uv(c), globe_local(c, room.turn * select(wo, n, room.orders.w == 1.0)));
     let a = fetch_scale((angle(min(cos_o, 1.0)) - room.range.x) * room.range.y).rgb;
     return a * b + diffuse(room.turn * n);
 }

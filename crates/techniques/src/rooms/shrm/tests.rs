@@ -46,6 +46,36 @@ fn up_to_60_degrees_it_is_within_5_percent() {
     }
 }
 
+/// A small sun shows the kernel itself, the hardest light there is: 5 % up to 60° at P ≤ 5 for lobes as narrow as 0.2,
+/// and harmonics of the normal hold grazing views where the published ones, of the view, do not.
+#[test]
+fn a_small_sun_is_held_up_to_60_degrees() {
+    let light = DirectionalLight { direction: DVec3::new(0.3, 0.8, 0.5).normalize(), irradiance: [1.0; 3] };
+    let light = Lights { directionals: vec![light], ..Lights::default() };
+    for spec in ["microfacet:sigma=0.2", "ggx:alpha=0.2,f0=0.9"] {
+        let b = bake("shrm", &light, spec, &[], None);
+        assert!(detail(&*b, "P") <= 5.0);
+        for degrees in [0, 10, 20, 30, 40, 50, 60] {
+            let error = detail(&*b, &format!("error at {degrees} degrees"));
+            assert!(error <= 0.05, "{spec} {degrees}: {error}");
+        }
+        let both = [0.0, 1.0].map(|v| bake("shrm", &light, spec, &[("p", 5.0), ("of_view", v)], None));
+        for degrees in [75, 80, 85] {
+            let [normal, view] =
+                both.each_ref().map(|b| detail(&**b, &format!("error at {degrees} degrees")));
+            assert!(normal < 0.7 * view, "{spec} {degrees}: {normal} {view}");
+        }
+    }
+}
+
+/// Under constant light nothing but the albedo's table errs, and the certificate knows it.
+#[test]
+fn the_table_of_the_albedo_is_counted() {
+    let b = bake("shrm", &lights::furnace(), "ggx:alpha=0.25,f0=0.9/0.6/0.3", &[], None);
+    let stated = b.certificate().error;
+    assert!((1e-8..1e-3).contains(&stated), "{stated}");
+}
+
 /// Squared error of the split sum's kernel of one elevation and the energy: a directional light shows the kernel.
 fn split_sum(alpha: f64, f0: f64, degrees: f64) -> f64 {
     let brdf = steradian_brdf::parse(&format!("ggx:alpha={alpha},f0={f0}")).unwrap();

@@ -4,16 +4,18 @@ use super::ShrmGlobal;
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::Harmonics;
 use crate::shared::kernels::{Kernels, centre_of, word};
-use crate::shared::shrm::{HighestP, ORDERS, Orders, ScaleTable, choose, diffuse_map, global_maps};
+use crate::shared::shrm::{
+    HighestP, ORDERS, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
+};
 use crate::shared::spectrum::Spectrum;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
-use steradian_brdf::central::Centre;
+use steradian_brdf::central::{Argument, Centre};
 use steradian_prefilter::edge_cube::spacing;
 
-/// 36 cubes are 216 of the 256 layers that every GPU has.
-const HIGHEST: HighestP = HighestP { usual: 5, asked: 5, zonal: 5 };
+/// 36 cubes are 216 of the 256 layers that every GPU has, 41 are 246; strands need one for each p.
+const HIGHEST: HighestP = HighestP { usual: 5, asked: 5, zonal: 40 };
 /// Texels per edge at most where the tolerance decides.
 const MOST: usize = 256;
 
@@ -38,7 +40,7 @@ pub struct Params {
 
 impl steradian_base::Params for Params {
     const INFO: &'static [ParamInfo] =
-        &[ORDERS[0], ORDERS[1], ORDERS[2], ORDERS[3], ORDERS[4], ORDERS[5], ORDERS[6], DISTANT];
+        &[ORDERS[0], ORDERS[1], ORDERS[2], ORDERS[3], ORDERS[4], ORDERS[5], ORDERS[6], ORDERS[7], DISTANT];
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
@@ -57,7 +59,9 @@ impl steradian_base::Params for Params {
 pub struct Cubes {
     /// The central direction.
     pub centre: Centre,
-    /// y_pq up to P.
+    /// What y_pq are functions of.
+    pub of: Argument,
+    /// y_pq up to P: in world directions, or, where q = 0 alone is left, about C, which needs no frame.
     pub harmonics: Harmonics,
     /// B̂_pq over C.
     pub maps: Bundle,
@@ -83,7 +87,7 @@ pub fn link(
     let expansion = choose(slug, light, kernels, &p.orders, apart, HIGHEST, task)?;
     let lpq = &expansion.lpq;
     let size = if p.orders.size > 0 { p.orders.size } else { expansion.size.min(MOST) };
-    let harmonics = Harmonics::new(lpq.p, lpq.p);
+    let harmonics = Harmonics::new(lpq.p, if expansion.q == 0 { 0 } else { lpq.p });
     let need = (harmonics.len() * 6 * (size + 1) * (size + 1) * 12) as u64;
     if 2 * need > task.max_memory() {
         return Err(BakeError::Memory { slug, need: 2 * need, allowed: task.max_memory() });
@@ -96,6 +100,7 @@ pub fn link(
     }
     let made = Cubes {
         centre: lpq.centre,
+        of: lpq.of,
         harmonics,
         maps,
         scale: expansion.scale,
@@ -118,8 +123,10 @@ impl Part for Cubes {
             self.harmonics.p() as f64,
             flag(self.diffuse.is_some()),
             flag(self.distant),
+            argument_word(self.of),
+            self.harmonics.q() as f64,
         ];
-        put_f64(to, format!("{prefix}.head"), vec![4], head);
+        put_f64(to, format!("{prefix}.head"), vec![6], head);
         self.maps.save(to, format!("{prefix}.maps"), self.halves);
         if let Some(d) = &self.diffuse {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
@@ -131,9 +138,9 @@ impl Part for Cubes {
         let name = format!("{prefix}.head");
         let bad = || PartError::Unexpected(name.clone());
         let (_, head) = get_f64(from, &name, 1)?;
-        let [centre, p, split, distant] = head[..] else { return Err(bad()) };
+        let [centre, p, split, distant, of, q] = head[..] else { return Err(bad()) };
         let centre = centre_of(centre).ok_or_else(bad)?;
-        let harmonics = Harmonics::new(p as usize, p as usize);
+        let harmonics = Harmonics::new(p as usize, if q > 0.0 { p as usize } else { 0 });
         let name = format!("{prefix}.maps");
         let maps = Bundle::load(from, &name)?;
         if maps.terms() != harmonics.len() || maps.is_globe() {
@@ -146,7 +153,8 @@ impl Part for Cubes {
             return Err(PartError::Unexpected(name));
         }
         let scale = ScaleTable::load(from, prefix)?;
-        Ok(Self { centre, harmonics, maps, scale, diffuse, distant: distant > 0.0, halves })
+        let of = argument_of(of);
+        Ok(Self { centre, of, harmonics, maps, scale, diffuse, distant: distant > 0.0, halves })
     }
 
     fn bytes(&self) -> usize {

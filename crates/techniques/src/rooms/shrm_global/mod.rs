@@ -4,7 +4,8 @@
 //! turned to the world (5.14), B̂(C, wo) = Σ_pq B̂_pq(C) y_pq(wo) (5.11), wo in world directions. Unlike the local maps,
 //! which turn with the frame, B̂_pq are smooth functions of the sphere and fit cubes. With `distant`, the viewer is far
 //! away: every frame sums them into one reflection map B̂(C) = Σ_pq B̂_pq(C) y_pq(−forward) (5.35), which shading looks
-//! up once. What is approximated: as in the local form, orders P and F; with `distant`, the view too. Radiance in
+//! up once. As in the local form y_pq are functions of n rather than of wo, n ∝ C − forward in the frame's map; and where
+//! q = 0 alone is left, as for strands, B_p0 is a function of the sphere already: P + 1 cubes hold it. What is approximated: as in the local form, orders P and F; with `distant`, the view too. Radiance in
 //! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map), point lights.
 
 mod bake;
@@ -37,7 +38,7 @@ impl Technique for ShrmGlobal {
         slug: "shrm_global",
         title: "Spherical harmonic reflection maps (global)",
         citation: "Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.11-5.14 and 5.35",
-        equation: "L_o = a(n·wo) Σ_pq B̂_pq(C) y_pq(wo)",
+        equation: "L_o = a(n·wo) Σ_pq B̂_pq(C) y_pq(n), y_pq(wo) as published",
         light: "spherical harmonics up to F, multiplied with the reflectance's and turned to the world: cubes B̂_pq",
         visibility: "none: V = 1",
         reflectance: "spherical harmonic coefficients about the central direction: l up to F, p up to P",

@@ -4,11 +4,13 @@ use super::bake::Cubes;
 use crate::gpu::{Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
-use crate::shared::harmonics::MAX_TERMS;
+use crate::shared::harmonics::{MAX_TERMS, dot};
 use crate::shared::kernels::word;
+use crate::shared::shrm::argument_word;
 use crate::shared::strands::central;
 use crate::shared::turn::Turn;
 use crate::{GpuRoom, Points, Radiance, Technique, View};
+use steradian_brdf::central::Argument;
 
 /// The state of a frame.
 #[derive(Debug, Clone, Default)]
@@ -23,11 +25,28 @@ impl Now {
     /// The state for a view.
     pub fn renew(&mut self, c: &Cubes, v: &View) {
         self.turn = Turn::new(v.light_rotation);
-        self.map = c.distant.then(|| {
-            let mut y = [0.0; MAX_TERMS];
-            c.harmonics.eval(self.turn.apply((-v.forward).to_array()), &mut y);
-            c.maps.summed(&y)
-        });
+        let wo = self.turn.apply((-v.forward).to_array());
+        let weigh = |d: [f32; 3], y: &mut [f32; MAX_TERMS]| {
+            c.harmonics.eval(c.seen(d, wo, half(d, wo)), y);
+        };
+        self.map = c.distant.then(|| c.maps.summed(weigh));
+    }
+}
+
+/// The normal whose mirror direction of `wo` is `c`.
+fn half(c: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let sum: [f32; 3] = std::array::from_fn(|k| c[k] + wo[k]);
+    let length = dot(sum, sum).sqrt();
+    // At the horizon every normal has it.
+    if length > 1e-6 { sum.map(|x| x / length) } else { c }
+}
+
+impl Cubes {
+    /// What y_pq are evaluated at: the view or the normal, in the light's frame, about C where q = 0 alone is left.
+    #[inline(always)]
+    fn seen(&self, c: [f32; 3], wo: [f32; 3], n: [f32; 3]) -> [f32; 3] {
+        let of = if self.of == Argument::View { wo } else { n };
+        if self.harmonics.q() == 0 { [0.0, 0.0, dot(c, of)] } else { of }
     }
 }
 
@@ -41,7 +60,7 @@ pub(super) fn shade(m: &Cubes, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>
             Some(map) => map.sum(map.taps(c), &one),
             None => {
                 let mut y = [0.0; MAX_TERMS];
-                m.harmonics.eval(turn.apply(p.wo), &mut y);
+                m.harmonics.eval(m.seen(c, turn.apply(p.wo), turn.apply(p.n)), &mut y);
                 m.maps.sum(m.maps.taps(c), &y)
             }
         };
@@ -55,7 +74,8 @@ pub(super) fn shade(m: &Cubes, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>
 pub(super) fn gpu(m: &Cubes, now: &Now) -> GpuRoom {
     let [first, inverse] = m.scale.range();
     let far = now.map.is_some();
-    let orders = [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, 0.0];
+    let orders =
+        [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     macro_rules! module {

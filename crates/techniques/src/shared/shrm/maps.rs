@@ -51,7 +51,7 @@ pub fn local_maps(
 }
 
 /// B̂_pq (5.14) as cubes of `size` intervals per edge, for all terms of [`harmonics::Harmonics`] of order P, in their
-/// order.
+/// order; where q = 0 alone is left B_p0, which no frame turns.
 pub fn global_maps(
     slug: &'static str,
     light: &Spectrum,
@@ -59,17 +59,28 @@ pub fn global_maps(
     size: usize,
     task: &Task,
 ) -> Result<Bundle, BakeError> {
-    let p = e.lpq.p;
-    let pairs = shrm::pairs(p);
-    let terms: Vec<_> = pairs.iter().map(|&(p, q)| Term { q, k: e.lpq.row(p, q) }).collect();
     let order = e.f.min(light.sh.order);
-    let coefficients = global::coefficients(&columns(light, order), order, &terms, p, task)?;
-    let both = |(p, q): (usize, usize)| {
-        let q = q as isize;
-        [q, -q].into_iter().take(if q == 0 { 1 } else { 2 }).map(move |q| sh::index(p, q))
+    let columns = columns(light, order);
+    let term = |(p, q): (usize, usize)| Term { q, k: e.lpq.row(p, q) };
+    let made = |terms: &[Term<'_>], p: usize| {
+        Ok::<_, BakeError>(global::coefficients(&columns, order, terms, p, task)?)
     };
-    let cubes: Vec<_> =
-        pairs.into_iter().flat_map(both).map(|k| global::cube(&coefficients[k], size)).collect();
+    let cube = |c: &ColumnsRgb| global::cube(c, size);
+    let mut cubes = Vec::new();
+    if e.q == 0 {
+        for p in 0..=e.lpq.p {
+            cubes.extend(made(&[term((p, 0))], 0)?.iter().map(cube));
+        }
+    } else {
+        let pairs = shrm::pairs(e.lpq.p);
+        let terms: Vec<_> = pairs.iter().copied().map(term).collect();
+        let coefficients = made(&terms, e.lpq.p)?;
+        let both = |(p, q): (usize, usize)| {
+            let q = q as isize;
+            [q, -q].into_iter().take(if q == 0 { 1 } else { 2 }).map(move |q| sh::index(p, q))
+        };
+        cubes.extend(pairs.into_iter().flat_map(both).map(|k| cube(&coefficients[k])));
+    }
     let terms = cubes.len();
     let mut texels = vec![0.0; Grid::Cube { size }.texels() * 3 * terms];
     for (k, cube) in cubes.iter().enumerate() {

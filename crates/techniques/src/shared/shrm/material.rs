@@ -5,7 +5,7 @@ use crate::shared::kernels::{Kernels, refused};
 use crate::{BakeError, Material};
 use steradian_base::Task;
 use steradian_brdf::Brdf;
-use steradian_brdf::central::{CentralError, Centre, Lpq, Slice, Slices};
+use steradian_brdf::central::{Argument, CentralError, Centre, Lpq, Slice, Slices};
 
 /// Elevations of the fit.
 const ELEVATIONS: usize = 45;
@@ -33,7 +33,8 @@ fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
     }
     let share = |centre| {
         let slices = Slices::new(brdf, centre, elevations(centre, TRIAL.0), TRIAL.1, TRIAL.1, task)?;
-        Ok::<_, CentralError>(Lpq::fit(&slices, TRIAL.2, &|_| 1.0, false)?.share(TRIAL.1, TRIAL.2))
+        let fit = Lpq::fit(&slices, Argument::View, TRIAL.2, &|_| 1.0, false)?;
+        Ok::<_, CentralError>(fit.share(TRIAL.1, TRIAL.2))
     };
     let (reflection, normal) = (share(Centre::Reflection)?, share(Centre::Normal)?);
     Ok(if normal > reflection { Centre::Normal } else { Centre::Reflection })

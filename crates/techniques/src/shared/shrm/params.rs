@@ -2,7 +2,7 @@
 
 use crate::shared::kernels::{centre_of, word};
 use steradian_base::{ParamError, ParamInfo, ParamValues};
-use steradian_brdf::central::Centre;
+use steradian_brdf::central::{Argument, Centre};
 
 const fn whole(name: &'static str, [min, max, default]: [f64; 3], doc: &'static str) -> ParamInfo {
     ParamInfo { name, unit: "", min, max, default, integer: true, doc }
@@ -29,7 +29,13 @@ const EPSILON: ParamInfo = ParamInfo {
 const PLAIN: ParamInfo = whole(
     "plain",
     [0.0, 1.0, 0.0],
-    "1: the paper's projection; 0: a fit weighted by elevation of what is left when the albedo is divided out",
+    "1: the paper's projection, of the view; 0: a fit weighted by elevation of what is left when the albedo is \
+     divided out",
+);
+const OF_VIEW: ParamInfo = whole(
+    "of_view",
+    [0.0, 1.0, 0.0],
+    "1: harmonics of the view, as published; 0: of the normal about the mirror direction, which hold at grazing",
 );
 const SIZE: ParamInfo = ParamInfo {
     name: "size",
@@ -55,6 +61,8 @@ pub struct Orders {
     pub energy_epsilon: f64,
     /// The paper's projection.
     pub plain: bool,
+    /// y_pq of the view, whatever the centre.
+    pub of_view: bool,
     /// S; 0: by tolerance.
     pub size: usize,
     /// 16-bit maps.
@@ -62,9 +70,20 @@ pub struct Orders {
 }
 
 /// All of them.
-pub const ORDERS: [ParamInfo; 7] = [CENTRE, ORDER, P, EPSILON, PLAIN, SIZE, HALVES];
+pub const ORDERS: [ParamInfo; 8] = [CENTRE, ORDER, P, EPSILON, PLAIN, OF_VIEW, SIZE, HALVES];
 
 impl Orders {
+    /// Is the paper's projection asked for, in words or by its energy?
+    pub fn published(&self) -> bool {
+        self.plain || self.energy_epsilon > 0.0
+    }
+
+    /// What y_pq are functions of.
+    pub fn argument(&self, centre: Centre) -> Argument {
+        let view = self.published() || self.of_view || centre != Centre::Reflection;
+        if view { Argument::View } else { Argument::Normal }
+    }
+
     /// From values that somebody has checked.
     pub fn read(values: &ParamValues) -> Self {
         let get = |i: &ParamInfo| values.get(i);
@@ -75,6 +94,7 @@ impl Orders {
             p: least(&P),
             energy_epsilon: get(&EPSILON),
             plain: get(&PLAIN) > 0.0,
+            of_view: get(&OF_VIEW) > 0.0,
             size: get(&SIZE) as usize,
             halves: get(&HALVES) > 0.0,
         }
@@ -97,9 +117,20 @@ impl steradian_base::Params for Orders {
             (P, optional(self.p)),
             (EPSILON, self.energy_epsilon),
             (PLAIN, f64::from(u8::from(self.plain))),
+            (OF_VIEW, f64::from(u8::from(self.of_view))),
             (SIZE, self.size as f64),
             (HALVES, f64::from(u8::from(self.halves))),
         ];
         ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
     }
+}
+
+/// The number of an argument in files and on GPUs.
+pub fn argument_word(of: Argument) -> f64 {
+    f64::from(u8::from(of == Argument::Normal))
+}
+
+/// The argument that number stands for.
+pub fn argument_of(word: f64) -> Argument {
+    if word == 1.0 { Argument::Normal } else { Argument::View }
 }

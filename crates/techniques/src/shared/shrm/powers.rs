@@ -1,0 +1,189 @@
+//! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders cost.
+
+use super::scale::ScaleTable;
+use crate::shared::meter::{self, Meter};
+use steradian_base::{Certificate, Known};
+use steradian_brdf::central::{Centre, Lpq, Slices};
+
+/// Views up to this, degrees, are to meet a tolerance that nobody asked for, and must not fare worse for the others'
+/// sake where somebody does.
+const VIEWS: f64 = 60.0;
+/// How far beyond them elevations are looked at, so that the next one beyond counts too.
+const MARGIN: f64 = 2.0;
+
+/// Power by band of one elevation.
+pub struct Bands {
+    /// Weight: solid angle.
+    weight: f64,
+    /// Among the views up to 60°?
+    near: bool,
+    /// Counts in the choice?
+    counts: bool,
+    /// Angle between n (about the tangent: t) and wo, radians.
+    theta_v: f64,
+    exact: Vec<f64>,
+    made: Vec<f64>,
+    error: Vec<f64>,
+    tail: f64,
+}
+
+impl Bands {
+    fn whole(&self) -> f64 {
+        self.exact.iter().sum::<f64>() + self.tail
+    }
+
+    /// Squared relative error of all bands.
+    fn error(&self) -> f64 {
+        ratio(self.error.iter().sum::<f64>() + self.tail, self.whole())
+    }
+
+    /// What the bands beyond F take away from the error.
+    fn cut(&self, f: usize) -> f64 {
+        (f + 1..self.exact.len()).map(|l| self.exact[l] - self.error[l]).sum()
+    }
+
+    /// What lookups between texels `h` apart add.
+    fn lookups(&self, f: usize, h: f64) -> f64 {
+        (0..=f).map(|l| self.made[l] * meter::lookup(l, h)).sum()
+    }
+
+    /// Squared error, cut at F and looked up between texels `h` apart, and the power it is relative to.
+    fn at(&self, f: usize, h: f64, scale: f64) -> [f64; 2] {
+        let within: f64 = self.error[..=f].iter().sum::<f64>() + self.lookups(f, h);
+        let beyond: f64 = self.exact[f + 1..].iter().sum::<f64>() + self.tail;
+        [within + beyond + scale * self.made[..=f].iter().sum::<f64>(), self.whole()]
+    }
+}
+
+/// The powers of a fit at every elevation.
+pub struct Powers(Vec<Bands>);
+
+/// Angle between n and wo; between t and wo about the tangent.
+fn elevation(s: &Slices, i: usize) -> f64 {
+    if s.centre == Centre::Tangent { s.slices[i].theta_o() } else { s.slices[i].theta_v }
+}
+
+impl Powers {
+    /// Of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60° count, or all.
+    pub fn new(meter: &Meter, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
+        let one = |i: usize| {
+            let bands = all.order + 1;
+            let (mut exact, mut made, mut error) = (vec![0.0; bands], vec![0.0; bands], vec![0.0; bands]);
+            let series = lpq.slice(all.slices[i].theta_o());
+            for q in 0..=all.azimuth {
+                let both = if q == 0 { 1.0 } else { 2.0 };
+                let (whole, part) = (all.row(i, q), rest.row(i, q));
+                for c in 0..3 {
+                    for l in q..bands {
+                        let w = both * meter.mean(c, l);
+                        let k = series.get(q).map_or(0.0, |s| s[c][l]);
+                        exact[l] += w * whole[c][l].powi(2);
+                        made[l] += w * k * k;
+                        error[l] += w * (part[c][l] - k).powi(2);
+                    }
+                }
+            }
+            let theta_v = elevation(all, i);
+            let near = all.centre == Centre::Tangent || theta_v <= (VIEWS + MARGIN).to_radians();
+            let (weight, counts) = (theta_v.sin(), near || everywhere);
+            Bands { weight, near, counts, theta_v, exact, made, error, tail: meter.tail(all, i) }
+        };
+        Self((0..all.slices.len()).map(one).collect())
+    }
+
+    /// Mean over elevations that count (or all).
+    fn mean(&self, all: bool, of: impl Fn(&Bands) -> f64) -> f64 {
+        let used = || self.0.iter().filter(|b| all || b.counts);
+        let total: f64 = used().map(|b| b.weight).sum();
+        used().map(|b| b.weight * of(b)).sum::<f64>() / total
+    }
+
+    /// The larger of two squared relative errors: of the mean over elevations that count, and the largest up to 60°.
+    fn larger(&self, of: impl Fn(&Bands) -> f64) -> f64 {
+        let mean = ratio(self.mean(false, &of), self.exact(false));
+        let near = self.0.iter().filter(|b| b.near);
+        near.map(|b| ratio(of(b), b.whole())).fold(mean, f64::max)
+    }
+
+    /// Mean power.
+    pub fn exact(&self, all: bool) -> f64 {
+        self.mean(all, Bands::whole)
+    }
+
+    /// Squared relative error of all bands.
+    pub fn error(&self) -> f64 {
+        ratio(self.mean(false, |b| b.error.iter().sum::<f64>() + b.tail), self.exact(false))
+    }
+
+    /// Squared relative error of the worst elevation that counts.
+    pub fn worst(&self) -> f64 {
+        self.0.iter().filter(|b| b.counts).map(Bands::error).fold(0.0, f64::max)
+    }
+
+    /// Gives elevations that count more weight where their error is larger than the mean (Lawson's iteration).
+    pub fn even_out(&self, emphases: &mut [f64]) {
+        let mean = self.mean(false, Bands::error);
+        for (e, b) in emphases.iter_mut().zip(&self.0).filter(|(_, b)| b.counts && mean > 0.0) {
+            *e *= (b.error() / mean).clamp(0.2, 5.0).powf(0.6);
+        }
+    }
+
+    /// The lowest F whose cut adds at most `most` to the squared relative error.
+    fn order(&self, most: f64) -> usize {
+        let bands = self.0.first().map_or(1, |b| b.exact.len());
+        (0..bands).find(|f| self.larger(|b| b.cut(*f)) <= most).unwrap_or(bands - 1)
+    }
+
+    /// F for a tolerance: what the cut adds to the mean square is little, and so is what is seen of it. A cut that is
+    /// small beside a sun's lobe is a row of rings around it, so bands go on until these have faded, or to twice as
+    /// many where a lobe's edge keeps them from fading.
+    pub fn faded(&self, tolerance: f64) -> usize {
+        let little = self.order((0.25 * tolerance).powi(2));
+        self.order((0.02 * tolerance).powi(2)).min(2 * little)
+    }
+
+    /// Squared relative error that lookups between texels `h` apart add.
+    pub fn lookups(&self, f: usize, h: f64) -> f64 {
+        self.larger(|b| b.lookups(f, h))
+    }
+
+    /// The error of every elevation and of their mean.
+    pub fn certify(&self, f: usize, h: f64, scale: &ScaleTable) -> Certificate {
+        let at = |b: &Bands| b.at(f, h, scale.square_error(b.theta_v));
+        let (mut error, mut exact) = (0.0, 0.0);
+        let mut near = (0.0, 0.0);
+        for b in &self.0 {
+            let [e, x] = at(b);
+            (error, exact) = (error + b.weight * e, exact + b.weight * x);
+            if b.theta_v <= VIEWS.to_radians() {
+                near = (near.0 + b.weight * e, near.1 + b.weight * x);
+            }
+        }
+        let mut certificate = Certificate::new(ratio(error, exact).sqrt(), Known::Estimated)
+            .metric(METRIC)
+            .detail("error of views up to 60 degrees", ratio(near.0, near.1).sqrt());
+        for degrees in [0, 10, 20, 30, 40, 50, 60, 65, 70, 75, 80, 85, 88] {
+            let [e, x] = self.between(f64::from(degrees).to_radians(), at);
+            certificate = certificate.detail(format!("error at {degrees} degrees"), ratio(e, x).sqrt());
+        }
+        certificate
+    }
+
+    /// Linear between the elevations around an angle.
+    fn between(&self, theta_v: f64, at: impl Fn(&Bands) -> [f64; 2]) -> [f64; 2] {
+        let above = self.0.partition_point(|b| b.theta_v < theta_v).clamp(1, self.0.len().max(2) - 1);
+        let (Some(a), Some(b)) = (self.0.get(above - 1), self.0.get(above)) else { return [0.0; 2] };
+        let t = ((theta_v - a.theta_v) / (b.theta_v - a.theta_v)).clamp(0.0, 1.0);
+        let (a, b) = (at(a), at(b));
+        std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
+    }
+}
+
+/// A squared relative error.
+pub fn ratio(error: f64, exact: f64) -> f64 {
+    if exact > 0.0 { (error / exact).max(0.0) } else { 0.0 }
+}
+
+/// What the error is, in a certificate's words.
+pub const METRIC: &str = "relative RMS error of outgoing radiance, normals and azimuths uniform (computed from the \
+                          spectra of light and reflectance, and of lookups), views uniform in solid angle";
