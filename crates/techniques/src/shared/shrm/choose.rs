@@ -61,14 +61,12 @@ pub fn choose(
     let meter = Meter::new(light);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let how = How { of: p.argument(s.centre), plain: p.published(), everywhere: task.tolerance().is_some() };
-    // Where nobody asks for a tolerance each elevation that counts is to meet it, not only their mean; cut and lookups
-    // take their part.
-    let shares = if how.everywhere { [0.85, f64::INFINITY] } else { [0.65, 0.8] };
-    let [mean, each] = shares.map(|x| x * tolerance);
-    let met = |x: &Powers| x.error().sqrt() <= mean && x.worst().sqrt() <= each;
+    // About the tangent one more p is one more map, and the worst is seen in the dark beside what is bright.
+    let share = if s.centre == Centre::Tangent { 1.0 / 3.0 } else { 1.0 };
+    let goals = Goals::new(share * tolerance, how.everywhere);
     let refused = refused(slug);
     let made = |order: usize, diffuse: bool| -> Result<(Fit, Powers), BakeError> {
-        fit::best(&meter, s, order, diffuse, how, met).map_err(&refused)
+        fit::best(&meter, s, order, diffuse, how, |x| goals.near(x) <= 1.0).map_err(&refused)
     };
     let most = match (s.centre, task.tolerance()) {
         (Centre::Tangent, _) => highest.zonal,
@@ -80,7 +78,7 @@ pub fn choose(
         let (f, order) = all.0.lpq.orders(p.energy_epsilon).unwrap_or((s.order, all.0.lpq.p));
         (made(order, false)?, Some(f))
     } else {
-        (search(p, most, met, made)?, p.order)
+        (search(p, most, goals, made)?, p.order)
     };
     let diffuse = best.0.diffuse;
     let f = fixed.map_or_else(|| best.1.faded(tolerance), |f| f.min(s.order));
@@ -111,12 +109,43 @@ fn missing(fit: &Fit, f: usize) -> f64 {
     (1.0 - fit.lpq.share(f, fit.lpq.p)).max(0.0)
 }
 
-/// The lowest P that meets the tolerance, with a diffuse part of its own where that makes P lower (or, where no P does,
-/// the error less).
+/// What the search for P is after, as relative RMS errors.
+#[derive(Debug, Clone, Copy)]
+struct Goals {
+    /// Mean over elevations that count.
+    mean: f64,
+    /// Each of them.
+    each: f64,
+    /// Mean over all elevations.
+    all: f64,
+}
+
+impl Goals {
+    /// Where nobody asks for a tolerance each elevation that counts is to meet it, not only their mean, and pictures
+    /// should not suffer much from the others. Cut and lookups take their part.
+    fn new(tolerance: f64, everywhere: bool) -> Self {
+        let [mean, each, all] =
+            if everywhere { [0.85, f64::INFINITY, f64::INFINITY] } else { [0.65, 0.8, 2.5] };
+        Self { mean: mean * tolerance, each: each * tolerance, all: all * tolerance }
+    }
+
+    /// The error of elevations that count, at most 1 where the goals are met.
+    fn near(&self, x: &Powers) -> f64 {
+        (x.error().sqrt() / self.mean).max(x.worst().sqrt() / self.each)
+    }
+
+    /// How far the goals are missed, 1 where all are met: elevations that count come first.
+    fn missed(&self, x: &Powers) -> f64 {
+        self.near(x).max(1.0).powi(4) * (x.error_of_all().sqrt() / self.all).max(1.0)
+    }
+}
+
+/// The lowest P that meets the goals, with a diffuse part of its own where that makes P lower (or, where no P does, the
+/// miss less).
 fn search(
     p: &Orders,
     most: usize,
-    met: impl Fn(&Powers) -> bool,
+    goals: Goals,
     made: impl Fn(usize, bool) -> Result<(Fit, Powers), BakeError>,
 ) -> Result<(Fit, Powers), BakeError> {
     let mut best: Option<(f64, (Fit, Powers))> = None;
@@ -130,16 +159,16 @@ fn search(
             if diffuse && candidate.0.diffuse == [0.0; 3] {
                 continue;
             }
-            let error = candidate.1.error().sqrt();
+            let missed = goals.missed(&candidate.1);
             // More maps must be worth it.
-            if best.as_ref().is_none_or(|b| error < if diffuse { 0.9 } else { 0.97 } * b.0) {
-                best = Some((error, candidate));
+            if best.as_ref().is_none_or(|b| missed < if diffuse { 0.9 } else { 0.97 } * b.0) {
+                best = Some((missed, candidate));
             }
-            if best.as_ref().is_some_and(|b| met(&b.1.1)) {
+            if best.as_ref().is_some_and(|b| b.0 <= 1.0) {
                 break;
             }
         }
-        if best.as_ref().is_some_and(|b| met(&b.1.1)) {
+        if best.as_ref().is_some_and(|b| b.0 <= 1.0) {
             break;
         }
     }

@@ -115,6 +115,11 @@ impl Powers {
         ratio(self.mean(false, |b| b.error.iter().sum::<f64>() + b.tail), self.exact(false))
     }
 
+    /// The same over all elevations.
+    pub fn error_of_all(&self) -> f64 {
+        ratio(self.mean(true, |b| b.error.iter().sum::<f64>() + b.tail), self.exact(true))
+    }
+
     /// Squared relative error of the worst elevation that counts.
     pub fn worst(&self) -> f64 {
         self.0.iter().filter(|b| b.counts).map(Bands::error).fold(0.0, f64::max)
