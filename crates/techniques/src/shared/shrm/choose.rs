@@ -60,10 +60,9 @@ pub fn choose(
     let s = &kernels.0;
     let meter = Meter::new(light);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let how = How { of: p.argument(s.centre), plain: p.published(), everywhere: task.tolerance().is_some() };
-    // About the tangent one more p is one more map, and the worst is seen in the dark beside what is bright.
-    let share = if s.centre == Centre::Tangent { 1.0 / 3.0 } else { 1.0 };
-    let goals = Goals::new(share * tolerance, how.everywhere);
+    let everywhere = task.tolerance().is_some();
+    let goals = Goals::new(tolerance, everywhere);
+    let how = How { of: p.argument(s.centre), plain: p.published(), everywhere, each: goals.each };
     let refused = refused(slug);
     let made = |order: usize, diffuse: bool| -> Result<(Fit, Powers), BakeError> {
         fit::best(&meter, s, order, diffuse, how, |x| goals.near(x) <= 1.0).map_err(&refused)

@@ -26,6 +26,8 @@ pub struct How {
     pub plain: bool,
     /// Every elevation counts, not only those up to 60°.
     pub everywhere: bool,
+    /// Relative error that each elevation should have.
+    pub each: f64,
 }
 
 /// How much an elevation counts in the fit, in θ_v: all alike up to 60°, then less and less, since what lobes are at
@@ -58,13 +60,16 @@ pub fn best(
         Ok::<_, CentralError>((fit, powers))
     };
     let mut best = one(&emphases)?;
-    best.1.even_out(&mut emphases);
-    for _ in 1..if how.plain || how.everywhere { 1 } else { ROUNDS } {
+    best.1.even_out(how.each * how.each, &mut emphases);
+    // About the tangent one more p is one more map: better than an error that is spread evenly, and is seen where it
+    // is dark.
+    let once = how.plain || how.everywhere || s.centre == Centre::Tangent;
+    for _ in 1..if once { 1 } else { ROUNDS } {
         if met(&best.1) {
             break;
         }
         let next = one(&emphases)?;
-        next.1.even_out(&mut emphases);
+        next.1.even_out(how.each * how.each, &mut emphases);
         if next.1.worst() < best.1.worst() {
             best = next;
         }

@@ -125,11 +125,12 @@ impl Powers {
         self.0.iter().filter(|b| b.counts).map(Bands::error).fold(0.0, f64::max)
     }
 
-    /// Gives elevations that count more weight where their error is larger than the mean (Lawson's iteration).
-    pub fn even_out(&self, emphases: &mut [f64]) {
-        let mean = self.mean(false, Bands::error);
-        for (e, b) in emphases.iter_mut().zip(&self.0).filter(|(_, b)| b.counts && mean > 0.0) {
-            *e *= (b.error() / mean).clamp(0.2, 5.0).powf(0.6);
+    /// Gives elevations that count more weight where their squared error is larger than `goal` (Lawson's iteration), or
+    /// than half the mean, so that what cannot meet it does not forget the others.
+    pub fn even_out(&self, goal: f64, emphases: &mut [f64]) {
+        let level = goal.max(0.5 * self.mean(false, Bands::error));
+        for (e, b) in emphases.iter_mut().zip(&self.0).filter(|(_, b)| b.counts && level > 0.0) {
+            *e *= (b.error() / level).clamp(0.2, 5.0).powf(0.6);
         }
     }
 
