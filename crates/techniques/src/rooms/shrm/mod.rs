@@ -51,27 +51,26 @@ impl Technique for Shrm {
             "kajiya-kay:s=16",
         ],
         exact_when: &[
-            Claim {
-                statement: "the light is constant: the albedo goes its own way",
-                light: lights::furnace,
-                brdf: "ggx:alpha=0.25,f0=0.9/0.6/0.3",
-                params: &[],
-                within: 2e-3,
-            },
-            Claim {
-                statement: "the lobe is radially symmetric: P = 0 holds it",
-                light: lights::smooth,
-                brdf: "phong-normalized:s=30",
-                params: &[("p", 0.0), ("order", 48.0), ("size", 192.0)],
-                within: 2e-3,
-            },
-            Claim {
-                statement: "strands are seen about the tangent, in the limit of P",
-                light: lights::quadratic,
-                brdf: "kajiya-kay:s=8",
-                params: &[("p", 16.0), ("order", 24.0), ("size", 96.0)],
-                within: 4e-3,
-            },
+            Claim::new(
+                "the light is constant: the albedo goes its own way",
+                lights::furnace,
+                "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                2e-3,
+            ),
+            Claim::new(
+                "the lobe is radially symmetric: P = 0 holds it",
+                lights::smooth,
+                "phong-normalized:s=30",
+                2e-3,
+            )
+            .with(&[("p", 0.0), ("order", 48.0), ("size", 192.0)]),
+            Claim::new(
+                "strands are seen about the tangent, in the limit of P",
+                lights::quadratic,
+                "kajiya-kay:s=8",
+                4e-3,
+            )
+            .with(&[("p", 16.0), ("order", 24.0), ("size", 96.0)]),
         ],
         capabilities: Capabilities {
             global: true,

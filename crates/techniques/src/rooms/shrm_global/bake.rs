@@ -19,15 +19,11 @@ const HIGHEST: HighestP = HighestP { usual: 5, asked: 5, zonal: 40 };
 /// Texels per edge at most where the tolerance decides.
 const MOST: usize = 256;
 
-const DISTANT: ParamInfo = ParamInfo {
-    name: "distant",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 0.0,
-    integer: true,
-    doc: "1: the viewer is far away: one reflection map per frame (eq. 5.35), one lookup per point",
-};
+const DISTANT: ParamInfo = ParamInfo::switch(
+    "distant",
+    false,
+    "1: the viewer is far away: one reflection map per frame (eq. 5.35), one lookup per point",
+);
 
 /// The room's parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,49 +4,45 @@ use crate::shared::kernels::{centre_of, word};
 use steradian_base::{ParamError, ParamInfo, ParamValues};
 use steradian_brdf::central::{Argument, Centre};
 
-const fn whole(name: &'static str, [min, max, default]: [f64; 3], doc: &'static str) -> ParamInfo {
-    ParamInfo { name, unit: "", min, max, default, integer: true, doc }
-}
-
-const CENTRE: ParamInfo = whole(
+const CENTRE: ParamInfo = ParamInfo::whole(
     "centre",
-    [0.0, 3.0, 0.0],
+    [0.0, 3.0],
+    0.0,
     "central direction: 1 mirror direction, 2 normal, 3 tangent (kajiya-kay, banks-map); 0: by measured energy",
 );
 const ORDER: ParamInfo =
-    whole("order", [-1.0, 255.0, -1.0], "F, the highest l; -1: what the tolerance needs");
-const P: ParamInfo =
-    whole("p", [-1.0, 30.0, -1.0], "P, the highest p; -1: what the tolerance needs, about 5 at most");
-const EPSILON: ParamInfo = ParamInfo {
-    name: "energy_epsilon",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 0.0,
-    integer: false,
-    doc: "share of the reflectance's energy that orders may miss (eq. 5.18: a squared error); 0: use the tolerance",
-};
-const PLAIN: ParamInfo = whole(
+    ParamInfo::whole("order", [-1.0, 255.0], -1.0, "F, the highest l; -1: what the tolerance needs");
+const P: ParamInfo = ParamInfo::whole(
+    "p",
+    [-1.0, 30.0],
+    -1.0,
+    "P, the highest p; -1: what the tolerance needs, about 5 at most",
+);
+const EPSILON: ParamInfo = ParamInfo::real(
+    "energy_epsilon",
+    [0.0, 1.0],
+    0.0,
+    "share of the reflectance's energy that orders may miss (eq. 5.18: a squared error); 0: use the tolerance",
+);
+const PLAIN: ParamInfo = ParamInfo::switch(
     "plain",
-    [0.0, 1.0, 0.0],
+    false,
     "1: the paper's projection, of the view; 0: a fit weighted by elevation of what is left when the albedo is \
      divided out",
 );
-const OF_VIEW: ParamInfo = whole(
+const OF_VIEW: ParamInfo = ParamInfo::switch(
     "of_view",
-    [0.0, 1.0, 0.0],
+    false,
     "1: harmonics of the view, as published; 0: of the normal about the mirror direction, which hold at grazing",
 );
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 2048.0,
-    default: 0.0,
-    integer: true,
-    doc: "S: intervals from pole to pole of the maps (per edge of cubes); 0: what the tolerance needs",
-};
-const HALVES: ParamInfo = whole("halves", [0.0, 1.0, 0.0], "1: maps of 16-bit floats");
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 2048.0],
+    0.0,
+    "S: intervals from pole to pole of the maps (per edge of cubes); 0: what the tolerance needs",
+)
+.unit("texels");
+const HALVES: ParamInfo = ParamInfo::switch("halves", false, "1: maps of 16-bit floats");
 
 /// Orders and resolutions, or how to find them.
 #[derive(Debug, Clone, PartialEq)]
