@@ -17,7 +17,7 @@ const FAR: f64 = 0.4;
 const FAR_STEP: f64 = 0.008;
 /// Parts of the light are this small beside their distance, and at most as for this angle.
 const FINENESS: f64 = 0.5;
-const COARSEST: f64 = 0.3;
+const COARSEST: f64 = 0.15;
 /// Points that stand for a beam's disk.
 const POINTS: usize = 16;
 
@@ -35,27 +35,27 @@ fn near() -> usize {
     ((FAR / FIRST).ln() / STEP).ceil() as usize
 }
 
-/// Where an angle lies among the nodes.
+/// Where an angle lies among the nodes; negative before the first.
 fn place(theta: f64) -> f64 {
     let near = near() as f64;
     if theta < FAR {
-        (theta.max(FIRST) / FIRST).ln() / (FAR / FIRST).ln() * near
+        (theta / FIRST).ln() / (FAR / FIRST).ln() * near
     } else {
         near + (theta - FAR) / FAR_STEP
     }
 }
 
-/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, which errs by 1e-3 of a step.
+/// [`place`] of many angles, given s² = sin²(θ/2): linear in parts of octaves, which errs by less than 5e-3 of a step.
 struct Places(Vec<f64>);
 
 impl Places {
     /// Parts of an octave: 2 to this power.
     const POWER: u32 = 6;
     const SHIFT: u32 = f64::MANTISSA_DIGITS - 1 - Self::POWER;
-    /// Where the table begins: below the first node.
+    /// Where the table begins: before the first node.
     const LEAST: f64 = 1.0 / (1_u64 << 27) as f64;
     /// Where it ends: θ runs away from s² at the antipode.
-    const MOST: f64 = 0.875;
+    const MOST: f64 = 0.75;
 
     fn new() -> Self {
         let border = |k: u64| exact(f64::from_bits(k << Self::SHIFT));
@@ -98,7 +98,7 @@ impl Rings {
             let mut table = vec![[0.0; 6]; angles.len()];
             let mut put = |first: usize, flux: [f64; 3], wi: DVec3| {
                 // Half the chord keeps its digits near 0.
-                let x = places.at(0.25 * d.distance_squared(wi)).min((angles.len() - 1) as f64);
+                let x = places.at(0.25 * d.distance_squared(wi)).clamp(0.0, (angles.len() - 1) as f64);
                 let b = (x as usize).min(angles.len() - 2);
                 let t = x - b as f64;
                 for c in 0..3 {
@@ -156,7 +156,7 @@ mod tests {
     fn places_are_found_in_a_table() {
         let places = Places::new();
         for k in 0..=20_000 {
-            let theta = 1e-5 + (PI - 1e-5) * (f64::from(k) / 2e4).powi(3);
+            let theta = 2e-4 + (PI - 2e-4) * (f64::from(k) / 2e4).powi(3);
             let (got, want) = (places.at((0.5 * theta).sin().powi(2)), place(theta));
             assert!((got - want).abs() < 5e-3, "{theta}: {got} {want}");
         }
