@@ -70,6 +70,10 @@ impl<T: Real> Meridians<T> {
         let (n, circle, half) = (2 * self.height, 4 * self.height, self.width / 2);
         let count = (half - first).min(2 * lanes);
         let coarse = aligned(coarse, 2 * lanes * n);
+        if count < 2 * lanes {
+            // What a buffer held before would round into the other half of its lane.
+            coarse.fill(T::default());
+        }
         for (j, row) in samples.chunks_exact(self.width).enumerate() {
             let (there, back) = (&row[first..first + count], &row[first + half..first + half + count]);
             coarse[2 * lanes * j..][..count].copy_from_slice(there);

@@ -187,6 +187,28 @@ mod tests {
         sh
     }
 
+    /// Widths that fill no register of meridians meet what a worker's buffer held before.
+    #[test]
+    fn the_thread_count_does_not_change_a_bit() {
+        let points = crate::quadrature::fibonacci(700).directions;
+        for order in [3, 9, 14, 22, 37] {
+            let columns = ColumnsRgb::from_sh(&noise(order));
+            for error in [1e-5, 1e-10] {
+                let read = |threads: usize| {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+                    let mut planes: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+                    let [r, g, b] = &mut planes;
+                    pool.install(|| PointSynthesis::new(&columns, &[], error).at(&points, [r, g, b]));
+                    planes
+                };
+                let one = read(1);
+                for threads in [2, 5] {
+                    assert!(read(threads) == one, "order {order}, error {error}, {threads} threads");
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_error_is_what_was_asked_for() {
         for order in [0, 1, 21, 64] {
