@@ -7,7 +7,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::OnceLock;
 use steradian_base::{ParamValues, Task};
 use steradian_gpu::{ComputeRoom, Gpu, GpuError};
-use steradian_light::{Environment, Lights};
+use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::{AnyBake, AnyTechnique, Material, PointsBuf, Radiance, View, registry};
 
@@ -28,6 +28,16 @@ fn light() -> Lights {
     });
     Environment { image }.into()
 }
+
+/// The same with a sun.
+fn sunny() -> Lights {
+    let direction = DVec3::new(0.5, 0.7, -0.45).normalize();
+    let sun = DiskLight { direction, angular_radius: 0.02, radiance: [900.0, 800.0, 500.0] };
+    Lights { disks: vec![sun], ..light() }
+}
+
+/// The parameter of rooms that shade suns apart from their maps.
+const SUNS: &str = "lights";
 
 /// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and behind.
 fn points() -> PointsBuf {
@@ -95,8 +105,13 @@ fn room(
     let gpu = gpu()?;
     let material = Material::new(steradian_brdf::parse(spec)?);
     let params = ParamValues(choice.map(|(name, value)| (name.to_owned(), value)).into_iter().collect());
-    let mut bake = technique.bake(&light(), &material, None, &params, &Task::quiet())?;
+    let sun = choice.is_some_and(|(name, _)| name == SUNS);
+    let light = if sun { sunny() } else { light() };
+    let mut bake = technique.bake(&light, &material, None, &params, &Task::quiet())?;
     let points = points();
+    if sun && !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
+        return Err("the sun is not apart: nothing of it was compared".into());
+    }
     compare(gpu, &*bake, &points)?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
     bake.frame(&View { light_rotation, ..View::default() });
@@ -114,7 +129,9 @@ fn main() {
             let specimens = t.card().specimens;
             let plain = specimens.iter().map(|spec| (*spec, None));
             let chosen = choices(*t).into_iter().map(|choice| (specimens[0], Some(choice)));
-            plain.chain(chosen).map(|(spec, choice)| (*t, spec, choice)).collect::<Vec<_>>()
+            let suns = t.params().iter().any(|i| i.name == SUNS);
+            let sunny = specimens.iter().filter(move |_| suns).map(|spec| (*spec, Some((SUNS, 1.0))));
+            plain.chain(chosen).chain(sunny).map(|(spec, choice)| (*t, spec, choice)).collect::<Vec<_>>()
         })
         .map(|(t, spec, choice)| {
             let with = choice.map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();

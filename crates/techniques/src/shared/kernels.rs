@@ -1,14 +1,20 @@
-//! The reflectance's factor of rooms that see it about a central direction: its slices.
+//! The reflectance's factor of rooms that see it about a central direction: its slices, and itself for the lights that
+//! no map holds.
 
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
-use crate::{BakeError, Part};
+use crate::{BakeError, Material, Part};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
 use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
+use steradian_brdf::{Brdf, SharedBrdf};
 
 /// Slices of one reflectance.
 #[derive(Debug, Clone)]
-pub struct Kernels(pub Slices);
+pub struct Kernels {
+    /// The slices.
+    pub slices: Slices,
+    /// The reflectance, where its spec alone makes it again and GPUs have it too.
+    pub brdf: Option<SharedBrdf>,
+}
 
 /// A refusal or a cancellation as a bake's.
 pub fn refused(slug: &'static str) -> impl Fn(CentralError) -> BakeError {
@@ -34,7 +40,7 @@ impl Kernels {
     /// Slices at `elevations` up to the first of `orders` (F and Q, ascending) that hold each elevation up to `views`
     /// radians but for `share` of its energy, else up to the last.
     pub fn new(
-        brdf: &dyn Brdf,
+        material: &Material,
         centre: Centre,
         elevations: &[Slice],
         orders: &[[usize; 2]],
@@ -42,7 +48,7 @@ impl Kernels {
         share: f64,
         task: &Task,
     ) -> Result<Self, CentralError> {
-        let made = |[f, q]: [usize; 2]| Slices::new(brdf, centre, elevations.to_vec(), f, q, task);
+        let made = |[f, q]: [usize; 2]| Slices::new(&*material.brdf, centre, elevations.to_vec(), f, q, task);
         let mut now = orders[0];
         let mut slices = made(now)?;
         for &[f, q] in &orders[1..] {
@@ -53,8 +59,15 @@ impl Kernels {
                 slices = made(now)?;
             }
         }
-        Ok(Self(slices))
+        Ok(Self { slices, brdf: nameable(&material.brdf) })
     }
+}
+
+/// See [`Kernels::brdf`].
+fn nameable(brdf: &SharedBrdf) -> Option<SharedBrdf> {
+    let spec = brdf.spec();
+    let whole = brdf.shader().is_some() && !spec.contains("lobes=") && steradian_brdf::parse(&spec).is_ok();
+    whole.then(|| brdf.clone())
 }
 
 /// Does F, does Q miss more than `share` of the energy of any elevation up to `views`?
@@ -101,7 +114,7 @@ pub fn centre_of(word: f64) -> Option<Centre> {
 
 impl Part for Kernels {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let s = &self.0;
+        let s = &self.slices;
         let head = vec![word(s.centre), s.accuracy];
         put_f64(to, format!("{prefix}.centre"), vec![2], head);
         let one = |i: usize| {
@@ -112,6 +125,9 @@ impl Part for Kernels {
         put_f64(to, format!("{prefix}.elevations"), vec![s.slices.len(), 8], elevations);
         let shape = vec![s.slices.len(), s.azimuth + 1, 3, s.order + 1];
         put_f64(to, format!("{prefix}.kernels"), shape, s.k.clone());
+        if let Some(brdf) = &self.brdf {
+            to.metadata.insert(format!("{prefix}.brdf"), brdf.spec());
+        }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -120,7 +136,7 @@ impl Part for Kernels {
         let [centre, accuracy] = head[..] else { return Err(bad("centre")) };
         let centre = centre_of(centre).ok_or_else(|| bad("centre"))?;
         let (shape, elevations) = get_f64(from, &format!("{prefix}.elevations"), 2)?;
-        if shape[1] != 8 || shape[0] == 0 {
+        if shape[1] != 8 || shape[0] < 3 {
             return Err(bad("elevations"));
         }
         let (of, k) = get_f64(from, &format!("{prefix}.kernels"), 4)?;
@@ -129,7 +145,9 @@ impl Part for Kernels {
             return Err(bad("kernels"));
         }
         let rows = elevations.as_chunks::<8>().0;
-        Ok(Self(Slices {
+        let parsed = from.metadata.get(&format!("{prefix}.brdf")).map(|spec| steradian_brdf::parse(spec));
+        let brdf = parsed.transpose().map_err(|_| bad("brdf"))?;
+        let slices = Slices {
             centre,
             order: of[3] - 1,
             azimuth: of[1] - 1,
@@ -138,10 +156,11 @@ impl Part for Kernels {
             energy: rows.iter().map(|r| [r[2], r[3], r[4]]).collect(),
             cosine: rows.iter().map(|r| [r[5], r[6], r[7]]).collect(),
             accuracy,
-        }))
+        };
+        Ok(Self { slices, brdf })
     }
 
     fn bytes(&self) -> usize {
-        8 * self.0.k.len()
+        8 * self.slices.k.len()
     }
 }

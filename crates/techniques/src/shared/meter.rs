@@ -20,24 +20,26 @@ use steradian_prefilter::shrm::resolution::linear;
 #[derive(Debug, Clone)]
 pub struct Meter {
     mean: [Vec<f64>; 3],
-    /// Largest mean square at or beyond each band.
+    /// Largest mean square at or beyond each band, of those that are known.
     beyond: [Vec<f64>; 3],
+    /// Mean square beyond them.
+    far: [f64; 3],
 }
 
 impl Meter {
     /// The meter of a light.
     pub fn new(light: &Spectrum) -> Self {
-        Self::of(light.mean_squares())
+        let mean = light.mean_squares();
+        let far = mean.each_ref().map(|m| m.last().copied().unwrap_or(0.0));
+        Self::of(mean, far)
     }
 
     /// The meter of a light with this mean square of L'_lq per channel at every band beyond the spectrum's.
     pub fn with_beyond(light: &Spectrum, beyond: [f64; 3]) -> Self {
-        let mut mean = light.mean_squares();
-        mean.iter_mut().zip(beyond).for_each(|(m, b)| m.push(b));
-        Self::of(mean)
+        Self::of(light.mean_squares(), beyond)
     }
 
-    fn of(mean: [Vec<f64>; 3]) -> Self {
+    fn of(mean: [Vec<f64>; 3], far: [f64; 3]) -> Self {
         let beyond = mean.each_ref().map(|m| {
             let mut sup = m.clone();
             for l in (1..sup.len()).rev() {
@@ -45,13 +47,13 @@ impl Meter {
             }
             sup
         });
-        Self { mean, beyond }
+        Self { mean, beyond, far }
     }
 
-    /// Mean square of L'_lq in channel `c`; beyond what is known, that of the last band.
+    /// Mean square of L'_lq in channel `c`.
     #[inline]
     pub fn mean(&self, c: usize, l: usize) -> f64 {
-        self.mean[c].get(l).or(self.mean[c].last()).copied().unwrap_or(0.0)
+        self.mean[c].get(l).copied().unwrap_or(self.far[c])
     }
 
     /// Mean square of Σ_l k_l L'_lq a_q of ±q together.
@@ -61,19 +63,28 @@ impl Meter {
     }
 
     /// What of a slice lies beyond its orders F and Q: its energy there times the light's largest mean square there.
-    /// What of it lies beyond Q is estimated ([`turns`]).
+    /// What of it lies beyond Q is estimated ([`turns`]), and so is what lies beyond the light's own bands.
     pub fn tail(&self, s: &Slices, slice: usize) -> f64 {
         let captured = s.captured(slice, s.order, s.azimuth);
-        let sup = |c: usize, l: usize| {
-            let b = &self.beyond[c];
-            b.get(l).or(b.last()).copied().unwrap_or(0.0)
-        };
+        let known = self.mean[0].len().saturating_sub(1).max(1);
+        // As many times below F as the light's last band is above it.
+        let before = s.captured(slice, s.order * s.order / known, s.azimuth);
         let channel = |c: usize| {
             // Below the accuracy of the quadrature there is nothing.
             let noise = s.energy[slice][c] * (4.0 * s.accuracy * s.accuracy).max(1e-9);
             let rest = (s.energy[slice][c] - captured[c] - noise).max(0.0);
             let turns = turns(s, slice, c).min(rest);
-            turns * self.around(c, s, slice) + (rest - turns) * sup(c, s.order + 1)
+            let rest = rest - turns;
+            let sup = self.beyond[c].get(s.order + 1).copied();
+            let beyond = match sup {
+                None => rest * self.far[c],
+                Some(sup) => {
+                    // A power law's share, or more than that of lobes that end sooner.
+                    let far = rest * rest / (rest + captured[c] - before[c]).max(f64::MIN_POSITIVE);
+                    (rest - far) * sup + far * self.far[c].max(sup)
+                }
+            };
+            turns * self.around(c, s, slice) + beyond
         };
         (0..3).map(channel).sum()
     }

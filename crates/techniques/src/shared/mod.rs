@@ -1,11 +1,13 @@
 //! What rooms share: rooms never import rooms.
 
 pub mod albedo;
+pub mod apart;
 pub mod batch;
 pub mod bundle;
 pub mod certify;
 pub mod chain;
 pub mod distant;
+pub mod exact;
 pub mod harmonics;
 pub mod kernels;
 pub mod lights;

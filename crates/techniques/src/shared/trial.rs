@@ -1,7 +1,7 @@
 //! What the tests of rooms share: bakes, points at one elevation, the judge.
 
-use crate::{AnyBake, Material, PointsBuf, Radiance, find};
-use glam::{DVec3, Vec3};
+use crate::{AnyBake, Material, PointsBuf, Radiance, View, find};
+use glam::{DMat3, DVec3, Vec3};
 use std::f64::consts::PI;
 use steradian_base::{ParamValues, Task};
 use steradian_light::Lights;
@@ -60,4 +60,23 @@ pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[Jud
         probe::relative_rms(shade(*b, points).into_iter().zip(exact.iter().map(|e| e.rgb)))
     };
     bakes.iter().map(error).collect()
+}
+
+/// Suns turn with the light, and are saved with what shades them.
+pub fn suns_turn_and_are_saved(b: &mut dyn AnyBake) {
+    assert!(detail(b, "lights") >= 1.0);
+    let still = points(40, 70.0);
+    let before = shade(b, &still);
+    let r = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0);
+    let turned = |p: &JudgePoint| {
+        let frame = Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
+        JudgePoint { frame, wo: r * p.wo, position: None }
+    };
+    b.frame(&View { light_rotation: r.as_mat3(), ..View::default() });
+    let after = shade(b, &still.iter().map(turned).collect::<Vec<_>>());
+    let off = probe::relative_rms(after.into_iter().zip(before.clone()));
+    assert!(off < 1e-3, "{off}");
+    b.frame(&View::default());
+    let again = find(b.card().slug).unwrap().load(&b.save()).unwrap();
+    assert_eq!(shade(&*again, &still), before);
 }

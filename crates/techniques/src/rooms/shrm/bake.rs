@@ -3,16 +3,17 @@
 use super::Shrm;
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::Harmonics;
-use crate::shared::kernels::Kernels;
+use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
 };
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::{Sky, load_disks, save_disks};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::{Certificate, Task};
 use steradian_brdf::central::{Argument, Centre};
+use steradian_light::DiskLight;
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
@@ -31,12 +32,14 @@ pub struct Maps {
     pub scale: ScaleTable,
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,
+    /// Suns that no map holds.
+    pub suns: Vec<DiskLight>,
     halves: bool,
 }
 
 /// Joins light and slices; the certificate is computed from both.
 pub fn link(
-    light: &Spectrum,
+    light: &Sky,
     kernels: &Kernels,
     p: &Orders,
     task: &Task,
@@ -49,21 +52,21 @@ pub fn link(
     if 2 * need > task.max_memory() {
         return Err(BakeError::Memory { slug, need: 2 * need, allowed: task.max_memory() });
     }
-    let mut maps = local_maps(slug, light, &expansion, *size, task)?;
-    let mut diffuse = diffuse_map(slug, light, expansion.diffuse, task)?;
+    let mut maps = local_maps(slug, &expansion, *size, task)?;
+    let mut diffuse = diffuse_map(slug, &expansion, task)?;
     if p.halves {
         maps.halve();
         diffuse.iter_mut().for_each(Bundle::halve);
     }
-    let (centre, of, scale) = (lpq.centre, lpq.of, expansion.scale);
-    let made = Maps { centre, of, harmonics, maps, scale, diffuse, halves: p.halves };
+    let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.disks);
+    let made = Maps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
     let bytes = made.bytes() as f64;
     Ok((made, expansion.certificate.detail("bytes", bytes)))
 }
 
 impl Part for Maps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let centre = crate::shared::kernels::word(self.centre);
+        let centre = word(self.centre);
         let head = [
             centre,
             self.harmonics.p() as f64,
@@ -77,6 +80,7 @@ impl Part for Maps {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
         }
         self.scale.save(to, prefix);
+        save_disks(&self.suns, to, format!("{prefix}.suns"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -84,7 +88,7 @@ impl Part for Maps {
         let bad = || PartError::Unexpected(name.clone());
         let (_, head) = get_f64(from, &name, 1)?;
         let [centre, p, q, split, of] = head[..] else { return Err(bad()) };
-        let centre = crate::shared::kernels::centre_of(centre).ok_or_else(bad)?;
+        let centre = centre_of(centre).ok_or_else(bad)?;
         let harmonics = Harmonics::new(p as usize, q as usize);
         let name = format!("{prefix}.maps");
         let maps = Bundle::load(from, &name)?;
@@ -98,10 +102,12 @@ impl Part for Maps {
             return Err(PartError::Unexpected(name));
         }
         let (of, scale) = (argument_of(of), ScaleTable::load(from, prefix)?);
-        Ok(Self { centre, of, harmonics, maps, scale, diffuse, halves })
+        let suns = load_disks(from, &format!("{prefix}.suns"))?;
+        Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, halves })
     }
 
     fn bytes(&self) -> usize {
-        self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes) + self.scale.bytes()
+        let maps = self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes);
+        maps + self.scale.bytes() + 32 * self.suns.len()
     }
 }

@@ -6,7 +6,8 @@
 //! What is approximated: the variation with the view, cut at order P, and all frequencies beyond F. Beyond the paper:
 //! about the mirror direction y_pq are functions of n', half way from C to wo', so that they tell grazing views apart;
 //! ρ̂ is a fit weighted by elevation of f_cos over its albedo, which shading multiplies back; a diffuse part may take a
-//! map of its own about n; orders follow from the spectrum of the light at hand. Radiance in W sr⁻¹ m⁻². Refused:
+//! map of its own about n; orders follow from the spectrum of the light at hand; and where a sun asks for more than they
+//! hold, it is taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). Radiance in W sr⁻¹ m⁻². Refused:
 //! anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
 mod bake;
@@ -15,11 +16,11 @@ mod shade;
 mod tests;
 
 use crate::gpu::Uniform;
+use crate::shared::exact::Shown;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::shrm::{self, Orders};
-use crate::shared::spectrum::Spectrum;
-use crate::shared::turn::Turn;
+use crate::shared::sky::Sky;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
     Technique, View,
@@ -39,8 +40,8 @@ impl Technique for Shrm {
         slug: "shrm",
         title: "Spherical harmonic reflection maps (local)",
         citation: "Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.9-5.10",
-        equation: "L_o = a(n·wo) Σ_pq B_pq(C) y_pq(n'), y_pq(wo') as published",
-        light: "spherical harmonics up to F, multiplied with the reflectance's into maps B_pq",
+        equation: "L_o = a(n·wo) Σ_pq B_pq(C) y_pq(n') + Σ_k ∫_disk k L f_cos, y_pq(wo') as published",
+        light: "spherical harmonics up to F, multiplied with the reflectance's into maps B_pq; suns that need more as disks",
         visibility: "none: V = 1",
         reflectance: "spherical harmonic coefficients about the central direction: l up to F, p up to P",
         materials: kernels::materials,
@@ -86,14 +87,14 @@ impl Technique for Shrm {
         waived: &[],
     };
     type Params = Orders;
-    type Light = Spectrum;
+    type Light = Sky;
     type Material = Kernels;
     type Transfer = ();
     type Linked = Maps;
-    type Frame = Turn;
+    type Frame = Shown;
 
-    fn light(l: &Lights, _: &Orders, task: &Task) -> Result<Spectrum, BakeError> {
-        Spectrum::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Orders, task: &Task) -> Result<Sky, BakeError> {
+        Sky::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {
@@ -108,19 +109,19 @@ impl Technique for Shrm {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
+        *f = Shown::new(&b.linked.suns, v);
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.linked, f, q, out);
+    fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
-        shade::gpu(&b.linked, f)
+    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuRoom {
+        shade::gpu(b, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
-        Some(vec![f.uniform()])
+    fn gpu_frame(_: &Bake<Self>, f: &Shown) -> Option<Vec<Uniform>> {
+        Some(vec![f.turn.uniform()])
     }
 }

@@ -1,18 +1,19 @@
-//! One lookup along C for all maps, summed with y_pq(wo'); `shade.wgsl` has the same functions.
+//! One lookup along C for all maps, summed with y_pq(wo'), and the suns apart; `shade.wgsl` has the same functions.
 
-use super::bake::Maps;
+use super::Shrm;
 use crate::gpu::{Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
+use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::word;
 use crate::shared::shrm::argument_word;
 use crate::shared::strands::central;
-use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{Bake, GpuRoom, Points, Radiance, Technique};
 use steradian_brdf::central::Argument;
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(b: &Bake<Shrm>, shown: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let (m, turn) = (&b.linked, &shown.turn);
     let mut one = [0.0; MAX_TERMS];
     one[0] = 1.0;
     let of_view = m.of == Argument::View;
@@ -27,9 +28,11 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
         let d = m.diffuse.as_ref().map_or([0.0; 3], diffuse);
         std::array::from_fn(|k| a[k] * b[k] + d[k])
     });
+    shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuRoom {
+    let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let orders =
         [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
@@ -50,15 +53,16 @@ pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
             include_str!("shade.wgsl")
         )
     };
-    GpuRoom {
-        slug: super::Shrm::CARD.slug,
+    let room = GpuRoom {
+        slug: Shrm::CARD.slug,
         wgsl: wgsl.into(),
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },
             Uniform { name: "range", value: Value::Vec4([first, inverse, 0.0, 0.0]) },
-            turn.uniform(),
+            shown.turn.uniform(),
         ],
         buffers: Vec::new(),
-    }
+    };
+    exact::gpu(room, &m.suns, b.material.brdf.as_ref())
 }

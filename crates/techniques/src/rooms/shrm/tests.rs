@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::trial::{bake, detail, judged, points};
+use crate::shared::trial::{bake, detail, judged, points, suns_turn_and_are_saved};
 use glam::DVec3;
 use steradian_brdf::central::{Centre, Slice, Slices};
 use steradian_brdf::dfg;
@@ -54,7 +54,7 @@ fn a_small_sun_is_held_up_to_60_degrees() {
     let light = Lights { directionals: vec![light], ..Lights::default() };
     for spec in ["microfacet:sigma=0.2", "ggx:alpha=0.2,f0=0.9"] {
         let b = bake("shrm", &light, spec, &[], None);
-        assert!(detail(&*b, "P") <= 5.0);
+        assert!(detail(&*b, "P") <= 5.0 && detail(&*b, "lights") == 0.0);
         for degrees in [0, 10, 20, 30, 40, 50, 60] {
             let error = detail(&*b, &format!("error at {degrees} degrees"));
             assert!(error <= 0.05, "{spec} {degrees}: {error}");
@@ -66,6 +66,22 @@ fn a_small_sun_is_held_up_to_60_degrees() {
             assert!(normal < 0.7 * view, "{spec} {degrees}: {normal} {view}");
         }
     }
+}
+
+/// A sun that maps cannot hold is taken apart, unless F or P are given; what is left is as easy as the sky without it.
+#[test]
+fn a_sun_that_needs_more_than_maps_is_apart() {
+    let spec = "microfacet:sigma=0.5";
+    let mut light = lights::sunny();
+    light.disks[0].radiance = light.disks[0].radiance.map(|l| 30.0 * l);
+    let mut b = bake("shrm", &light, spec, &[], None);
+    let whole = bake("shrm", &light, spec, &[("lights", 0.0)], None);
+    let asked = bake("shrm", &light, spec, &[("p", 2.0)], None);
+    let all: Vec<_> = [0.0, 30.0, 60.0].iter().flat_map(|v| points(60, *v)).collect();
+    let e = judged(&[&*b, &*whole], &light, spec, &all);
+    assert!(detail(&*b, "P") <= 5.0 && e[0] < 0.03 && e[0] < 0.5 * e[1], "{e:?}");
+    assert_eq!([&whole, &asked].map(|b| detail(&**b, "lights")), [0.0; 2]);
+    suns_turn_and_are_saved(&mut *b);
 }
 
 /// Under constant light nothing but the albedo's table errs, and the certificate knows it.

@@ -7,11 +7,12 @@ use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     HighestP, ORDERS, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
 };
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::{Sky, load_disks, save_disks};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::central::{Argument, Centre};
+use steradian_light::DiskLight;
 use steradian_prefilter::edge_cube::spacing;
 
 /// 36 cubes are 216 of the 256 layers that every GPU has, 41 are 246; strands need one for each p.
@@ -35,8 +36,15 @@ pub struct Params {
 }
 
 impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] =
-        &[ORDERS[0], ORDERS[1], ORDERS[2], ORDERS[3], ORDERS[4], ORDERS[5], ORDERS[6], ORDERS[7], DISTANT];
+    const INFO: &'static [ParamInfo] = &{
+        let mut all = [DISTANT; ORDERS.len() + 1];
+        let mut i = 0;
+        while i < ORDERS.len() {
+            all[i] = ORDERS[i];
+            i += 1;
+        }
+        all
+    };
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
@@ -65,6 +73,8 @@ pub struct Cubes {
     pub scale: ScaleTable,
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,
+    /// Suns that no map holds.
+    pub suns: Vec<DiskLight>,
     /// One map per frame?
     pub distant: bool,
     halves: bool,
@@ -72,7 +82,7 @@ pub struct Cubes {
 
 /// Joins light and slices; the certificate is computed from both.
 pub fn link(
-    light: &Spectrum,
+    light: &Sky,
     kernels: &Kernels,
     p: &Params,
     task: &Task,
@@ -88,8 +98,8 @@ pub fn link(
     if 2 * need > task.max_memory() {
         return Err(BakeError::Memory { slug, need: 2 * need, allowed: task.max_memory() });
     }
-    let mut maps = global_maps(slug, light, &expansion, size, task)?;
-    let mut diffuse = diffuse_map(slug, light, expansion.diffuse, task)?;
+    let mut maps = global_maps(slug, &expansion, size, task)?;
+    let mut diffuse = diffuse_map(slug, &expansion, task)?;
     if p.orders.halves {
         maps.halve();
         diffuse.iter_mut().for_each(Bundle::halve);
@@ -101,6 +111,7 @@ pub fn link(
         maps,
         scale: expansion.scale,
         diffuse,
+        suns: expansion.apart.disks,
         distant: p.distant,
         halves: p.orders.halves,
     };
@@ -128,6 +139,7 @@ impl Part for Cubes {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
         }
         self.scale.save(to, prefix);
+        save_disks(&self.suns, to, format!("{prefix}.suns"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -149,11 +161,13 @@ impl Part for Cubes {
             return Err(PartError::Unexpected(name));
         }
         let scale = ScaleTable::load(from, prefix)?;
-        let of = argument_of(of);
-        Ok(Self { centre, of, harmonics, maps, scale, diffuse, distant: distant > 0.0, halves })
+        let (of, distant) = (argument_of(of), distant > 0.0);
+        let suns = load_disks(from, &format!("{prefix}.suns"))?;
+        Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, distant, halves })
     }
 
     fn bytes(&self) -> usize {
-        self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes) + self.scale.bytes()
+        let maps = self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes);
+        maps + self.scale.bytes() + 32 * self.suns.len()
     }
 }

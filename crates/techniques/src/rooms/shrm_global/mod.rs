@@ -5,7 +5,9 @@
 //! which turn with the frame, B̂_pq are smooth functions of the sphere and fit cubes. With `distant`, the viewer is far
 //! away: every frame sums them into one reflection map B̂(C) = Σ_pq B̂_pq(C) y_pq(−forward) (5.35), which shading looks
 //! up once. As in the local form y_pq are functions of n rather than of wo, n ∝ C − forward in the frame's map; and where
-//! q = 0 alone is left, as for strands, B_p0 is a function of the sphere already: P + 1 cubes hold it. What is approximated: as in the local form, orders P and F; with `distant`, the view too. Radiance in
+//! q = 0 alone is left, as for strands, B_p0 is a function of the sphere already: P + 1 cubes hold it. Suns that need
+//! more than the orders hold are shaded with the exact reflectance, as in the local form. What is approximated: as in the
+//! local form, orders P and F; with `distant`, the view too. Radiance in
 //! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map), point lights.
 
 mod bake;
@@ -17,7 +19,7 @@ use crate::gpu::Uniform;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::shrm;
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::Sky;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
     Technique, View,
@@ -38,8 +40,9 @@ impl Technique for ShrmGlobal {
         slug: "shrm_global",
         title: "Spherical harmonic reflection maps (global)",
         citation: "Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.11-5.14 and 5.35",
-        equation: "L_o = a(n·wo) Σ_pq B̂_pq(C) y_pq(n), y_pq(wo) as published",
-        light: "spherical harmonics up to F, multiplied with the reflectance's and turned to the world: cubes B̂_pq",
+        equation: "L_o = a(n·wo) Σ_pq B̂_pq(C) y_pq(n) + Σ_k ∫_disk k L f_cos, y_pq(wo) as published",
+        light: "spherical harmonics up to F, multiplied with the reflectance's and turned to the world: cubes B̂_pq; \
+                suns that need more as disks",
         visibility: "none: V = 1",
         reflectance: "spherical harmonic coefficients about the central direction: l up to F, p up to P",
         materials: kernels::materials,
@@ -73,14 +76,14 @@ impl Technique for ShrmGlobal {
         waived: &[],
     };
     type Params = Params;
-    type Light = Spectrum;
+    type Light = Sky;
     type Material = Kernels;
     type Transfer = ();
     type Linked = Cubes;
     type Frame = Now;
 
-    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Spectrum, BakeError> {
-        Spectrum::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Sky, BakeError> {
+        Sky::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {
@@ -100,15 +103,15 @@ impl Technique for ShrmGlobal {
     }
 
     fn shade(b: &Bake<Self>, f: &Now, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.linked, f, q, out);
+        shade::shade(b, f, q, out);
     }
 
     fn gpu(b: &Bake<Self>, f: &Now) -> GpuRoom {
-        shade::gpu(&b.linked, f)
+        shade::gpu(b, f)
     }
 
     fn gpu_frame(b: &Bake<Self>, f: &Now) -> Option<Vec<Uniform>> {
         // A far viewer's map is a table that frames change.
-        (!b.linked.distant).then(|| vec![f.turn.uniform()])
+        (!b.linked.distant).then(|| vec![f.shown.turn.uniform()])
     }
 }

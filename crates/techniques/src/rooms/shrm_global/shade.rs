@@ -1,22 +1,23 @@
 //! One lookup along C, summed with y_pq(wo) (per point, or once per frame); `shade.wgsl` has the same functions.
 
+use super::ShrmGlobal;
 use super::bake::Cubes;
 use crate::gpu::{Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
+use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{MAX_TERMS, dot};
 use crate::shared::kernels::word;
 use crate::shared::shrm::argument_word;
 use crate::shared::strands::central;
-use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique, View};
+use crate::{Bake, GpuRoom, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
 
 /// The state of a frame.
 #[derive(Debug, Clone, Default)]
 pub struct Now {
-    /// Where the light is turned to.
-    pub turn: Turn,
+    /// The light.
+    pub shown: Shown,
     /// The far viewer's reflection map.
     pub map: Option<Bundle>,
 }
@@ -24,8 +25,8 @@ pub struct Now {
 impl Now {
     /// The state for a view.
     pub fn renew(&mut self, c: &Cubes, v: &View) {
-        self.turn = Turn::new(v.light_rotation);
-        let wo = self.turn.apply((-v.forward).to_array());
+        self.shown = Shown::new(&c.suns, v);
+        let wo = self.shown.turn.apply((-v.forward).to_array());
         let weigh = |d: [f32; 3], y: &mut [f32; MAX_TERMS]| {
             c.harmonics.eval(c.seen(d, wo, half(d, wo)), y);
         };
@@ -50,10 +51,11 @@ impl Cubes {
     }
 }
 
-pub(super) fn shade(m: &Cubes, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(b: &Bake<ShrmGlobal>, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let m = &b.linked;
     let mut one = [0.0; MAX_TERMS];
     one[0] = 1.0;
-    let turn = &now.turn;
+    let turn = &now.shown.turn;
     batch::shade(q, out, |p: Point| {
         let c = central(m.centre, turn, q, &p);
         let b = match &now.map {
@@ -69,9 +71,11 @@ pub(super) fn shade(m: &Cubes, now: &Now, q: &Points<'_>, out: &mut Radiance<'_>
         let d = m.diffuse.as_ref().map_or([0.0; 3], diffuse);
         std::array::from_fn(|k| a[k] * b[k] + d[k])
     });
+    now.shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-pub(super) fn gpu(m: &Cubes, now: &Now) -> GpuRoom {
+pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuRoom {
+    let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let far = now.map.is_some();
     let orders =
@@ -95,15 +99,16 @@ pub(super) fn gpu(m: &Cubes, now: &Now) -> GpuRoom {
         (false, true) => module!("../../shared/shrm/black.wgsl", "far.wgsl"),
         (true, true) => module!("../../shared/shrm/diffuse.wgsl", "far.wgsl"),
     };
-    GpuRoom {
-        slug: super::ShrmGlobal::CARD.slug,
+    let room = GpuRoom {
+        slug: ShrmGlobal::CARD.slug,
         wgsl: wgsl.into(),
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },
             Uniform { name: "range", value: Value::Vec4([first, inverse, 0.0, 0.0]) },
-            now.turn.uniform(),
+            now.shown.turn.uniform(),
         ],
         buffers: Vec::new(),
-    }
+    };
+    exact::gpu(room, &m.suns, b.material.brdf.as_ref())
 }

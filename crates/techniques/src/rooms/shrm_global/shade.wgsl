@@ -11,5 +11,5 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     }
     let b = sum(c, d);
     let a = fetch_scale((angle(min(cos_o, 1.0)) - room.range.x) * room.range.y).rgb;
-    return a * b + diffuse(room.turn * n);
+    return a * b + diffuse(room.turn * n) + exact_radiance(n, tangent(n, t), wo);
 }

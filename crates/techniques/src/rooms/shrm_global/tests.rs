@@ -1,6 +1,6 @@
 use crate::View;
 use crate::shared::lights;
-use crate::shared::trial::{bake, detail, judged, points, shade};
+use crate::shared::trial::{bake, detail, judged, points, shade, suns_turn_and_are_saved};
 use glam::{Mat3, Vec3};
 use steradian_prefilter::probe;
 use steradian_reference::JudgePoint;
@@ -78,4 +78,26 @@ fn strands_take_a_cube_for_each_p() {
     let all: Vec<_> = [10.0, 40.0, 70.0].iter().flat_map(|v| points(40, *v)).collect();
     let error = judged(&[&*b], &light, spec, &all)[0];
     assert!(error < 0.05 && b.certificate().error < 0.05, "{error} {}", b.certificate().error);
+}
+
+/// The far viewer's one map too has its sun beside it.
+#[test]
+fn suns_are_apart_from_cubes() {
+    let light = lights::sunny();
+    let mut b = bake("shrm_global", &light, SPEC, &[("lights", 1.0)], None);
+    let error = judged(&[&*b], &light, SPEC, &points(60, 40.0))[0];
+    assert!(error < 0.03, "{error}");
+    suns_turn_and_are_saved(&mut *b);
+    let mut far = bake("shrm_global", &light, SPEC, &[("lights", 1.0), ("distant", 1.0)], None);
+    far.frame(&View { forward: Vec3::NEG_Z, ..View::default() });
+    let p: Vec<_> = points(60, 40.0).into_iter().map(|p| towards_z(&p)).collect();
+    let error = probe::relative_rms(shade(&*far, &p).into_iter().zip(shade(&*b, &p)));
+    assert!(error < 0.02, "{error}");
+}
+
+/// The point turned so that it is seen from +z.
+fn towards_z(p: &JudgePoint) -> JudgePoint {
+    let r = glam::DQuat::from_rotation_arc(p.wo, glam::DVec3::Z);
+    let frame = Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
+    JudgePoint { frame, wo: glam::DVec3::Z, position: None }
 }

@@ -3,10 +3,10 @@
 use super::ShrmSlices;
 use super::choose::{Choice, choose};
 use super::components::Component;
-use super::material::{Leaning, Params};
+use super::material::Params;
 use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
-use crate::shared::kernels::{centre_of, word};
+use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{bundle, columns, grid};
 use crate::shared::sky::{Sky, load_disks, save_disks};
 use crate::shared::spectrum::Spectrum;
@@ -55,7 +55,7 @@ impl Stack {
 /// Joins light and slices; the certificate is computed from both.
 pub fn link(
     light: &Sky,
-    material: &Leaning,
+    material: &Kernels,
     p: &Params,
     task: &Task,
 ) -> Result<(Stack, Certificate), BakeError> {
@@ -66,7 +66,7 @@ pub fn link(
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
     let Choice { apart, expansion, scale, certificate, .. } = chosen;
-    let s = &material.kernels.0;
+    let s = &material.slices;
     let (stride, mut curve) = (HEAD + expansion.components.len(), Vec::new());
     for (i, a) in scale.iter().enumerate() {
         curve.extend([s.slices[i].gamma, a[0], a[1], a[2]].map(|x| x as f32));

@@ -1,10 +1,12 @@
 //! How much of the light becomes maps, and what is known of the error.
 
-use super::apart::Apart;
 use super::components::{Component, Expansion, Limits};
-use super::material::{Leaning, Params, TOLERANCE};
+use super::material::{Params, TOLERANCE};
+use super::pursue::{pursue, with};
 use super::scaled::Scaled;
 use crate::BakeError;
+use crate::shared::apart::Apart;
+use crate::shared::kernels::Kernels;
 use crate::shared::sky::Sky;
 use steradian_base::{Certificate, Known, Task};
 
@@ -36,13 +38,13 @@ pub struct Choice {
 impl Choice {
     fn new(
         totals: &[f64],
-        material: &Leaning,
+        material: &Kernels,
         apart: Apart,
         rest: f64,
         tolerance: f64,
         limits: Limits,
     ) -> Self {
-        let s = &material.kernels.0;
+        let s = &material.slices;
         let meter = apart.meter();
         // Radiance that suns dominate tells little of the rest, which maps hold on its own.
         let own = |(part, total): (f64, &f64)| total.min((rest * rest * part).max(LEAST * total));
@@ -68,10 +70,10 @@ impl Choice {
 
 /// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out: cut off at
 /// F they ring, which little of the mean square tells.
-pub fn choose(light: &Sky, material: &Leaning, p: &Params, task: &Task) -> Result<Choice, BakeError> {
+pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
-    let s = &material.kernels.0;
+    let s = &material.slices;
     let whole = Apart::suns(light, 0).meter();
     let totals = Scaled::totals(s, &whole);
     let made = |apart: Apart, rest: f64| Choice::new(&totals, material, apart, rest, tolerance, limits);
@@ -80,17 +82,17 @@ pub fn choose(light: &Sky, material: &Leaning, p: &Params, task: &Task) -> Resul
     let more = most.min(COUNTS[COUNTS.len() - 1]).saturating_sub(suns.disks.len());
     let scaled = Scaled::new(s, &whole, totals.clone());
     if p.lights.is_some() {
-        let found = suns.pursue(&scaled, more, task)?;
-        return Ok(finer(made(suns.with(&found, more), RESTS[0]), tolerance, &made));
+        let found = pursue(&suns, &scaled, more, task)?;
+        return Ok(finer(made(with(&suns, &found, more), RESTS[0]), tolerance, &made));
     }
     let mut best = made(suns.clone(), RESTS[0]);
     if more == 0 || (best.worst.sqrt() <= tolerance && best.expansion.bytes() <= CHEAP) {
         return Ok(finer(best, tolerance, &made));
     }
-    let found = suns.pursue(&scaled, more, task)?;
+    let found = pursue(&suns, &scaled, more, task)?;
     for count in COUNTS.into_iter().filter(|c| *c <= found.len()) {
         task.check()?;
-        let next = made(suns.with(&found, count), RESTS[0]);
+        let next = made(with(&suns, &found, count), RESTS[0]);
         if next.cost(tolerance) < best.cost(tolerance) {
             best = next;
         }

@@ -1,12 +1,11 @@
 //! The reflectance's slices at all elevations that may become nodes.
 
 use crate::shared::kernels::{Kernels, refused};
-use crate::tensors::{PartError, TensorFile};
-use crate::{BakeError, Material, Part};
+use crate::{BakeError, Material};
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
+use steradian_brdf::Brdf;
 use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
-use steradian_brdf::{Brdf, SharedBrdf};
 
 /// Tolerance where the user gives none.
 pub const TOLERANCE: f64 = 0.01;
@@ -125,16 +124,6 @@ impl steradian_base::Params for Params {
     }
 }
 
-/// Slices about centres between the mirror direction and the middle of the lobe, denser towards grazing:
-/// θ_v = 89.5° (1 − (1 − s)²), s evenly spaced. About the tangent θ_o is evenly spaced.
-#[derive(Debug, Clone)]
-pub struct Leaning {
-    /// The slices.
-    pub kernels: Kernels,
-    /// The reflectance itself, for lights that no map holds; `None` where a saved bake could not name it.
-    pub brdf: Option<SharedBrdf>,
-}
-
 /// The place among the elevations, 0 … 1, of an angle between n and wo.
 #[inline(always)]
 pub fn place(theta_v: f32) -> f32 {
@@ -178,60 +167,28 @@ fn beyond(s: &Slices, slice: usize) -> f64 {
     if energy > 0.0 { (1.0 - captured / energy).max(0.0) } else { 0.0 }
 }
 
-impl Leaning {
-    /// The slices of a material.
-    pub fn bake(slug: &'static str, m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
-        let refused = refused(slug);
-        let brdf = &*m.brdf;
-        let [about_mirror, about_tangent] = ELEVATIONS;
-        let (centre, slices): (_, Vec<Slice>) = if brdf.is_isotropic() {
-            let gamma = centres(brdf, task).map_err(&refused)?;
-            let lean = |s: f64| {
-                let x = s * (CENTRES - 1) as f64;
-                let i = (x as usize).min(CENTRES - 2);
-                gamma[i] + (gamma[i + 1] - gamma[i]) * (x - i as f64)
-            };
-            let part = |i: usize| i as f64 / (about_mirror - 1) as f64;
-            let slice = |i: usize| Slice { theta_v: angle(part(i)), gamma: lean(part(i)) };
-            (Centre::Reflection, (0..about_mirror).map(slice).collect())
-        } else {
-            let part = |i: usize| i as f64 / (about_tangent - 1) as f64;
-            (Centre::Tangent, (0..about_tangent).map(|i| Slice::tangent(PI * part(i))).collect())
+/// Slices about centres between the mirror direction and the middle of the lobe, denser towards grazing:
+/// θ_v = 89.5° (1 − (1 − s)²), s evenly spaced. About the tangent θ_o is evenly spaced.
+pub fn bake(slug: &'static str, m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {
+    let refused = refused(slug);
+    let brdf = &*m.brdf;
+    let [about_mirror, about_tangent] = ELEVATIONS;
+    let (centre, slices): (_, Vec<Slice>) = if brdf.is_isotropic() {
+        let gamma = centres(brdf, task).map_err(&refused)?;
+        let lean = |s: f64| {
+            let x = s * (CENTRES - 1) as f64;
+            let i = (x as usize).min(CENTRES - 2);
+            gamma[i] + (gamma[i + 1] - gamma[i]) * (x - i as f64)
         };
-        let share = (0.4 * task.tolerance().unwrap_or(TOLERANCE)).powi(2);
-        let orders = ORDERS.map(|[f, q]| [p.order.unwrap_or(f), q]);
-        let views = VIEWS.to_radians();
-        let kernels = Kernels::new(brdf, centre, &slices, &orders, views, share, task).map_err(refused)?;
-        Ok(Self { kernels, brdf: nameable(&m.brdf) })
-    }
-}
-
-/// The reflectance, where its spec alone makes it again and GPUs have it too.
-fn nameable(brdf: &SharedBrdf) -> Option<SharedBrdf> {
-    let spec = brdf.spec();
-    let whole = brdf.shader().is_some() && !spec.contains("lobes=") && steradian_brdf::parse(&spec).is_ok();
-    whole.then(|| brdf.clone())
-}
-
-impl Part for Leaning {
-    fn save(&self, to: &mut TensorFile, prefix: &str) {
-        self.kernels.save(to, prefix);
-        if let Some(brdf) = &self.brdf {
-            to.metadata.insert(format!("{prefix}.brdf"), brdf.spec());
-        }
-    }
-
-    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let kernels = Kernels::load(from, prefix)?;
-        if kernels.0.slices.len() < 3 {
-            return Err(PartError::Unexpected(format!("{prefix}.elevations")));
-        }
-        let name = format!("{prefix}.brdf");
-        let parsed = from.metadata.get(&name).map(|spec| steradian_brdf::parse(spec)).transpose();
-        Ok(Self { kernels, brdf: parsed.map_err(|_| PartError::Unexpected(name))? })
-    }
-
-    fn bytes(&self) -> usize {
-        self.kernels.bytes()
-    }
+        let part = |i: usize| i as f64 / (about_mirror - 1) as f64;
+        let slice = |i: usize| Slice { theta_v: angle(part(i)), gamma: lean(part(i)) };
+        (Centre::Reflection, (0..about_mirror).map(slice).collect())
+    } else {
+        let part = |i: usize| i as f64 / (about_tangent - 1) as f64;
+        (Centre::Tangent, (0..about_tangent).map(|i| Slice::tangent(PI * part(i))).collect())
+    };
+    let share = (0.4 * task.tolerance().unwrap_or(TOLERANCE)).powi(2);
+    let orders = ORDERS.map(|[f, q]| [p.order.unwrap_or(f), q]);
+    let views = VIEWS.to_radians();
+    Kernels::new(m, centre, &slices, &orders, views, share, task).map_err(refused)
 }

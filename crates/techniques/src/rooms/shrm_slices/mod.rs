@@ -7,23 +7,24 @@
 //! a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo, and k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that hold
 //! what the light at hand shows of all elevations (`components`). The centre lies between the mirror direction and the
 //! middle of the lobe, where few q hold it and slices are aligned. Suns, and as many small lights as the tolerance needs,
-//! are taken out of the light and shaded with the exact reflectance (`apart`). What is approximated: F, Q, R_q, the
+//! are taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). What is approximated: F, Q, R_q, the
 //! lookups, each by its exact error in the mean over frames. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance
 //! (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
-mod apart;
 mod bake;
 mod choose;
 mod components;
 mod eigen;
 mod material;
+mod pursue;
 mod scaled;
 mod shade;
 #[cfg(test)]
 mod tests;
 
 use crate::gpu::Uniform;
-use crate::shared::kernels;
+use crate::shared::exact::Shown;
+use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::sky::Sky;
 use crate::{
@@ -31,8 +32,7 @@ use crate::{
     Technique, View,
 };
 use bake::Stack;
-use material::{Leaning, Params};
-use shade::Shown;
+use material::Params;
 use steradian_base::{Certificate, Task};
 use steradian_light::Lights;
 
@@ -85,7 +85,7 @@ impl Technique for ShrmSlices {
     };
     type Params = Params;
     type Light = Sky;
-    type Material = Leaning;
+    type Material = Kernels;
     type Transfer = ();
     type Linked = Stack;
     type Frame = Shown;
@@ -94,11 +94,11 @@ impl Technique for ShrmSlices {
         Sky::bake(Self::CARD.slug, l, ORDER, task)
     }
 
-    fn material(m: &Material, p: &Params, task: &Task) -> Result<Leaning, BakeError> {
-        Leaning::bake(Self::CARD.slug, m, p, task)
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {
+        material::bake(Self::CARD.slug, m, p, task)
     }
 
-    fn transfer(_: Option<&Geometry>, _: &Leaning, _: &Params, _: &Task) -> Result<(), BakeError> {
+    fn transfer(_: Option<&Geometry>, _: &Kernels, _: &Params, _: &Task) -> Result<(), BakeError> {
         Ok(())
     }
 
@@ -107,7 +107,7 @@ impl Technique for ShrmSlices {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
-        *f = Shown::new(&b.linked, v);
+        *f = Shown::new(&b.linked.disks, v);
     }
 
     fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -119,6 +119,6 @@ impl Technique for ShrmSlices {
     }
 
     fn gpu_frame(_: &Bake<Self>, f: &Shown) -> Option<Vec<Uniform>> {
-        Some(vec![f.uniform()])
+        Some(vec![f.turn.uniform()])
     }
 }

@@ -3,38 +3,16 @@
 use super::ShrmSlices;
 use super::bake::{HEAD, Level, MAX_ORDERS, Stack, extent};
 use super::material::place;
-use crate::direct::{self, Direct};
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Taps;
+use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{MAX_TERMS, dot, frame, globe_uv};
 use crate::shared::kernels::word;
 use crate::shared::strands::tangent;
-use crate::shared::turn::Turn;
-use crate::{Bake, GpuRoom, Points, Radiance, Technique, View};
+use crate::{Bake, GpuRoom, Points, Radiance, Technique};
 use std::f32::consts::{FRAC_1_PI, SQRT_2};
-use steradian_brdf::BrdfShader;
 use steradian_brdf::central::Centre;
-
-/// The light of a frame.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Shown {
-    turn: Turn,
-    direct: Direct,
-}
-
-impl Shown {
-    /// The light turned as `v` says.
-    pub fn new(s: &Stack, v: &View) -> Self {
-        let direct = Direct { disks: s.disks.clone(), ..Direct::default() }.turned(v);
-        Self { turn: Turn::new(v.light_rotation), direct }
-    }
-
-    /// `room.turn` in WGSL.
-    pub fn uniform(&self) -> Uniform {
-        self.turn.uniform()
-    }
-}
 
 /// √2 cos qφ and √2 sin qφ for q = 1 … Q from cos φ and sin φ, at q; 1 and 0 at q = 0.
 #[inline(always)]
@@ -121,23 +99,14 @@ pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &Shown, q: &Points<'_>, out: &m
         }
         std::array::from_fn(|k| head[k + 1] * sum[k])
     });
-    if let Some(brdf) = &b.material.brdf {
-        shown.direct.add(&**brdf, q, out);
-        // Points that face away in single precision stay black.
-        for i in (0..q.len()).filter(|_| !shown.direct.is_empty()) {
-            let facing = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum::<f32>() > 0.0;
-            if !facing {
-                out.rgb.iter_mut().for_each(|plane| plane[i] = 0.0);
-            }
-        }
-    }
+    shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-/// Numbers of a level or of a light in the buffer `levels`.
+/// Numbers of a level in the buffer `levels`.
 const STRIDE: usize = 8;
 
 /// For each level rows, columns, components, where its texels begin in two parts, the first column of its weights and
-/// its maps; then for each light its direction, radius and radiance.
+/// its maps.
 fn levels(s: &Stack) -> Buffer {
     let (mut at, mut from) = (0usize, HEAD);
     let level = |l: &Level| {
@@ -149,11 +118,6 @@ fn levels(s: &Stack) -> Buffer {
         all.map(|x| x as f32)
     };
     let mut data: Vec<f32> = s.levels.iter().flat_map(level).collect();
-    for d in &s.disks {
-        let [x, y, z] = d.direction.to_array();
-        let [r, g, b] = d.radiance;
-        data.extend([x, y, z, d.angular_radius, r, g, b, 0.0].map(|x| x as f32));
-    }
     if data.is_empty() {
         data.extend([0.0; STRIDE]);
     }
@@ -168,21 +132,6 @@ fn curve(s: &Stack) -> Buffer {
     Buffer { name: "curve", stride: s.stride, data }
 }
 
-/// The text of lights with the exact reflectance.
-fn exact(shader: &BrdfShader) -> String {
-    let disks = direct::disks_wgsl()
-        .replace("gpu_", "exact_")
-        .replace("brdf", "exact_brdf")
-        .replace("BRDF", "EXACT_BRDF");
-    shader.inlined("exact") + &disks + include_str!("exact.wgsl")
-}
-
-const NO_LIGHTS: &str = "
-fn exact_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(0.0);
-}
-";
-
 pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
     let s = &b.linked;
     let mut maps: Vec<f32> = s.levels.iter().flat_map(|l| l.maps.texels().iter().copied()).collect();
@@ -190,22 +139,21 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
         // Without any light; buffers must not be empty.
         maps.push(0.0);
     }
-    let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, s.disks.len()];
-    let shader = b.material.brdf.as_ref().filter(|_| !s.disks.is_empty()).and_then(|f| f.shader());
-    let lights = shader.map_or_else(|| NO_LIGHTS.into(), |f| exact(&f));
+    let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, 0];
     let text = concat!(
         include_str!("../../shared/harmonics.wgsl"),
         include_str!("../../shared/strands.wgsl"),
         include_str!("shade.wgsl")
     );
-    GpuRoom {
+    let room = GpuRoom {
         slug: ShrmSlices::CARD.slug,
-        wgsl: (lights + text).into(),
+        wgsl: text.into(),
         tables: Vec::new(),
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(counts.map(|x| x as f32)) },
-            shown.uniform(),
+            shown.turn.uniform(),
         ],
         buffers: vec![curve(s), levels(s), Buffer { name: "maps", stride: 1, data: maps }],
-    }
+    };
+    exact::gpu(room, &s.disks, b.material.brdf.as_ref())
 }

@@ -1,16 +1,17 @@
 //! Orders and resolutions from the light, the reflectance and the tolerance.
 
 use super::fit::{self, Fit, How};
-use super::powers::Powers;
+use super::powers::{Powers, Seen};
 use super::{Orders, ScaleTable, TOLERANCE};
 use crate::BakeError;
+use crate::shared::apart::Apart;
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::{Kernels, refused, word};
 use crate::shared::meter::{self, Meter};
-use crate::shared::spectrum::Spectrum;
+use crate::shared::sky::Sky;
 use std::f64::consts::PI;
 use steradian_base::{Certificate, Task};
-use steradian_brdf::central::{Centre, Lpq};
+use steradian_brdf::central::{Centre, Lpq, Slices};
 
 /// P at most.
 #[derive(Debug, Clone, Copy)]
@@ -29,8 +30,18 @@ const MOST_SIZE: usize = 384;
 /// Share of a light's power below which azimuthal terms are rounding.
 const ROUNDING: f64 = 1e-11;
 
+/// Numbers of suns that are taken apart where maps of all light miss the tolerance.
+const SUNS: [usize; 3] = [1, 4, 16];
+/// More of them must lower the error to this part of it.
+const WORTH: f64 = 0.8;
+/// Where nobody asks for a tolerance, errors up to 60° stay below this part of the usual one, or suns go: few views see
+/// a sun, and those err by more than the mean.
+const MARGIN: f64 = 0.8;
+
 /// What is to be made into maps.
 pub struct Expansion {
+    /// The light that maps hold, and the suns that they do not.
+    pub apart: Apart,
     /// ρ̂_lpq of what is left without the diffuse part.
     pub lpq: Lpq,
     /// F.
@@ -47,65 +58,109 @@ pub struct Expansion {
     pub certificate: Certificate,
 }
 
-/// Chooses orders, the diffuse part and the resolution S; `spacing` gives radians between the texels of a size.
+/// Chooses orders, the diffuse part and the resolution S, and how many suns are taken out of the light: none where maps
+/// of all of it meet the tolerance; `spacing` gives radians between the texels of a size.
 pub fn choose(
     slug: &'static str,
-    light: &Spectrum,
+    light: &Sky,
     kernels: &Kernels,
     p: &Orders,
     spacing: impl Fn(usize) -> f64,
     highest: HighestP,
     task: &Task,
 ) -> Result<Expansion, BakeError> {
-    let s = &kernels.0;
-    let meter = Meter::new(light);
-    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let everywhere = task.tolerance().is_some();
-    let goals = Goals::new(tolerance, everywhere);
-    let how = How { of: p.argument(s.centre), plain: p.published(), everywhere, each: goals.each };
-    let refused = refused(slug);
-    let made = |order: usize, diffuse: bool| -> Result<(Fit, Powers), BakeError> {
-        fit::best(&meter, s, order, diffuse, how, |x| goals.near(x) <= 1.0).map_err(&refused)
+    let (first, more): (usize, &[usize]) = match p.lights {
+        Some(n) if kernels.brdf.is_some() => (n, &[]),
+        None if kernels.brdf.is_some() && !p.given() => (0, &SUNS),
+        _ => (0, &[]),
     };
-    let most = match (s.centre, task.tolerance()) {
-        (Centre::Tangent, _) => highest.zonal,
-        (_, None) => highest.usual,
-        _ => highest.asked,
-    };
-    let (mut best, fixed) = if p.energy_epsilon > 0.0 {
-        let all = made(p.p.unwrap_or(most), false)?;
-        let (f, order) = all.0.lpq.orders(p.energy_epsilon).unwrap_or((s.order, all.0.lpq.p));
-        (made(order, false)?, Some(f))
-    } else {
-        (search(p, most, goals, made)?, p.order)
-    };
-    let diffuse = best.0.diffuse;
-    let f = fixed.map_or_else(|| best.1.faded(tolerance), |f| f.min(s.order));
-    let q = azimuth(&best.0.lpq, &meter, best.1.exact(true));
-    best.0.lpq = best.0.lpq.truncated(f, best.0.lpq.p);
-    let enough = |size: usize| best.1.lookups(f, spacing(size)) <= (0.25 * tolerance).powi(2);
-    let size = if p.size > 0 { p.size } else { meter::size(MOST_SIZE, enough).max(8) };
-    let scale = best.0.lpq.scale.as_ref().map_or_else(ScaleTable::one, |scale| {
-        let half = if s.centre == Centre::Reflection { 0.5 } else { 1.0 };
-        let angles: Vec<f64> = scale.theta_o.iter().map(|t| half * t).collect();
-        ScaleTable::new(&angles, &scale.factor)
-    });
-    let certificate = best
-        .1
-        .certify(f, spacing(size), &scale)
-        .detail("F", f as f64)
-        .detail("P", best.0.lpq.p as f64)
-        .detail("Q", q as f64)
-        .detail("S", size as f64)
-        .detail("centre (1 mirror direction, 2 normal, 3 tangent)", word(s.centre))
-        .detail("diffuse part", diffuse.iter().sum::<f64>() / 3.0)
-        .detail("missing energy of the reflectance", missing(&best.0, f));
-    Ok(Expansion { lpq: best.0.lpq, f, q, diffuse, scale, size, certificate })
+    let whole = Apart::suns(light, 0).meter();
+    let slices = &kernels.slices;
+    let totals = (0..slices.slices.len()).map(|i| whole.slice(slices, i)).collect();
+    let wanted = Wanted { slug, slices, totals, p, highest, spacing };
+    let mut best = wanted.expand(Apart::round_suns(light, first), task)?;
+    let enough = task.tolerance().unwrap_or(MARGIN * TOLERANCE);
+    // What round suns miss of the outlines is more than lobes much narrower than those here are for can do with.
+    let texels = more.last().map(|_| Apart::suns(light, usize::MAX));
+    for apart in more.iter().map(|count| Apart::round_suns(light, *count)).chain(texels) {
+        if best.0 <= enough || apart.disks.is_empty() {
+            break;
+        }
+        let next = wanted.expand(apart, task)?;
+        if next.0 < WORTH * best.0 {
+            best = next;
+        }
+    }
+    Ok(best.1)
+}
+
+/// What maps are chosen for.
+struct Wanted<'a, S> {
+    slug: &'static str,
+    slices: &'a Slices,
+    /// Mean square of all radiance at every elevation.
+    totals: Vec<f64>,
+    p: &'a Orders,
+    highest: HighestP,
+    spacing: S,
+}
+
+impl<S: Fn(usize) -> f64> Wanted<'_, S> {
+    /// The expansion for what `apart` leaves to maps, and the error that the tolerance bounds.
+    fn expand(&self, apart: Apart, task: &Task) -> Result<(f64, Expansion), BakeError> {
+        task.check()?;
+        let meter = apart.meter();
+        let Self { slices: s, p, highest, spacing, .. } = self;
+        let seen = Seen { meter: &meter, totals: &self.totals };
+        let tolerance = task.tolerance().unwrap_or(TOLERANCE);
+        let everywhere = task.tolerance().is_some();
+        let goals = Goals::new(tolerance, everywhere);
+        let how = How { of: p.argument(s.centre), plain: p.published(), everywhere, each: goals.each };
+        let refused = refused(self.slug);
+        let made = |order: usize, diffuse: bool| -> Result<(Fit, Powers), BakeError> {
+            fit::best(&seen, s, order, diffuse, how, |x| goals.near(x) <= 1.0).map_err(&refused)
+        };
+        let most = match (s.centre, task.tolerance()) {
+            (Centre::Tangent, _) => highest.zonal,
+            (_, None) => highest.usual,
+            _ => highest.asked,
+        };
+        let ((fit, powers), fixed) = if p.energy_epsilon > 0.0 {
+            let all = made(p.p.unwrap_or(most), false)?;
+            let (f, order) = all.0.lpq.orders(p.energy_epsilon).unwrap_or((s.order, all.0.lpq.p));
+            (made(order, false)?, Some(f))
+        } else {
+            (search(p, most, goals, made)?, p.order)
+        };
+        let f = fixed.map_or_else(|| powers.faded(tolerance), |f| f.min(s.order));
+        let q = azimuth(&fit.lpq, &meter, powers.exact(true));
+        let lpq = fit.lpq.truncated(f, fit.lpq.p);
+        let enough = |size: usize| powers.lookups(f, spacing(size)) <= (0.25 * tolerance).powi(2);
+        let size = if p.size > 0 { p.size } else { meter::size(MOST_SIZE, enough).max(8) };
+        let scale = lpq.scale.as_ref().map_or_else(ScaleTable::one, |scale| {
+            let half = if s.centre == Centre::Reflection { 0.5 } else { 1.0 };
+            let angles: Vec<f64> = scale.theta_o.iter().map(|t| half * t).collect();
+            ScaleTable::new(&angles, &scale.factor)
+        });
+        let certificate = powers
+            .certify(f, spacing(size), &scale)
+            .detail("F", f as f64)
+            .detail("P", lpq.p as f64)
+            .detail("Q", q as f64)
+            .detail("S", size as f64)
+            .detail("lights", apart.disks.len() as f64)
+            .detail("centre (1 mirror direction, 2 normal, 3 tangent)", word(s.centre))
+            .detail("diffuse part", fit.diffuse.iter().sum::<f64>() / 3.0)
+            .detail("missing energy of the reflectance", missing(&lpq, f))
+            .detail("error up to 60 degrees beside the suns", powers.beside_suns(f, spacing(size), &scale));
+        let error = if everywhere { certificate.error } else { powers.largest(f, spacing(size), &scale) };
+        Ok((error, Expansion { apart, lpq, f, q, diffuse: fit.diffuse, scale, size, certificate }))
+    }
 }
 
 /// 1 − the share of (5.18) of the channel that fares worst.
-fn missing(fit: &Fit, f: usize) -> f64 {
-    (1.0 - fit.lpq.share(f, fit.lpq.p)).max(0.0)
+fn missing(lpq: &Lpq, f: usize) -> f64 {
+    (1.0 - lpq.share(f, lpq.p)).max(0.0)
 }
 
 /// What the search for P is after, as relative RMS errors.

@@ -1,7 +1,6 @@
 //! One fit of slices by harmonics in the view or in the normal.
 
-use super::powers::Powers;
-use crate::shared::meter::Meter;
+use super::powers::{Powers, Seen};
 use steradian_brdf::central::{Argument, CentralError, Centre, Lpq, Slices};
 
 /// Rounds of reweighting that even the error out over the elevations that count.
@@ -43,7 +42,7 @@ fn emphasis(theta_v: f64, of: Argument) -> f64 {
 
 /// The fit of order `p` that serves the elevations that count best, with its powers.
 pub fn best(
-    meter: &Meter,
+    seen: &Seen<'_>,
     s: &Slices,
     p: usize,
     diffuse: bool,
@@ -56,7 +55,7 @@ pub fn best(
     };
     let one = |emphases: &[f64]| {
         let fit = fit(s, p, diffuse, how, emphases)?;
-        let powers = Powers::new(meter, s, &fit.rest, &fit.lpq, how.everywhere);
+        let powers = Powers::new(seen, s, &fit.rest, &fit.lpq, how.everywhere);
         Ok::<_, CentralError>((fit, powers))
     };
     let mut best = one(&emphases)?;

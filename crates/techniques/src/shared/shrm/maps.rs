@@ -36,13 +36,8 @@ pub fn grid(size: usize) -> shrm::Grid {
 }
 
 /// B_pq for all terms of [`harmonics::Harmonics`], in their order.
-pub fn local_maps(
-    slug: &'static str,
-    light: &Spectrum,
-    e: &Expansion,
-    size: usize,
-    task: &Task,
-) -> Result<Bundle, BakeError> {
+pub fn local_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -> Result<Bundle, BakeError> {
+    let light = &e.apart.rest;
     let pairs: Vec<_> = shrm::pairs(e.lpq.p).into_iter().filter(|(_, q)| *q <= e.q).collect();
     let terms: Vec<_> = pairs.iter().map(|&(p, q)| Term { q, k: e.lpq.row(p, q) }).collect();
     let order = e.f.min(light.sh.order);
@@ -52,13 +47,8 @@ pub fn local_maps(
 
 /// B̂_pq (5.14) as cubes of `size` intervals per edge, for all terms of [`harmonics::Harmonics`] of order P, in their
 /// order; where q = 0 alone is left B_p0, which no frame turns.
-pub fn global_maps(
-    slug: &'static str,
-    light: &Spectrum,
-    e: &Expansion,
-    size: usize,
-    task: &Task,
-) -> Result<Bundle, BakeError> {
+pub fn global_maps(slug: &'static str, e: &Expansion, size: usize, task: &Task) -> Result<Bundle, BakeError> {
+    let light = &e.apart.rest;
     let order = e.f.min(light.sh.order);
     let columns = columns(light, order);
     let term = |(p, q): (usize, usize)| Term { q, k: e.lpq.row(p, q) };
@@ -94,12 +84,8 @@ pub fn global_maps(
 }
 
 /// Radiance of a Lambertian part over n; `None` without one.
-pub fn diffuse_map(
-    slug: &'static str,
-    light: &Spectrum,
-    albedo: [f64; 3],
-    task: &Task,
-) -> Result<Option<Bundle>, BakeError> {
+pub fn diffuse_map(slug: &'static str, e: &Expansion, task: &Task) -> Result<Option<Bundle>, BakeError> {
+    let (light, albedo) = (&e.apart.rest, e.diffuse);
     if albedo == [0.0; 3] {
         return Ok(None);
     }

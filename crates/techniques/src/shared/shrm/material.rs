@@ -50,5 +50,5 @@ pub fn material(slug: &'static str, m: &Material, p: &Orders, task: &Task) -> Re
     let least = [p.order.unwrap_or(LEAST), AZIMUTH];
     let most = [p.order.unwrap_or(MOST), AZIMUTH];
     let elevations = elevations(centre, ELEVATIONS);
-    Kernels::new(brdf, centre, &elevations, &[least, most], VIEWS.to_radians(), share, task).map_err(refused)
+    Kernels::new(m, centre, &elevations, &[least, most], VIEWS.to_radians(), share, task).map_err(refused)
 }

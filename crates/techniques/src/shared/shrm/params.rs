@@ -43,6 +43,13 @@ const SIZE: ParamInfo = ParamInfo::whole(
 )
 .unit("texels");
 const HALVES: ParamInfo = ParamInfo::switch("halves", false, "1: maps of 16-bit floats");
+const LIGHTS: ParamInfo = ParamInfo::whole(
+    "lights",
+    [-1.0, 64.0],
+    -1.0,
+    "suns that are taken out of the light and shaded with the exact reflectance; -1: as few as the tolerance needs, \
+     mostly none, at most 16; none where F or P is given, or the orders are as published",
+);
 
 /// Orders and resolutions, or how to find them.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,15 +70,22 @@ pub struct Orders {
     pub size: usize,
     /// 16-bit maps.
     pub halves: bool,
+    /// Suns apart; by tolerance where `None`.
+    pub lights: Option<usize>,
 }
 
 /// All of them.
-pub const ORDERS: [ParamInfo; 8] = [CENTRE, ORDER, P, EPSILON, PLAIN, OF_VIEW, SIZE, HALVES];
+pub const ORDERS: [ParamInfo; 9] = [CENTRE, ORDER, P, EPSILON, PLAIN, OF_VIEW, SIZE, HALVES, LIGHTS];
 
 impl Orders {
     /// Is the paper's projection asked for, in words or by its energy?
     pub fn published(&self) -> bool {
         self.plain || self.energy_epsilon > 0.0
+    }
+
+    /// Are F or P given, or as published?
+    pub fn given(&self) -> bool {
+        self.p.is_some() || self.order.is_some() || self.published()
     }
 
     /// What y_pq are functions of.
@@ -93,6 +107,7 @@ impl Orders {
             of_view: get(&OF_VIEW) > 0.0,
             size: get(&SIZE) as usize,
             halves: get(&HALVES) > 0.0,
+            lights: least(&LIGHTS),
         }
     }
 }
@@ -116,6 +131,7 @@ impl steradian_base::Params for Orders {
             (OF_VIEW, f64::from(u8::from(self.of_view))),
             (SIZE, self.size as f64),
             (HALVES, f64::from(u8::from(self.halves))),
+            (LIGHTS, optional(self.lights)),
         ];
         ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
     }

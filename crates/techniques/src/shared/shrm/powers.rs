@@ -11,6 +11,9 @@ const VIEWS: f64 = 60.0;
 /// How far beyond them elevations are looked at, so that the next one beyond counts too.
 const MARGIN: f64 = 2.0;
 
+/// Radiance of the light without suns counts as no less than this part of the mean square of all radiance.
+const LEAST: f64 = 1e-4;
+
 /// Power by band of one elevation.
 pub struct Bands {
     /// Weight: solid angle.
@@ -25,16 +28,24 @@ pub struct Bands {
     made: Vec<f64>,
     error: Vec<f64>,
     tail: f64,
+    /// What errors are relative to in a certificate: the power of all light, also of what no map holds.
+    total: f64,
 }
 
 impl Bands {
+    /// What errors are relative to in the choice of orders: the power of the light that maps hold.
     fn whole(&self) -> f64 {
-        self.exact.iter().sum::<f64>() + self.tail
+        (self.exact.iter().sum::<f64>() + self.tail).max(LEAST * self.total)
+    }
+
+    /// Squared error of all bands.
+    fn square(&self) -> f64 {
+        self.error.iter().sum::<f64>() + self.tail
     }
 
     /// Squared relative error of all bands.
     fn error(&self) -> f64 {
-        ratio(self.error.iter().sum::<f64>() + self.tail, self.whole())
+        ratio(self.square(), self.whole())
     }
 
     /// What the bands beyond F take away from the error.
@@ -47,12 +58,18 @@ impl Bands {
         (0..=f).map(|l| self.made[l] * meter::lookup(l, h)).sum()
     }
 
-    /// Squared error, cut at F and looked up between texels `h` apart, and the power it is relative to.
+    /// Squared error, cut at F and looked up between texels `h` apart, and the power of all light.
     fn at(&self, f: usize, h: f64, scale: f64) -> [f64; 2] {
         let within: f64 = self.error[..=f].iter().sum::<f64>() + self.lookups(f, h);
         let beyond: f64 = self.exact[f + 1..].iter().sum::<f64>() + self.tail;
-        [within + beyond + scale * self.made[..=f].iter().sum::<f64>(), self.whole()]
+        [within + beyond + scale * self.made[..=f].iter().sum::<f64>(), self.total]
     }
+}
+
+/// How the light that maps are to hold is seen, and the mean square of all radiance at every elevation.
+pub struct Seen<'a> {
+    pub meter: &'a Meter,
+    pub totals: &'a [f64],
 }
 
 /// The powers of a fit at every elevation.
@@ -65,7 +82,8 @@ fn elevation(s: &Slices, i: usize) -> f64 {
 
 impl Powers {
     /// Of the fit `lpq` to `rest`, which is `all` without its diffuse part. Elevations up to 60° count, or all.
-    pub fn new(meter: &Meter, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
+    pub fn new(seen: &Seen<'_>, all: &Slices, rest: &Slices, lpq: &Lpq, everywhere: bool) -> Self {
+        let meter = seen.meter;
         let one = |i: usize| {
             let bands = all.order + 1;
             let (mut exact, mut made, mut error) = (vec![0.0; bands], vec![0.0; bands], vec![0.0; bands]);
@@ -86,7 +104,17 @@ impl Powers {
             let theta_v = elevation(all, i);
             let near = all.centre == Centre::Tangent || theta_v <= (VIEWS + MARGIN).to_radians();
             let (weight, counts) = (theta_v.sin(), near || everywhere);
-            Bands { weight, near, counts, theta_v, exact, made, error, tail: meter.tail(all, i) }
+            Bands {
+                weight,
+                near,
+                counts,
+                theta_v,
+                exact,
+                made,
+                error,
+                tail: meter.tail(all, i),
+                total: seen.totals[i],
+            }
         };
         Self((0..all.slices.len()).map(one).collect())
     }
@@ -112,12 +140,12 @@ impl Powers {
 
     /// Squared relative error of all bands.
     pub fn error(&self) -> f64 {
-        ratio(self.mean(false, |b| b.error.iter().sum::<f64>() + b.tail), self.exact(false))
+        ratio(self.mean(false, Bands::square), self.exact(false))
     }
 
     /// The same over all elevations.
     pub fn error_of_all(&self) -> f64 {
-        ratio(self.mean(true, |b| b.error.iter().sum::<f64>() + b.tail), self.exact(true))
+        ratio(self.mean(true, Bands::square), self.exact(true))
     }
 
     /// Squared relative error of the worst elevation that counts.
@@ -151,6 +179,21 @@ impl Powers {
     /// Squared relative error that lookups between texels `h` apart add.
     pub fn lookups(&self, f: usize, h: f64) -> f64 {
         self.larger(|b| b.lookups(f, h))
+    }
+
+    /// The largest error of the elevations up to 60° as certificates state it.
+    pub fn largest(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
+        self.largest_of(f, h, scale, |b| b.total)
+    }
+
+    /// The same, relative to the power of the light that maps hold.
+    pub fn beside_suns(&self, f: usize, h: f64, scale: &ScaleTable) -> f64 {
+        self.largest_of(f, h, scale, Bands::whole)
+    }
+
+    fn largest_of(&self, f: usize, h: f64, scale: &ScaleTable, power: impl Fn(&Bands) -> f64) -> f64 {
+        let error = |b: &Bands| ratio(b.at(f, h, scale.square_error(b.theta_v))[0], power(b));
+        self.0.iter().filter(|b| b.near).map(error).fold(0.0, f64::max).sqrt()
     }
 
     /// The error of every elevation and of their mean.

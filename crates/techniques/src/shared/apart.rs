@@ -1,0 +1,145 @@
+//! Small lights apart from what maps hold.
+//!
+//! An edge of the lobe, as at the horizon, has no end in frequency, and neither has a sun: no maps hold both. So suns
+//! ([`Sky`]) are taken out of the light and shaded with the exact reflectance ([`super::exact`]); maps hold what is
+//! left, whatever it is.
+
+use super::meter::Meter;
+use super::sky::{Sky, disk};
+use super::spectrum::Spectrum;
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_light::DiskLight;
+use steradian_prefilter::Beam;
+use steradian_prefilter::source::add_beams;
+
+/// Suns of an image's texels that are at most this far from the strongest one, radians, may be one disk.
+const NEAR: f64 = 0.02;
+
+/// Disks, and the light without them.
+#[derive(Debug, Clone)]
+pub struct Apart {
+    /// With the exact reflectance.
+    pub disks: Vec<DiskLight>,
+    /// By maps.
+    pub rest: Spectrum,
+    /// Mean square of a coefficient of the rest beyond its bands, per channel.
+    pub beyond: [f64; 3],
+}
+
+impl Apart {
+    /// The strongest suns, up to `most`.
+    pub fn suns(light: &Sky, most: usize) -> Self {
+        let (disks, kept) = light.suns.split_at(most.min(light.suns.len()));
+        let mut out = Self { disks: disks.to_vec(), rest: light.spectrum.clone(), beyond: light.beyond };
+        out.take(disks.iter().map(Beam::from).collect());
+        out.count_beyond(&kept.iter().map(Beam::from).collect::<Vec<_>>());
+        out
+    }
+
+    /// The strongest suns, up to `most`, where each is one disk of the flux, the centre and the second moment of its
+    /// texels. What the disk misses of their outline stays in the rest.
+    pub fn round_suns(light: &Sky, most: usize) -> Self {
+        let mut out = Self { disks: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
+        let mut left: Vec<Beam> = light.suns.iter().map(Beam::from).collect();
+        let mut taken = Vec::new();
+        while let Some(first) = left.first().filter(|_| taken.len() < most).map(|b| b.direction) {
+            let near = |b: &Beam| b.direction.angle_between(first) <= NEAR;
+            let (texels, others): (Vec<Beam>, _) = left.into_iter().partition(near);
+            let round = one(&texels);
+            if texels.len() > 1 {
+                out.count_beyond(&texels);
+                out.count_beyond(&[round]);
+            }
+            taken.push(round);
+            left = others;
+        }
+        out.count_beyond(&left);
+        out.disks = taken.iter().map(disk).collect();
+        out.take(taken);
+        out
+    }
+
+    /// These disks taken out too. Beyond the bands that are known they and the light that they stand for do not cancel.
+    pub fn with(&self, beams: Vec<Beam>) -> Self {
+        let mut out = self.clone();
+        out.disks.extend(beams.iter().map(disk));
+        out.count_beyond(&beams);
+        out.take(beams);
+        out
+    }
+
+    /// How maps see the rest.
+    pub fn meter(&self) -> Meter {
+        Meter::with_beyond(&self.rest, self.beyond)
+    }
+
+    fn count_beyond(&mut self, beams: &[Beam]) {
+        let last = self.rest.sh.order;
+        for b in beams {
+            let spread = b.spread(last)[last];
+            (0..3).for_each(|c| self.beyond[c] += (b.flux[c] * spread).powi(2) / (4.0 * PI));
+        }
+    }
+
+    fn take(&mut self, mut beams: Vec<Beam>) {
+        beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
+        add_beams(&mut self.rest.sh, &beams);
+    }
+}
+
+/// The disk of the flux, the centre and the second moment of `parts`, which are near each other.
+fn one(parts: &[Beam]) -> Beam {
+    if let [alone] = parts {
+        return *alone;
+    }
+    let weight = |b: &Beam| b.flux.iter().sum::<f64>();
+    let all: f64 = parts.iter().map(weight).sum();
+    let direction = parts.iter().map(|b| weight(b) * b.direction).sum::<DVec3>().normalize();
+    // A disk's own second moment about its centre is half of its radius squared.
+    let moment = |b: &Beam| b.direction.angle_between(direction).powi(2) + 0.5 * b.radius.powi(2);
+    let second = parts.iter().map(|b| weight(b) * moment(b)).sum::<f64>() / all;
+    let flux = std::array::from_fn(|c| parts.iter().map(|b| b.flux[c]).sum());
+    Beam { direction, radius: (2.0 * second).sqrt(), flux }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shared::lights;
+    use glam::DMat3;
+    use steradian_base::Task;
+    use steradian_light::Lights;
+
+    /// Two halves of a sun become one disk of their flux about their middle; what is elsewhere stays a sun of its own,
+    /// or in the light; and disks and rest are the light.
+    #[test]
+    fn parts_of_a_sun_become_one_disk() {
+        let up = |angle: f64| DMat3::from_rotation_x(angle) * DVec3::Y;
+        let sun = |angle, radiance| DiskLight { direction: up(angle), angular_radius: 0.005, radiance };
+        let disks = vec![sun(0.5, [3e4, 2e4, 1e4]), sun(0.51, [1e4, 2e4, 3e4]), sun(-1.0, [1e3; 3])];
+        let light = Lights { disks: disks.clone(), ..lights::smooth() };
+        let sky = Sky::bake("test", &light, 40, &Task::quiet()).expect("bakes");
+        let [one, two] = [1, 9].map(|most| Apart::round_suns(&sky, most));
+        assert_eq!((one.disks.len(), two.disks.len()), (1, 2));
+        let disk = &one.disks[0];
+        // Two like disks 0.01 apart: each is 0.005 off the middle.
+        assert!((disk.direction - up(0.505)).length() < 1e-9);
+        assert!((disk.angular_radius - (2.0f64 * (0.005 * 0.005 * 1.5)).sqrt()).abs() < 1e-6);
+        let flux = |d: &DiskLight| d.radiance.map(|l| l * d.solid_angle());
+        for c in 0..3 {
+            let parts = flux(&disks[0])[c] + flux(&disks[1])[c];
+            assert!((flux(disk)[c] / parts - 1.0).abs() < 1e-9);
+        }
+        let mut again = two.rest.sh.clone();
+        add_beams(&mut again, &two.disks.iter().map(Beam::from).collect::<Vec<_>>());
+        let off =
+            again.c[0].iter().zip(&sky.spectrum.sh.c[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-9 * sky.spectrum.sh.c[0][0], "{off}");
+        // The rest has the sky alone in its low bands.
+        let alone = Sky::bake("test", &lights::smooth(), 40, &Task::quiet()).expect("bakes");
+        let near = |k: usize| (two.rest.sh.c[1][k] - alone.spectrum.sh.c[1][k]).abs();
+        assert!((0..16).all(|k| near(k) < 1e-3 * alone.spectrum.sh.c[1][0]));
+        assert!(one.beyond[0] > two.beyond[0] * 0.999);
+    }
+}
