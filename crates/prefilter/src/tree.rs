@@ -161,6 +161,26 @@ impl Tree {
         sum
     }
 
+    /// What holds at least `share` of all flux within an angle of about `radius`, the brightest first, at most `most` of
+    /// them: suns, lamps, and parts of windows. Each as its direction and its part of all flux.
+    pub fn peaks(&self, radius: f64, share: f64, most: usize) -> Vec<(DVec3, f64)> {
+        let mut parts: Vec<(DVec3, f64)> = self.beams.iter().map(|b| (b.direction, weight(b.flux))).collect();
+        self.visit(|_, _| radius / OPENING, |flux, d| parts.push((d, weight(flux))));
+        let all: f64 = parts.iter().map(|p| p.1).sum();
+        parts.retain(|p| p.1 >= share * all && p.1 > 0.0);
+        parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut out: Vec<(DVec3, f64)> = Vec::new();
+        for (d, flux) in parts {
+            let near = out.iter_mut().find(|p| p.0.angle_between(d) < radius);
+            if let Some(peak) = near {
+                peak.1 += flux / all;
+            } else if out.len() < most {
+                out.push((d, flux / all));
+            }
+        }
+        out
+    }
+
     /// The light of the image in parts, each as flux and direction: small beside `scale` there, as in
     /// [`Tree::integrate`].
     pub fn visit(&self, scale: impl Fn(DVec3, f64) -> f64, mut add: impl FnMut([f64; 3], DVec3)) {

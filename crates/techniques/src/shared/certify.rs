@@ -1,48 +1,29 @@
 //! Measures a room's error: its shading against direct evaluation of the integral at probe points.
 //!
-//! With the squares E_k of the differences and B_k of the exact radiance at n probes, R = ΣE/ΣB estimates the squared
-//! relative error. A ratio of sums has the variance n/(n − 1) Σ (E_k − R B_k)²/(ΣB)² (Cochran 1977, *Sampling
-//! Techniques*, eq. 6.13); what is stated is **√(R + 2 σ)**, so that the error of all normals and views is hardly ever
-//! larger. Probes are stratified, which makes the estimate better than σ says.
+//! With the squares E_k of the differences and B_k of the exact radiance at n probes of weights w_k, R = ΣwE/ΣwB
+//! estimates the squared relative error. A ratio of sums has the variance n/(n − 1) Σ w²(E_k − R B_k)²/(ΣwB)² (Cochran 1977,
+//! *Sampling Techniques*, eq. 6.13); what is stated is **√(R + 2 σ)**, so that the error of all normals and views is hardly
+//! ever larger. Probes are stratified, which makes the estimate better than σ says; and what suns decide is looked at where
+//! they are seen ([`super::probes`]).
 
+use super::probes::{self, Probe};
 use crate::{PointsBuf, Radiance};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::PI;
 use steradian_base::{Cancelled, Certificate, Known, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
-use steradian_prefilter::{Tree, probe};
+use steradian_prefilter::Tree;
 use steradian_sphere::Frame;
 
-/// Probe points: normals spread over the sphere, views over the hemisphere about each, tangents over the circle.
+/// Probe points of each kind.
 const PROBES: usize = 256;
 
 /// What the error is, in a certificate's words.
 const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
                       solid angle over the hemisphere";
 
-/// Prime to the number of probes, and far from the golden section, by which the normals' azimuths go round.
-const STRIDE: usize = 193;
-
 /// Probes where each costs next to nothing.
 const LIMIT_PROBES: usize = 1 << 16;
-
-/// Frame and local view direction of probe `k` of `probes`, a power of two.
-fn point(k: usize, probes: usize) -> (Frame, DVec3) {
-    let n = probe::direction(k, probes);
-    // One view in each of as many belts of equal solid angle as there are probes, in an order that has nothing to
-    // do with that of the normals.
-    let belt = (k * STRIDE) % probes;
-    let cosine = (belt as f64 + 0.5) / probes as f64;
-    let phi = 2.0 * PI * (k as f64 * 0.569_840_291).fract();
-    let s = (1.0 - cosine * cosine).sqrt();
-    let level = Frame::from_normal(n);
-    let wo = level.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
-    // The conventional tangent is always level: fibres and anisotropic lobes must be seen in every direction.
-    let turn = 2.0 * PI * (k as f64 * 0.754_877_666 + 0.5).fract();
-    let frame = Frame::from_normal_tangent(n, level.t * turn.cos() + level.b * turn.sin());
-    (frame, frame.to_local(wo))
-}
 
 /// A reflectance as direct evaluation needs it, in the local frame.
 pub struct Model<'a> {
@@ -113,35 +94,61 @@ impl Errors {
         all.detail("error, mean of the probes", self.mean).detail("negative", self.negative)
     }
 
-    fn of(pairs: &[([f64; 3], [f64; 3])]) -> Self {
-        let degrees = |k: usize| point(k, pairs.len()).1.z.acos().to_degrees();
+    fn of(looks: &[Look]) -> Self {
         let belt = |b: usize| {
             let from = if b > 0 { BELTS[b - 1].0 } else { 0.0 };
-            let within = (0..pairs.len()).filter(|k| (from..BELTS[b].0).contains(&degrees(*k)));
-            upper(&within.map(|k| pairs[k]).collect::<Vec<_>>())
+            let within = |l: &&Look| (from..BELTS[b].0).contains(&l.degrees);
+            upper(&looks.iter().filter(within).collect::<Vec<_>>())
         };
-        let sum = |f: fn(f64) -> f64| pairs.iter().flat_map(|p| p.0).map(f).sum::<f64>();
+        let sum =
+            |f: fn(f64) -> f64| looks.iter().flat_map(|l| l.shaded.map(|x| l.weight * f(x))).sum::<f64>();
         let (below, all) = (sum(|x| (-x).max(0.0)), sum(f64::abs));
+        let looks: Vec<&Look> = looks.iter().collect();
         Self {
-            all: upper(pairs),
+            all: upper(&looks),
             belts: std::array::from_fn(belt),
-            mean: probe::relative_rms(pairs.iter().copied()),
+            mean: ratio(&looks).0.sqrt(),
             negative: if all > 0.0 { below / all } else { 0.0 },
         }
     }
 }
 
-/// √(R + 2σ) of pairs (shaded, exact).
-fn upper(pairs: &[([f64; 3], [f64; 3])]) -> f64 {
-    let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
-    let error = |(a, b): &([f64; 3], [f64; 3])| square(std::array::from_fn(|c| a[c] - b[c]));
-    let energy: f64 = pairs.iter().map(|p| square(p.1)).sum();
-    if energy <= 0.0 {
-        return probe::relative_rms(pairs.iter().copied());
+/// What was seen at a probe.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    weight: f64,
+    /// The view's angle from the normal.
+    degrees: f64,
+    shaded: [f64; 3],
+    exact: [f64; 3],
+}
+
+impl Look {
+    /// Squares of the difference and of the exact radiance.
+    fn squares(&self) -> [f64; 2] {
+        let square = |v: [f64; 3]| self.weight * v.iter().map(|x| x * x).sum::<f64>();
+        [square(std::array::from_fn(|c| self.shaded[c] - self.exact[c])), square(self.exact)]
     }
-    let n = pairs.len() as f64;
-    let ratio = pairs.iter().map(error).sum::<f64>() / energy;
-    let rest: f64 = pairs.iter().map(|p| (error(p) - ratio * square(p.1)).powi(2)).sum();
+}
+
+/// R (the squared error itself where everything is black), and the energy that it is relative to.
+fn ratio(looks: &[&Look]) -> (f64, f64) {
+    let [error, energy] = looks.iter().map(|l| l.squares()).fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+    (if energy > 0.0 { error / energy } else { error }, energy)
+}
+
+/// √(R + 2σ).
+fn upper(looks: &[&Look]) -> f64 {
+    let (ratio, energy) = ratio(looks);
+    if energy <= 0.0 {
+        return ratio.sqrt();
+    }
+    let n = looks.len() as f64;
+    let off = |l: &&Look| {
+        let [error, exact] = l.squares();
+        (error - ratio * exact).powi(2)
+    };
+    let rest: f64 = looks.iter().map(off).sum();
     let sigma = (rest * n / (n - 1.0).max(1.0)).sqrt() / energy;
     (ratio + 2.0 * sigma).sqrt()
 }
@@ -166,64 +173,59 @@ pub fn measure_model(
     task: &Task,
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
-    compare(PROBES, |frame, wo| radiance(tree, m, frame, wo), task, shade)
+    let probes = probes::all(PROBES, tree, &m.lobes);
+    compare(&probes, |frame, wo| radiance(tree, m, frame, wo), task, shade)
 }
 
 /// As [`measure`], for a reflectance so sharp that its integral is `exact(frame, wo)`: at so many probes that lamps of
 /// some degrees are met by many.
 pub fn measure_limit(
+    tree: &Tree,
     exact: impl Fn(&Frame, DVec3) -> [f64; 3] + Sync,
     task: &Task,
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
-    compare(LIMIT_PROBES, exact, task, shade)
+    let mirror = |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.0 }];
+    compare(&probes::all(LIMIT_PROBES, tree, &mirror), exact, task, shade)
 }
 
 fn compare(
-    probes: usize,
+    probes: &[Probe],
     exact: impl Fn(&Frame, DVec3) -> [f64; 3] + Sync,
     task: &Task,
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
-    let at = |k: usize| {
+    let at = |p: &Probe| {
         task.check()?;
-        let (frame, wo) = point(k, probes);
-        Ok(exact(&frame, wo))
+        Ok(exact(&p.frame, p.wo))
     };
-    let exact: Vec<_> = (0..probes).into_par_iter().map(at).collect::<Result<_, _>>()?;
-    Ok(Errors::of(&shaded(probes, shade).into_iter().zip(exact).collect::<Vec<_>>()))
+    let exact: Vec<_> = probes.par_iter().map(at).collect::<Result<_, _>>()?;
+    let seen = shaded(probes, shade).into_iter().zip(exact);
+    let look = |(p, (shaded, exact)): (&Probe, _)| {
+        let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
+        Look { weight: p.weight, degrees, shaded, exact }
+    };
+    Ok(Errors::of(&probes.iter().zip(seen).map(look).collect::<Vec<_>>()))
 }
 
 /// What `shade` gives at the probe points.
-fn shaded(probes: usize, shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> Vec<[f64; 3]> {
-    let mut buf = PointsBuf::with_capacity(probes);
-    for k in 0..probes {
-        let (frame, wo) = point(k, probes);
-        let p = glam::Vec3::ZERO;
-        buf.push(frame.n.as_vec3(), frame.t.as_vec3(), frame.to_world(wo).as_vec3(), p);
+fn shaded(probes: &[Probe], shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> Vec<[f64; 3]> {
+    let mut buf = PointsBuf::with_capacity(probes.len());
+    for p in probes {
+        let wo = p.frame.to_world(p.wo);
+        buf.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), wo.as_vec3(), glam::Vec3::ZERO);
     }
-    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; probes]);
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; probes.len()]);
     shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
-    (0..probes).map(|k| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from)).collect()
+    (0..probes.len()).map(|k| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Tangents go everywhere, and do not move the views of isotropic reflectance.
-    #[test]
-    fn tangents_cover_the_sphere() {
-        let mut moment = glam::DMat3::ZERO;
-        for k in 0..PROBES {
-            let t = point(k, PROBES).0.t;
-            moment += glam::DMat3::from_cols(t * t.x, t * t.y, t * t.z) * (3.0 / PROBES as f64);
-        }
-        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
-            let want = if i == j { 1.0 } else { 0.0 };
-            assert!((moment.col(i)[j] - want).abs() < 0.06, "{moment}");
-        }
-    }
+    use steradian_brdf::parse;
+    use steradian_light::{DiskLight, Lights};
+    use steradian_prefilter::Beam;
 
     /// Where errors are independent of each other, the stated error is above that of the whole population in nearly
     /// all samples, and not by much.
@@ -232,17 +234,49 @@ mod tests {
         let random = |k: usize| (k as f64 * 0.618_033_988).fract().mul_add(12.9898, 0.3).sin().abs();
         let (mut below, mut sum) = (0, 0.0);
         for s in 0..200 {
-            let pair = |k: usize| {
+            let look = |k: usize| {
                 let u = random(7919 * (s * PROBES + k));
-                ([1.0 + 0.1 * u * u; 3], [1.0; 3])
+                Look { weight: 1.0, degrees: 0.0, shaded: [1.0 + 0.1 * u * u; 3], exact: [1.0; 3] }
             };
-            let pairs: Vec<_> = (0..PROBES).map(pair).collect();
-            let (stated, mean) = (upper(&pairs), probe::relative_rms(pairs.iter().copied()));
+            let looks: Vec<Look> = (0..PROBES).map(look).collect();
+            let looks: Vec<&Look> = looks.iter().collect();
+            let (stated, mean) = (upper(&looks), ratio(&looks).0.sqrt());
             assert!(stated > mean);
             sum += stated / mean / 200.0;
             let all = (0..40_000).map(|k| random(k).powi(4)).sum::<f64>() / 40_000.0;
             below += usize::from(stated < 0.1 * all.sqrt());
         }
         assert!(below < 12 && sum < 1.2, "{below} {sum}");
+    }
+
+    /// A room that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
+    /// among the probes without sun its error is nothing.
+    #[test]
+    fn what_a_sun_decides_is_stated() {
+        let brdf = parse("ggx:alpha=0.1,f0=0.9").unwrap();
+        let direction = DVec3::new(0.3, 0.8, -0.5).normalize();
+        let sun = DiskLight { direction, angular_radius: 0.004, radiance: [3e4; 3] };
+        let sky = crate::shared::lights::smooth();
+        let lights = Lights { disks: vec![sun], ..sky.clone() };
+        let image = |l: &Lights| l.environment.as_ref().map(|e| e.image.clone());
+        let [tree, dark] = [&lights, &sky].map(|l| {
+            let suns: Vec<Beam> = l.disks.iter().map(Beam::from).collect();
+            Tree::new(image(l).as_ref(), &suns, &Task::quiet()).unwrap()
+        });
+        let f_cos = |wi, wo| brdf.f_cos(wi, wo);
+        let m = Model { whole: false, lobes: &|wo| brdf.lobes(wo), f_cos: &f_cos };
+        let blind = |q: &crate::Points<'_>, out: &mut Radiance<'_>| {
+            for i in 0..q.len() {
+                let at = |v: &[&[f32]; 3]| DVec3::from_array(v.map(|c| f64::from(c[i])));
+                let frame = Frame::from_normal_tangent(at(&q.n), at(&q.t));
+                let l = radiance(&dark, &m, &frame, frame.to_local(at(&q.wo)));
+                (0..3).for_each(|c| out.rgb[c][i] = l[c] as f32);
+            }
+        };
+        let seen = measure(&tree, &*brdf, &Task::quiet(), blind).unwrap();
+        assert!((0.85..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
+        let plain = probes::all(PROBES, &dark, &m.lobes);
+        let same = compare(&plain, |f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), blind).unwrap();
+        assert!(plain.len() == PROBES && same.all < 1e-6, "{same:?}");
     }
 }

@@ -14,6 +14,7 @@ pub mod lights;
 pub mod lobe;
 pub mod meter;
 pub mod once;
+pub mod probes;
 pub mod quadric;
 pub mod reflectance;
 pub mod shrm;

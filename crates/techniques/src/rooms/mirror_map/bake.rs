@@ -124,7 +124,7 @@ pub(super) fn link(light: &Light, m: &Reflectance, task: &Task) -> Result<(Mirro
             let u = (1.0 - wo.z).powi(5);
             std::array::from_fn(|c| scale[c] * (f0[c] + (1.0 - f0[c]) * u) * l[c])
         };
-        certify::measure_limit(exact, task, shade)?
+        certify::measure_limit(&light.distant.tree, exact, task, shade)?
     };
     let certificate = measured.certificate().detail("size", light.cube.size() as f64);
     Ok((mirror, certificate))

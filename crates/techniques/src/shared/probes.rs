@@ -1,0 +1,198 @@
+//! Where a room's error is measured: normals, views and tangents of all kinds, and those that see suns.
+//!
+//! Uniform probes hardly ever meet a sun, whose reflection holds most of the mean square of all radiance. So where the
+//! light has small bright parts, as many probes again have their lobe point at one of them or near it. Both kinds together
+//! are a sample of the mixture of their densities (Veach & Guibas 1995, *Optimally Combining Sampling Techniques*, the balance
+//! heuristic): a probe's weight is the inverse of n_u + n_s p/u, where u is the uniform density and p that of the other
+//! kind. With the local view given a frame is uniform exactly if the direction in which one fixed local axis points is, and
+//! the turn about it; so p/u = 4π p_s(axis in the world), in the mean over the axes that the lobe is said to have.
+
+use glam::{DMat3, DQuat, DVec3};
+use std::f64::consts::{PI, TAU};
+use steradian_brdf::Lobe;
+use steradian_prefilter::{Tree, probe};
+use steradian_sphere::Frame;
+
+/// Prime to the number of probes, and far from the golden section, by which the normals' azimuths go round.
+const STRIDE: usize = 193;
+
+/// Radii of the caps about a bright part in which lobes point, radians, all alike: whatever the lobe's width is, one of
+/// them is like it.
+const CAPS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
+/// A bright part has at least this part of the flux within about this angle, radians.
+const PEAK: (f64, f64) = (0.02, 2e-3);
+/// Bright parts at most.
+const MOST: usize = 32;
+/// Directions that stand for a lobe along a circle.
+const ROUND: usize = 8;
+
+/// A probe.
+#[derive(Debug, Clone, Copy)]
+pub struct Probe {
+    /// Its frame.
+    pub frame: Frame,
+    /// The view in it.
+    pub wo: DVec3,
+    /// How much it counts.
+    pub weight: f64,
+}
+
+/// `count` uniform probes, a power of two, and as many again that see the bright parts of the light, if it has any.
+pub fn all(count: usize, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
+    let uniform = (0..count).map(|k| point(k, count));
+    let peaks = light.peaks(PEAK.0, PEAK.1, MOST);
+    if peaks.is_empty() {
+        return uniform.map(|(frame, wo)| Probe { frame, wo, weight: 1.0 }).collect();
+    }
+    let suns = Suns::new(peaks);
+    let directed = (0..count).map(|k| {
+        let wo = point(k, count).1;
+        let axes = axes(lobes(wo), wo);
+        let u = |by: f64| (k as f64 * by).fract();
+        let axis = axes[((u(0.324_717_957) * axes.len() as f64) as usize).min(axes.len() - 1)];
+        let towards = suns
+            .draw((k as f64 + 0.5) / count as f64, [u(0.618_033_989), u(0.754_877_666), u(0.569_840_291)]);
+        let turn = DQuat::from_axis_angle(towards, TAU * u(0.819_172_513));
+        let r = DMat3::from_quat(turn * DQuat::from_rotation_arc(axis, towards));
+        (Frame { t: r.x_axis, b: r.y_axis, n: r.z_axis }, wo)
+    });
+    let weighed = |(frame, wo): (Frame, DVec3)| {
+        let axes = axes(lobes(wo), wo);
+        let p = axes.iter().map(|a| suns.density(frame.to_world(*a))).sum::<f64>() / axes.len() as f64;
+        Probe { frame, wo, weight: 1.0 / (1.0 + 4.0 * PI * p) }
+    };
+    uniform.chain(directed).map(weighed).collect()
+}
+
+/// Frame and local view direction of probe `k` of `probes`, a power of two: normals spread over the sphere, views over the
+/// hemisphere about each, tangents over the circle.
+fn point(k: usize, probes: usize) -> (Frame, DVec3) {
+    let n = probe::direction(k, probes);
+    // One view in each of as many belts of equal solid angle as there are probes, in an order that has nothing to
+    // do with that of the normals.
+    let belt = (k * STRIDE) % probes;
+    let cosine = (belt as f64 + 0.5) / probes as f64;
+    let phi = TAU * (k as f64 * 0.569_840_291).fract();
+    let s = (1.0 - cosine * cosine).sqrt();
+    let level = Frame::from_normal(n);
+    let wo = level.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), cosine));
+    // The conventional tangent is always level: fibres and anisotropic lobes must be seen in every direction.
+    let turn = TAU * (k as f64 * 0.754_877_666 + 0.5).fract();
+    let frame = Frame::from_normal_tangent(n, level.t * turn.cos() + level.b * turn.sin());
+    (frame, frame.to_local(wo))
+}
+
+/// Directions in which the lobes of a view point; the mirror direction where nothing is said.
+fn axes(lobes: Vec<Lobe>, wo: DVec3) -> Vec<DVec3> {
+    let circle = |axis: DVec3, cosine: f64| {
+        let (a, b) = axis.any_orthonormal_pair();
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let one = move |k: usize| {
+            let (s, c) = (TAU * k as f64 / ROUND as f64).sin_cos();
+            axis * cosine + (a * c + b * s) * sine
+        };
+        (0..ROUND).map(one).collect::<Vec<_>>()
+    };
+    let mut out: Vec<DVec3> = Vec::new();
+    for lobe in lobes {
+        match lobe {
+            Lobe::Axis { axis, .. } => out.push(axis),
+            Lobe::Cone { axis, cosine, .. } => out.extend(circle(axis, cosine)),
+            Lobe::Arc { normal, .. } => out.extend(circle(normal, 0.0)),
+        }
+    }
+    out.retain(|d| (d.length_squared() - 1.0).abs() < 1e-6);
+    if out.is_empty() {
+        out.push(DVec3::new(-wo.x, -wo.y, wo.z));
+    }
+    out
+}
+
+/// Bright parts of the light with their shares of what all of them hold.
+struct Suns(Vec<(DVec3, f64)>);
+
+impl Suns {
+    fn new(mut peaks: Vec<(DVec3, f64)>) -> Self {
+        let all: f64 = peaks.iter().map(|p| p.1).sum();
+        peaks.iter_mut().for_each(|p| p.1 /= all);
+        Self(peaks)
+    }
+
+    /// A direction by four uniform numbers: which part, which cap, where in it.
+    fn draw(&self, mut which: f64, [cap, height, turn]: [f64; 3]) -> DVec3 {
+        let mut centre = self.0[self.0.len() - 1].0;
+        for (d, share) in &self.0 {
+            if which < *share {
+                centre = *d;
+                break;
+            }
+            which -= share;
+        }
+        let radius = CAPS[((cap * CAPS.len() as f64) as usize).min(CAPS.len() - 1)];
+        let versine = height * (1.0 - radius.cos());
+        let (a, b) = centre.any_orthonormal_pair();
+        let (s, c) = (TAU * turn).sin_cos();
+        (centre * (1.0 - versine) + (a * c + b * s) * (versine * (2.0 - versine)).sqrt()).normalize()
+    }
+
+    /// Of [`Suns::draw`] per steradian.
+    fn density(&self, d: DVec3) -> f64 {
+        let one = |(centre, share): &(DVec3, f64)| {
+            let angle = centre.angle_between(d);
+            let caps = CAPS.iter().filter(|r| angle <= **r);
+            share * caps.map(|r| 1.0 / (TAU * (1.0 - r.cos()))).sum::<f64>() / CAPS.len() as f64
+        };
+        self.0.iter().map(one).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_base::Task;
+    use steradian_prefilter::Beam;
+
+    /// Tangents go everywhere, and do not move the views of isotropic reflectance.
+    #[test]
+    fn tangents_cover_the_sphere() {
+        let mut moment = DMat3::ZERO;
+        for k in 0..256 {
+            let t = point(k, 256).0.t;
+            moment += DMat3::from_cols(t * t.x, t * t.y, t * t.z) * (3.0 / 256.0);
+        }
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            let want = if i == j { 1.0 } else { 0.0 };
+            assert!((moment.col(i)[j] - want).abs() < 0.06, "{moment}");
+        }
+    }
+
+    /// Weighed, both kinds together are uniform: means of functions of the normal, of the mirror direction near the sun and
+    /// of a fibre's cone come out.
+    #[test]
+    fn both_kinds_together_are_uniform() {
+        let sun = DVec3::new(0.2, 0.9, -0.4).normalize();
+        let beam = Beam { direction: sun, radius: 0.005, flux: [1.0; 3] };
+        let tree = Tree::new(None, &[beam], &Task::quiet()).expect("nobody cancels");
+        let mirror = |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.1 }];
+        let cone = |wo: DVec3| vec![Lobe::Cone { axis: DVec3::X, cosine: -wo.x, width: 0.1 }];
+        let near = |d: DVec3, radius: f64| f64::from(u8::from(d.angle_between(sun) < radius));
+        let share = |radius: f64| 0.5 * (1.0 - radius.cos());
+        for lobes in [&mirror as &dyn Fn(DVec3) -> Vec<Lobe>, &cone] {
+            let probes = all(1 << 14, &tree, lobes);
+            assert_eq!(probes.len(), 1 << 15);
+            let whole: f64 = probes.iter().map(|p| p.weight).sum();
+            let mean =
+                |f: &dyn Fn(&Probe) -> f64| probes.iter().map(|p| p.weight * f(p)).sum::<f64>() / whole;
+            let towards = |p: &Probe| p.frame.to_world(DVec3::new(-p.wo.x, -p.wo.y, p.wo.z));
+            assert!((whole / 16384.0 - 1.0).abs() < 0.02, "{whole}");
+            assert!(mean(&|p| p.frame.n.dot(sun)).abs() < 0.02);
+            assert!((mean(&|p| p.frame.t.dot(sun).powi(2)) - 1.0 / 3.0).abs() < 0.02);
+            for radius in [0.02, 0.1, 0.25] {
+                let seen = mean(&|p| near(towards(p), radius)) / share(radius);
+                let exact = probes.iter().filter(|p| near(towards(p), radius) > 0.0).count();
+                let sigma = 4.0 / (exact as f64).sqrt();
+                assert!((seen - 1.0).abs() < sigma.max(0.05), "{radius}: {seen} {exact}");
+            }
+        }
+    }
+}
