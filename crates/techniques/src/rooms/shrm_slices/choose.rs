@@ -13,9 +13,9 @@ use steradian_base::{Certificate, Known, Task};
 /// Numbers of disks that are tried.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
 /// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few times as …
-const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.0];
-/// … so many bytes of maps allow.
-const AMPLE: usize = 8 << 20;
+const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
+/// … so many bytes of maps allow, without and with a tolerance of the user's.
+const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
 /// But its radiance counts as no less than this part of the mean square of all radiance.
 const LEAST: f64 = 1e-4;
 /// Bytes of maps below which no more disks are looked for, where the tolerance is met.
@@ -47,16 +47,25 @@ impl Choice {
         let s = &material.slices;
         let meter = apart.meter();
         // Radiance that suns dominate tells little of the rest, which maps hold on its own.
-        let own = |(part, total): (f64, &f64)| total.min((rest * rest * part).max(LEAST * total));
-        let goals: Vec<f64> = Scaled::totals(s, &meter).into_iter().zip(totals).map(own).collect();
-        let lenient = goals.iter().zip(Scaled::totals(s, &meter)).any(|(goal, part)| *goal > 1.001 * part);
+        let parts = Scaled::totals(s, &meter);
+        let least = |(part, total): (&f64, &f64)| part.max(LEAST * total).min(*total);
+        let own: Vec<f64> = parts.iter().zip(totals).map(least).collect();
+        let goal = |(part, total): (&f64, &f64)| (rest * rest * part).max(LEAST * total).min(*total);
+        let goals: Vec<f64> = parts.iter().zip(totals).map(goal).collect();
+        let lenient = goals.iter().zip(&parts).any(|(goal, part)| *goal > 1.001 * part);
         let scaled = Scaled::new(s, &meter, goals);
         let expansion = Expansion::new(&scaled, tolerance, limits);
-        let square = |i: usize| expansion.error(&scaled, i) * scaled.total[i] / totals[i];
-        let squares: Vec<f64> = (0..scaled.len()).map(square).collect();
-        let counted = (0..scaled.len()).filter(|i| scaled.counts(*i));
-        let worst = counted.map(|i| squares[i]).fold(0.0, f64::max);
-        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.disks.len());
+        let errors: Vec<f64> =
+            (0..scaled.len()).map(|i| expansion.error(&scaled, i) * scaled.total[i]).collect();
+        let relative = |to: &[f64]| errors.iter().zip(to).map(|(e, x)| e / x).collect::<Vec<f64>>();
+        let worst = |squares: &[f64]| {
+            let counted = (0..scaled.len()).filter(|i| scaled.counts(*i));
+            counted.map(|i| squares[i]).fold(0.0, f64::max)
+        };
+        let (squares, beside) = (relative(totals), relative(&own));
+        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.disks.len())
+            .detail("error beside the suns", worst(&beside).sqrt());
+        let worst = worst(&squares);
         Self { apart, expansion, scale: scaled.scale, certificate, worst, lenient }
     }
 
@@ -73,6 +82,7 @@ impl Choice {
 pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
+    let ample = AMPLE[usize::from(task.tolerance().is_some())].min(limits.bytes);
     let s = &material.slices;
     let whole = Apart::suns(light, 0).meter();
     let totals = Scaled::totals(s, &whole);
@@ -83,11 +93,11 @@ pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Resul
     let scaled = Scaled::new(s, &whole, totals.clone());
     if p.lights.is_some() {
         let found = pursue(&suns, &scaled, more, task)?;
-        return Ok(finer(made(with(&suns, &found, more), RESTS[0]), tolerance, &made));
+        return Ok(finer(made(with(&suns, &found, more), RESTS[0]), tolerance, ample, &made));
     }
     let mut best = made(suns.clone(), RESTS[0]);
     if more == 0 || (best.worst.sqrt() <= tolerance && best.expansion.bytes() <= CHEAP) {
-        return Ok(finer(best, tolerance, &made));
+        return Ok(finer(best, tolerance, ample, &made));
     }
     let found = pursue(&suns, &scaled, more, task)?;
     for count in COUNTS.into_iter().filter(|c| *c <= found.len()) {
@@ -97,17 +107,17 @@ pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Resul
             best = next;
         }
     }
-    Ok(finer(best, tolerance, &made))
+    Ok(finer(best, tolerance, ample, &made))
 }
 
-/// The same disks with the rest as near to the tolerance of its own radiance as is ample.
-fn finer(mut best: Choice, tolerance: f64, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
+/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`.
+fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
     for rest in RESTS.into_iter().skip(1) {
-        if !best.lenient || best.expansion.bytes() > AMPLE / 2 {
+        if !best.lenient || best.expansion.bytes() > ample / 2 {
             break;
         }
         let next = made(best.apart.clone(), rest);
-        if next.expansion.bytes() > AMPLE || next.worst > best.worst.max(tolerance * tolerance) {
+        if next.expansion.bytes() > ample || next.worst > best.worst.max(tolerance * tolerance) {
             break;
         }
         best = next;

@@ -23,54 +23,31 @@ const VIEWS: f64 = 86.5;
 /// Memory of the maps at most, MiB, without and with a tolerance of the user's.
 const MEBIBYTES: [f64; 2] = [96.0, 320.0];
 
-const ORDER: ParamInfo = ParamInfo {
-    name: "order",
-    unit: "",
-    min: -1.0,
-    max: 255.0,
-    default: -1.0,
-    integer: true,
-    doc: "F, the highest l; -1: what the tolerance needs",
-};
-const SIZE: ParamInfo = ParamInfo {
-    name: "size",
-    unit: "texels",
-    min: 0.0,
-    max: 1024.0,
-    default: 0.0,
-    integer: true,
-    doc: "intervals from pole to pole of the maps; 0: what the tolerance needs, slice by slice",
-};
-const BUDGET: ParamInfo = ParamInfo {
-    name: "mebibytes",
-    unit: "MiB",
-    min: 0.0,
-    max: 4096.0,
-    default: 0.0,
-    integer: false,
-    doc: "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; 0: 96, or \
-          320 where a tolerance is asked for",
-};
-const HALVES: ParamInfo = ParamInfo {
-    name: "halves",
-    unit: "",
-    min: 0.0,
-    max: 1.0,
-    default: 0.0,
-    integer: true,
-    doc: "1: maps of 16-bit floats",
-};
-
-const LIGHTS: ParamInfo = ParamInfo {
-    name: "lights",
-    unit: "",
-    min: -1.0,
-    max: 256.0,
-    default: -1.0,
-    integer: true,
-    doc: "small disks that are taken out of the light and shaded with the exact reflectance; -1: suns, and what else \
-          the tolerance needs, at most 128",
-};
+const ORDER: ParamInfo =
+    ParamInfo::whole("order", [-1.0, 255.0], -1.0, "F, the highest l; -1: what the tolerance needs");
+const SIZE: ParamInfo = ParamInfo::whole(
+    "size",
+    [0.0, 1024.0],
+    0.0,
+    "intervals from pole to pole of the maps; 0: what the tolerance needs, slice by slice",
+)
+.unit("texels");
+const BUDGET: ParamInfo = ParamInfo::real(
+    "mebibytes",
+    [0.0, 4096.0],
+    0.0,
+    "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; 0: 96, or 320 \
+     where a tolerance is asked for",
+)
+.unit("MiB");
+const HALVES: ParamInfo = ParamInfo::switch("halves", false, "1: maps of 16-bit floats");
+const LIGHTS: ParamInfo = ParamInfo::whole(
+    "lights",
+    [-1.0, 256.0],
+    -1.0,
+    "small disks that are taken out of the light and shaded with the exact reflectance; -1: suns, and what else the \
+     tolerance needs, at most 128",
+);
 
 /// The room's parameters.
 #[derive(Debug, Clone, PartialEq)]
