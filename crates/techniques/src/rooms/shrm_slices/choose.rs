@@ -16,6 +16,8 @@ const COUNTS: [usize; 4] = [8, 32, 64, 128];
 const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
 /// … so many bytes of maps allow, without and with a tolerance of the user's.
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
+/// To these where views beyond those that count need it.
+const NEARER: [f64; 2] = [0.75, 0.5];
 /// But its radiance counts as no less than this part of the mean square of all radiance.
 const LEAST: f64 = 1e-4;
 /// Bytes of maps below which no more disks are looked for, where the tolerance is met.
@@ -110,7 +112,8 @@ pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Resul
     Ok(finer(best, tolerance, ample, &made))
 }
 
-/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`.
+/// The same disks with the rest as near to the tolerance of its own radiance as is `ample`; nearer still where views beyond
+/// those that count spoil the mean of all.
 fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f64) -> Choice) -> Choice {
     for rest in RESTS.into_iter().skip(1) {
         if !best.lenient || best.expansion.bytes() > ample / 2 {
@@ -121,6 +124,15 @@ fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f6
             break;
         }
         best = next;
+    }
+    for rest in NEARER {
+        if best.certificate.error <= tolerance || best.worst > tolerance * tolerance {
+            break;
+        }
+        let next = made(best.apart.clone(), rest);
+        if next.expansion.bytes() <= ample && next.certificate.error < best.certificate.error {
+            best = next;
+        }
     }
     best
 }
