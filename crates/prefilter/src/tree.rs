@@ -287,6 +287,27 @@ mod tests {
         }
     }
 
+    /// A lamp of the image and a sun beside it, the brighter first, with their parts of all flux; nothing in even light.
+    #[test]
+    fn peaks_are_what_is_bright_and_small() {
+        let lamp = DVec3::new(0.3, 0.5, -0.8).normalize();
+        let image = |bright: f32| {
+            SphereImage::from_fn(Layout::LatLong, 256, 128, |d| {
+                [if d.angle_between(lamp) < 0.03 { bright } else { 0.5 }; 3]
+            })
+        };
+        let sun = Beam { direction: DVec3::Y, radius: 0.005, flux: [4.0; 3] };
+        let tree = Tree::new(Some(&image(200.0)), &[sun], &Task::quiet()).unwrap();
+        let peaks = tree.peaks(0.1, 2e-3, 9);
+        let flux: f64 = image(200.0).integral()[0];
+        assert_eq!(peaks.len(), 2, "{peaks:?}");
+        assert!(peaks[0].0 == DVec3::Y && (peaks[0].1 - 4.0 / (flux + 4.0)).abs() < 0.02, "{peaks:?}");
+        assert!(peaks[1].0.angle_between(lamp) < 0.02, "{peaks:?}");
+        assert!((peaks[1].1 - 200.0 * PI * 9e-4 / (flux + 4.0)).abs() < 0.01, "{peaks:?}");
+        let even = Tree::new(Some(&image(0.5)), &[], &Task::quiet()).unwrap();
+        assert!(even.peaks(0.02, 2e-3, 9).is_empty());
+    }
+
     #[test]
     fn kernels_meet_brute_force_on_a_finer_image() {
         use crate::{GgxMirror, angular};

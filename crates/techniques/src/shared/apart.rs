@@ -13,8 +13,11 @@ use steradian_light::DiskLight;
 use steradian_prefilter::Beam;
 use steradian_prefilter::source::add_beams;
 
-/// Suns of an image's texels that are at most this far from the strongest one, radians, may be one disk.
+/// Suns that are no wider than this, radians, and no farther from the strongest of them may be one disk.
 const NEAR: f64 = 0.02;
+
+/// Radiance of the light without suns counts as no less than this part of the mean square of all radiance.
+pub const LEAST: f64 = 1e-4;
 
 /// Disks, and the light without them.
 #[derive(Debug, Clone)]
@@ -43,15 +46,19 @@ impl Apart {
         let mut out = Self { disks: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
         let mut left: Vec<Beam> = light.suns.iter().map(Beam::from).collect();
         let mut taken = Vec::new();
-        while let Some(first) = left.first().filter(|_| taken.len() < most).map(|b| b.direction) {
-            let near = |b: &Beam| b.direction.angle_between(first) <= NEAR;
-            let (texels, others): (Vec<Beam>, _) = left.into_iter().partition(near);
-            let round = one(&texels);
-            if texels.len() > 1 {
+        while let Some(first) = left.first().copied().filter(|_| taken.len() < most) {
+            let angle = |b: &Beam| b.direction.angle_between(first.direction);
+            let near = |b: &Beam| first.radius.max(b.radius).max(angle(b)) <= NEAR;
+            let (mut texels, others): (Vec<Beam>, Vec<Beam>) = left.drain(1..).partition(near);
+            if texels.is_empty() {
+                taken.push(first);
+            } else {
+                texels.push(first);
+                let round = one(&texels);
                 out.count_beyond(&texels);
                 out.count_beyond(&[round]);
+                taken.push(round);
             }
-            taken.push(round);
             left = others;
         }
         out.count_beyond(&left);
@@ -71,7 +78,7 @@ impl Apart {
 
     /// How maps see the rest.
     pub fn meter(&self) -> Meter {
-        Meter::with_beyond(&self.rest, self.beyond)
+        Meter::new(&self.rest, self.beyond)
     }
 
     fn count_beyond(&mut self, beams: &[Beam]) {
@@ -90,9 +97,6 @@ impl Apart {
 
 /// The disk of the flux, the centre and the second moment of `parts`, which are near each other.
 fn one(parts: &[Beam]) -> Beam {
-    if let [alone] = parts {
-        return *alone;
-    }
     let weight = |b: &Beam| b.flux.iter().sum::<f64>();
     let all: f64 = parts.iter().map(weight).sum();
     let direction = parts.iter().map(|b| weight(b) * b.direction).sum::<DVec3>().normalize();

@@ -27,19 +27,9 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// The meter of a light.
-    pub fn new(light: &Spectrum) -> Self {
+    /// The meter of a light with the mean square `far` of L'_lq per channel at every band beyond the spectrum's.
+    pub fn new(light: &Spectrum, far: [f64; 3]) -> Self {
         let mean = light.mean_squares();
-        let far = mean.each_ref().map(|m| m.last().copied().unwrap_or(0.0));
-        Self::of(mean, far)
-    }
-
-    /// The meter of a light with this mean square of L'_lq per channel at every band beyond the spectrum's.
-    pub fn with_beyond(light: &Spectrum, beyond: [f64; 3]) -> Self {
-        Self::of(light.mean_squares(), beyond)
-    }
-
-    fn of(mean: [Vec<f64>; 3], far: [f64; 3]) -> Self {
         let beyond = mean.each_ref().map(|m| {
             let mut sup = m.clone();
             for l in (1..sup.len()).rev() {

@@ -5,7 +5,7 @@ use super::material::{Params, TOLERANCE};
 use super::pursue::{pursue, with};
 use super::scaled::Scaled;
 use crate::BakeError;
-use crate::shared::apart::Apart;
+use crate::shared::apart::{Apart, LEAST};
 use crate::shared::kernels::Kernels;
 use crate::shared::sky::Sky;
 use steradian_base::{Certificate, Known, Task};
@@ -18,8 +18,6 @@ const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
 /// To these where views beyond those that count need it.
 const NEARER: [f64; 2] = [0.75, 0.5];
-/// But its radiance counts as no less than this part of the mean square of all radiance.
-const LEAST: f64 = 1e-4;
 /// Bytes of maps below which no more disks are looked for, where the tolerance is met.
 const CHEAP: usize = 4 << 20;
 /// As many disks take as much time as all maps: they must save half of the bytes.

@@ -1,6 +1,7 @@
 //! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders cost.
 
 use super::scale::ScaleTable;
+use crate::shared::apart::LEAST;
 use crate::shared::meter::{self, Meter};
 use steradian_base::{Certificate, Known};
 use steradian_brdf::central::{Centre, Lpq, Slices};
@@ -10,9 +11,6 @@ use steradian_brdf::central::{Centre, Lpq, Slices};
 const VIEWS: f64 = 60.0;
 /// How far beyond them elevations are looked at, so that the next one beyond counts too.
 const MARGIN: f64 = 2.0;
-
-/// Radiance of the light without suns counts as no less than this part of the mean square of all radiance.
-const LEAST: f64 = 1e-4;
 
 /// Power by band of one elevation.
 pub struct Bands {
