@@ -7,7 +7,7 @@ use crate::shared::bundle::Bundle;
 use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::word;
-use crate::shared::shrm::argument_word;
+use crate::shared::shrm::{self, argument_word};
 use crate::shared::strands::central;
 use crate::{Bake, GpuRoom, Points, Radiance, Technique};
 use steradian_brdf::central::Argument;
@@ -38,21 +38,8 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuRoom {
         [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
-    let wgsl = if m.diffuse.is_some() {
-        concat!(
-            include_str!("../../shared/harmonics.wgsl"),
-            include_str!("../../shared/strands.wgsl"),
-            include_str!("../../shared/shrm/diffuse.wgsl"),
-            include_str!("shade.wgsl")
-        )
-    } else {
-        concat!(
-            include_str!("../../shared/harmonics.wgsl"),
-            include_str!("../../shared/strands.wgsl"),
-            include_str!("../../shared/shrm/black.wgsl"),
-            include_str!("shade.wgsl")
-        )
-    };
+    let own = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("shade.wgsl")];
+    let wgsl = shrm::shader(m.diffuse.is_some(), &own);
     let room = GpuRoom {
         slug: Shrm::CARD.slug,
         wgsl: wgsl.into(),

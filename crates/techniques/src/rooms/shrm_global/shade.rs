@@ -8,7 +8,7 @@ use crate::shared::bundle::Bundle;
 use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{MAX_TERMS, dot};
 use crate::shared::kernels::word;
-use crate::shared::shrm::argument_word;
+use crate::shared::shrm::{self, argument_word};
 use crate::shared::strands::central;
 use crate::{Bake, GpuRoom, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
@@ -82,23 +82,9 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuRoom {
         [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
-    macro_rules! module {
-        ($diffuse:literal, $sum:literal) => {
-            concat!(
-                include_str!("../../shared/harmonics.wgsl"),
-                include_str!("../../shared/strands.wgsl"),
-                include_str!($diffuse),
-                include_str!($sum),
-                include_str!("shade.wgsl")
-            )
-        };
-    }
-    let wgsl = match (m.diffuse.is_some(), far) {
-        (false, false) => module!("../../shared/shrm/black.wgsl", "sum.wgsl"),
-        (true, false) => module!("../../shared/shrm/diffuse.wgsl", "sum.wgsl"),
-        (false, true) => module!("../../shared/shrm/black.wgsl", "far.wgsl"),
-        (true, true) => module!("../../shared/shrm/diffuse.wgsl", "far.wgsl"),
-    };
+    let all = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("all.wgsl")];
+    let sum: &[&str] = if far { &[include_str!("far.wgsl")] } else { &all };
+    let wgsl = shrm::shader(m.diffuse.is_some(), &[sum, &[include_str!("shade.wgsl")]].concat());
     let room = GpuRoom {
         slug: ShrmGlobal::CARD.slug,
         wgsl: wgsl.into(),

@@ -18,3 +18,10 @@ pub use scale::ScaleTable;
 
 /// Tolerance where the user gives none, over views up to 60° from the normal.
 pub const TOLERANCE: f64 = 0.05;
+
+/// The WGSL text that all forms have before their own: directions, strands, and the diffuse part, if there is one.
+pub fn shader(diffuse: bool, own: &[&str]) -> String {
+    let common = [include_str!("../harmonics.wgsl"), include_str!("../strands.wgsl")];
+    let diffuse = if diffuse { include_str!("diffuse.wgsl") } else { include_str!("black.wgsl") };
+    common.into_iter().chain([diffuse]).chain(own.iter().copied()).collect()
+}

@@ -1,5 +1,5 @@
-// Sum over p, q of the maps times y_pq(d).
-fn sum(c: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
+// Sum over p, q of the maps times y_pq(d); `map_at(at, k)` is texel `at` of map k.
+fn sum(at: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
     var out = vec3<f32>(0.0);
     var k = 0u;
     var a_q = vec2<f32>(1.0, 0.0);
@@ -17,10 +17,10 @@ fn sum(c: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
                 now = next;
                 a_before = a;
             }
-            out += now * a_q.x * fetch_maps_layer(c, k);
+            out += now * a_q.x * map_at(at, k);
             k++;
             if q > 0.0 {
-                out += now * a_q.y * fetch_maps_layer(c, k);
+                out += now * a_q.y * map_at(at, k);
                 k++;
             }
         }

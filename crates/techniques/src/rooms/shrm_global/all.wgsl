@@ -1,0 +1,4 @@
+fn map_at(c: vec3<f32>, k: u32) -> vec3<f32> {
+    return fetch_maps_layer(c, k);
+}
+
