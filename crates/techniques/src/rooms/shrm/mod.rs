@@ -7,8 +7,8 @@
 //! about the mirror direction y_pq are functions of n', half way from C to wo', so that they tell grazing views apart;
 //! ρ̂ is a fit weighted by elevation of f_cos over its albedo, which shading multiplies back; a diffuse part may take a
 //! map of its own about n; orders follow from the spectrum of the light at hand; and where a sun asks for more than they
-//! hold, it is taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). Radiance in W sr⁻¹ m⁻². Refused:
-//! anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
+//! hold, it is taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). Radiance in
+//! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
 mod bake;
 mod shade;

@@ -7,8 +7,8 @@
 //! up once. As in the local form y_pq are functions of n rather than of wo, n ∝ C − forward in the frame's map; and where
 //! q = 0 alone is left, as for strands, B_p0 is a function of the sphere already: P + 1 cubes hold it. Suns that need
 //! more than the orders hold are shaded with the exact reflectance, as in the local form. What is approximated: as in the
-//! local form, orders P and F; with `distant`, the view too. Radiance in
-//! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map), point lights.
+//! local form, orders P and F; with `distant`, the view too. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance (but
+//! Kajiya–Kay and Banks's map), point lights.
 
 mod bake;
 mod shade;
