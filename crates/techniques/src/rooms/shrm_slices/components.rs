@@ -15,6 +15,9 @@ use std::f64::consts::PI;
 
 /// Shares of the squared tolerance that components, F and lookups may use.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];
+/// A cut that is little in the mean square is a row of rings beside what is bright: bands go on until what they have left
+/// is this part of the squared tolerance, or to twice as many where a lobe's edge keeps them from fading.
+const FADED: f64 = 4e-4;
 /// Rounds of weights by elevation.
 const ROUNDS: usize = 3;
 /// Intervals from pole to pole that components may have.
@@ -90,11 +93,15 @@ impl Expansion {
         let square = tolerance * tolerance;
         let all = 0..scaled.len();
         let order = scaled.s.order;
-        let fits =
-            |f: usize| all.clone().all(|i| !scaled.counts(i) || scaled.beyond(i, f) <= SHARES[1] * square);
+        let fits = |f: usize, most: f64| {
+            all.clone().all(|i| !scaled.counts(i) || scaled.beyond(i, f) <= most * square)
+        };
         let f = match limits.order {
             Some(f) => f.min(order),
-            None => lowest(order, fits),
+            None => {
+                let little = lowest(order, |f| fits(f, SHARES[1]));
+                lowest(order, |f| fits(f, FADED)).min(2 * little)
+            }
         };
         let mut emphasis: Vec<f64> = all.clone().map(|i| scaled.emphasis(i)).collect();
         let mut best: Option<Vec<Candidate>> = None;
