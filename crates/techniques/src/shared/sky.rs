@@ -214,7 +214,7 @@ mod tests {
             let k = image.index(0, i, j);
             image.planes.iter_mut().for_each(|p| p[k] = l);
         }
-        let exact = sh::project_exact(&image, 60);
+        let exact = sh::project(&image, 60);
         let lights = Lights::from(Environment::from_image(image.clone()));
         let sky = Sky::bake("test", &lights, 60, &Task::quiet()).expect("bakes");
         assert!(sky.suns.len() >= 3 && sky.suns.len() <= 12, "{}", sky.suns.len());
