@@ -2,11 +2,13 @@
 //! [`Certificate`] (an error and how it is known), [`Provenance`], and parameter descriptions.
 
 mod certificate;
+mod files;
 mod params;
 mod provenance;
 mod task;
 
 pub use certificate::{Certificate, Known};
+pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
 pub use provenance::{Input, Provenance};
 pub use task::{Cancelled, Progress, Task};

@@ -20,7 +20,7 @@ impl Input {
 
     /// The input at `path`, hashed in pieces.
     pub fn of_file(path: &Path) -> std::io::Result<Self> {
-        let mut file = std::fs::File::open(path)?;
+        let (mut file, _) = crate::open_file(path)?;
         let mut hash = Sha256::new();
         let mut piece = vec![0u8; 1 << 16];
         loop {

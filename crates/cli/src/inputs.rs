@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
-use steradian_formats::{ReadOptions, TextureLevels, read_image, read_image_with};
+use steradian_formats::{Raster, ReadOptions, TextureLevels, read_image, read_image_with};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
@@ -152,8 +152,8 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
     };
     let path = Path::new(spec);
     if let Some(container) = Container::of_file(path) {
-        context.note_input(path);
         let texture = container.read(path, &context.limits())?;
+        context.note_input(path);
         return texture_map(path, &texture, level, &options);
     }
     if level > 0 {
@@ -163,11 +163,13 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
     }
     let loaded = if spec.contains(',') && !path.exists() {
         let paths: Vec<PathBuf> = spec.split(',').map(PathBuf::from).collect();
+        let loaded = load_files(&paths, &options)?;
         paths.iter().for_each(|p| context.note_input(p));
-        load_files(&paths, &options)?
+        loaded
     } else {
+        let loaded = load(path, &options)?;
         context.note_input(path);
-        load(path, &options)?
+        loaded
     };
     loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
     Ok(loaded)
@@ -191,7 +193,7 @@ pub fn texture_map(
     let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
     let recorded = t.get("steradian.profile").and_then(Profile::find);
     let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
-    let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, textures::planes(texels));
+    let mut raster = Raster::rgb(w, h * t.faces, textures::planes(texels));
     raster.metadata = t.metadata.clone();
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
 }
@@ -376,18 +378,29 @@ pub fn mesh_file(path: &Path, context: &mut Context) -> Result<Mesh, Failure> {
 
 /// Loads a texture.
 pub fn texture(path: &Path, context: &mut Context) -> Result<Arc<Texture>, Failure> {
+    let raster = all_finite(path, read_image(path, &context.limits())?)?;
     context.note_input(path);
-    let raster = read_image(path, &context.limits())?;
     let (w, h) = (raster.width, raster.height);
     let texture = raster.into_rgb().and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
     texture.ok_or_else(|| Failure::input(format!("{}: has no colour", path.display())))
 }
 
+/// Refuses a picture with pixels that are no numbers: they would spread over everything that it covers.
+fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Failure> {
+    match raster.first_non_finite() {
+        None => Ok(raster),
+        Some((x, y, channel)) => {
+            let why = format!("pixel ({x}, {y}) of channel {channel} is not finite");
+            Err(Failure::input(format!("{}: {why}", path.display())))
+        }
+    }
+}
+
 /// The planes of an image that holds numbers, not colours.
 fn data(path: &Path, context: &mut Context) -> Result<(usize, usize, [Vec<f32>; 3]), Failure> {
-    context.note_input(path);
     let options = ReadOptions { limits: context.limits(), data: true, ..ReadOptions::default() };
-    let raster = read_image_with(path, &options)?;
+    let raster = all_finite(path, read_image_with(path, &options)?)?;
+    context.note_input(path);
     let (w, h) = (raster.width, raster.height);
     let planes = raster.into_rgb().filter(|p| !p[0].is_empty());
     planes

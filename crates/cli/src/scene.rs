@@ -2,23 +2,24 @@
 
 use crate::commands::render::{Plan, SceneOverrides};
 use crate::context::Context;
-use crate::failure::{Failure, plain};
+use crate::failure::Failure;
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
 use crate::model::{complete, make_tangents};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
+use steradian_formats::read_text;
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
 use steradian_render::{Maps, SceneFile, Settings};
 use steradian_scene::Mesh;
 
+/// A thousand meshes with materials of their own take a tenth of it.
+const MAX_BYTES: u64 = 4 << 20;
+
 /// Loads the scene file `path` and all that it refers to.
 pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> Result<Plan, Failure> {
-    let bytes =
-        std::fs::read(path).map_err(|e| Failure::input(format!("{}: {}", path.display(), plain(&e))))?;
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Failure::input(format!("{}: not UTF-8 text", path.display())))?;
+    let text = read_text(path, MAX_BYTES, "a scene file")?;
     context.note_input(path);
     let file = SceneFile::parse(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();

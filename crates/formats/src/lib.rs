@@ -33,7 +33,7 @@ pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
-    read_image, read_image_with, write_image,
+    read_file, read_image, read_image_with, read_text, write_image,
 };
 pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
 pub use ktx2::{
