@@ -10,5 +10,5 @@ mod task;
 pub use certificate::{Certificate, Known};
 pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
-pub use provenance::{Input, Provenance};
+pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};

@@ -10,9 +10,9 @@ use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
-use steradian_brdf::SharedBrdf;
+use steradian_brdf::{Files, SharedBrdf, parse_with};
 use steradian_formats::{Raster, ReadOptions, TextureLevels, read_image, read_image_with};
-use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
+use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
@@ -141,6 +141,34 @@ pub fn sky_of(spec: &str, size: (usize, usize)) -> Result<Lights, Failure> {
 /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
 /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
 pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Loaded, Failure> {
+    let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
+    map_of(&files, spec, adjust, level, context)
+}
+
+/// The files of a spec of [`map`]: `whole` where that exists or cannot be anything else, else its parts, each of which
+/// `part` makes a path.
+pub fn light_files(
+    whole: &Path,
+    part: impl Fn(&str) -> Result<PathBuf, Failure>,
+    spec: &str,
+) -> Result<Vec<PathBuf>, Failure> {
+    if whole.exists() {
+        return Ok(vec![whole.into()]);
+    }
+    if spec.contains(',') {
+        return spec.split(',').map(part).collect();
+    }
+    Ok(steradian_light::load::parts(whole)?)
+}
+
+/// [`map`] of files; `spec` is what messages call them.
+fn map_of(
+    files: &[PathBuf],
+    spec: &str,
+    adjust: &Adjust,
+    level: usize,
+    context: &mut Context,
+) -> Result<Loaded, Failure> {
     let options = LoadOptions {
         layout: adjust.layout,
         profile: adjust.profile,
@@ -150,8 +178,9 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
         },
         limits: context.limits(),
     };
-    let path = Path::new(spec);
-    if let Some(container) = Container::of_file(path) {
+    if let [path] = files
+        && let Some(container) = Container::of_file(path)
+    {
         let texture = container.read(path, &context.limits())?;
         context.note_input(path);
         return texture_map(path, &texture, level, &options);
@@ -161,16 +190,8 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
             "{spec}: has one level only; --level is for textures (.ktx2, .ktx, .dds)"
         )));
     }
-    let loaded = if spec.contains(',') && !path.exists() {
-        let paths: Vec<PathBuf> = spec.split(',').map(PathBuf::from).collect();
-        let loaded = load_files(&paths, &options)?;
-        paths.iter().for_each(|p| context.note_input(p));
-        loaded
-    } else {
-        let loaded = load(path, &options)?;
-        context.note_input(path);
-        loaded
-    };
+    let loaded = load_files(files, &options)?;
+    files.iter().for_each(|p| context.note_input(p));
     loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
     Ok(loaded)
 }
@@ -202,6 +223,18 @@ pub fn texture_map(
 pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Lights, Failure> {
     let mut lights =
         if is_sky(spec) { sky(spec)? } else { map(spec, adjust, 0, context)?.into_environment().into() };
+    turn(&mut lights, adjust);
+    Ok(lights)
+}
+
+/// Loads the light that `files` are; `spec` is what messages call it.
+pub fn light_of(
+    files: &[PathBuf],
+    spec: &str,
+    adjust: &Adjust,
+    context: &mut Context,
+) -> Result<Lights, Failure> {
+    let mut lights = map_of(files, spec, adjust, 0, context)?.into_environment().into();
     turn(&mut lights, adjust);
     Ok(lights)
 }
@@ -332,9 +365,9 @@ impl Method {
     }
 }
 
-/// A reflectance from its spec; files that it names are noted for the provenance.
+/// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.
 pub fn brdf(spec: &str, context: &mut Context) -> Result<SharedBrdf, Failure> {
-    let brdf = steradian_brdf::parse(spec)?;
+    let brdf = parse_with(spec, Files::Any)?;
     for part in spec.split([':', ',', '=']).skip(1) {
         if Path::new(part).is_file() {
             context.note_input(Path::new(part));

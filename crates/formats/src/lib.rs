@@ -6,6 +6,7 @@
 
 mod atomic;
 mod bc6h;
+mod below;
 mod color;
 mod csv;
 mod dds;
@@ -28,6 +29,7 @@ mod texel;
 mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
+pub use below::{file_below, stays_below};
 pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
