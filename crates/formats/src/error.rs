@@ -46,8 +46,11 @@ impl FormatError {
 /// Longest message about a file, in characters: a few lines of a terminal.
 const MAX_MESSAGE: usize = 400;
 
-/// The beginning of a message where it is too long to be read.
+/// A message on one line, and only its beginning where it is too long to be read.
 pub(crate) fn shortened(mut text: String) -> String {
+    if text.contains(char::is_control) {
+        text = text.replace(char::is_control, " ");
+    }
     if let Some((at, _)) = text.char_indices().nth(MAX_MESSAGE) {
         text.truncate(at);
         text.push_str(" …");

@@ -4,6 +4,10 @@ mod isa;
 
 pub use isa::on_every_isa;
 
+mod mutate;
+
+pub use mutate::Mutator;
+
 use std::path::PathBuf;
 
 /// The data folder: `STERADIAN_DATA`, else `../shared/data` beside the checkout. `None` where it is missing.

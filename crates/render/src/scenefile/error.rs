@@ -77,7 +77,6 @@ pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
     };
     let more = if known.len() > MOST_NAMES { ", …" } else { "" };
     let known = &known[..known.len().min(MOST_NAMES)];
-    let word: String = word.chars().take(64).collect();
     format!("unknown {kind} '{word}'{hint}; there are: {}{more}", known.join(", "))
 }
 
