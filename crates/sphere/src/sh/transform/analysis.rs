@@ -1,16 +1,17 @@
 //! The Legendre stage of analysis for one m: r_k times values at rings, summed over rings.
 
-use super::kernel::{Part, Real, Row, Scratch, aligned, place, turn, vectors};
+use super::kernel::{CELL, Part, Real, Row, Scratch, State, aligned, turn};
 use super::recursion::Unit;
 use super::rings::BLOCK;
-use std::ops::Range;
+use super::{fused, stored};
 use steradian_simd::{Arch, Kernel, Vector};
 
-/// Steps of the recursion that are taken at a chunk of rings before the next chunk.
-const STEPS: usize = 16;
+/// Steps whose r_k is written before sums are made of them; even.
+const STEPS: usize = 8;
 
-/// Bytes of terms of the rings of a chunk, which stay in the first-level cache.
-const CHUNK: usize = 24 << 10;
+/// Bytes of values of a chunk of rings, which stay in the first-level cache together with r_k of them; of twice as
+/// many rings where r_k is not written.
+const CHUNK: usize = 12 << 10;
 
 /// out[k] += Σ_rings r_k · (even or odd part).
 pub(super) struct Analysis<'a, T: Real> {
@@ -28,192 +29,103 @@ impl<T: Real> Kernel for Analysis<'_, T> {
     #[inline(always)]
     fn run<A: Arch>(self) {
         match (A::F64::REGISTERS >= 32, T::PARTS) {
-            (true, 1) => self.with::<A, 2, 1>(),
-            (true, _) => self.with::<A, 2, 2>(),
-            (false, 1) => self.with::<A, 1, 1>(),
-            (false, _) => self.with::<A, 1, 2>(),
+            (true, 1) => self.with::<A, 12, true>(),
+            // In image precision this is as quick as the other at high orders, and quicker at low ones.
+            (true, _) => self.with::<A, 12, false>(),
+            (false, _) => self.with::<A, 6, false>(),
         }
     }
 }
 
 impl<T: Real> Analysis<'_, T> {
-    /// Rings in a chunk.
-    const RINGS: usize = CHUNK / (12 * size_of::<T>());
-
-    /// K steps at once; a register of rings is D of f64.
+    /// With sums of C terms at a time.
     #[inline(always)]
-    fn with<A: Arch, const K: usize, const D: usize>(self) {
-        let (part, all, steps) = (self.part, self.part.x2.len(), self.part.steps.len());
-        let Scratch { state, values, sums, rows, .. } = self.scratch;
-        let units = &part.starts.units[part.ring / BLOCK..];
-        let mut start = 0;
-        while start < all && units[start / BLOCK].begin >= steps {
-            start += BLOCK;
-        }
-        if start == all {
-            return;
-        }
-        let values = aligned(values, 12 * (all - start));
-        gather::<T::Vector<A>>(self.cells, self.stride, start..all, values);
-        let state = aligned(state, 2 * (all - start));
-        state.fill(0.0);
+    fn with<A: Arch, const C: usize, const FUSED: bool>(self) {
+        let (part, steps) = (self.part, self.part.steps.len());
+        let Scratch { state, values, legendre, rows, .. } = self.scratch;
+        let units = &part.starts.units[part.ring / BLOCK..][..part.x2.len() / BLOCK];
         rows.clear();
         rows.resize(steps, [0.0; 16]);
-        let mut rings = Rings { part, units, start, state, values };
-        if all - start <= Self::RINGS {
-            let mut k = 0;
-            while k + K <= steps {
-                let sums = rings.add::<A, K, D>(start..all, k, zero::<A, T, K>());
-                for j in 0..K {
-                    T::Vector::<A>::add_sums(&sums[j], &mut rows[k + j]);
-                }
-                k += K;
+        let size = if FUSED { 2 * CHUNK } else { CHUNK } / (CELL * size_of::<T>());
+        let values = aligned(values, size * CELL).as_chunks_mut::<BLOCK>().0.as_chunks_mut::<12>().0;
+        let legendre = aligned(legendre, if FUSED { 0 } else { size * STEPS * BLOCK });
+        let legendre = legendre.as_chunks_mut::<BLOCK>().0.as_chunks_mut::<STEPS>().0;
+        state.resize(size, State::default());
+        let mut first = 0;
+        while first < units.len() {
+            let units = &units[first..units.len().min(first + size)];
+            for b in 0..units.len() {
+                // Cells of blocks are so far apart that they would drive each other out of the cache.
+                let cell = &self.cells[(first + b) * self.stride..][..CELL];
+                values[b].as_flattened_mut().copy_from_slice(cell);
+                state[b] = State::default();
             }
-            if k < steps {
-                let sums = rings.add::<A, 1, D>(start..all, k, zero::<A, T, 1>());
-                T::Vector::<A>::add_sums(&sums[0], &mut rows[k]);
+            let rings = Rings { part, units, first, values: &values[..units.len()] };
+            if FUSED {
+                rings.fused::<A>(state, rows);
+            } else {
+                rings.stored::<A, C>(state, legendre, rows);
             }
-        } else {
-            let width = 12 * T::Vector::<A>::LANES;
-            let sums = aligned(sums, STEPS * width);
-            for (block, rows) in rows.chunks_mut(STEPS).enumerate() {
-                rings.block::<A, K, D>(all, block * STEPS, sums, rows);
-            }
+            first += size;
         }
         finish::<A::F64x4>(&part, rows, self.column);
     }
 }
 
-/// The rings from `start` on, where they stand in the recursion.
+/// A chunk of rings.
 struct Rings<'a, T> {
     part: Part<'a>,
     units: &'a [Unit],
-    start: usize,
-    /// r_k and r_{k−1}, all of one after all of the other.
-    state: &'a mut [f64],
-    /// A register's twelve rows together.
-    values: &'a [T],
+    /// The first block.
+    first: usize,
+    values: &'a [[[T; BLOCK]; 12]],
 }
 
 impl<T: Real> Rings<'_, T> {
-    /// A block of steps at all chunks of rings.
     #[inline(always)]
-    fn block<A: Arch, const K: usize, const D: usize>(
-        &mut self,
-        all: usize,
-        from: usize,
-        sums: &mut [T],
+    fn fused<A: Arch>(&self, state: &mut [State], rows: &mut [[f64; 16]]) {
+        let mut k = 0;
+        while k + 2 <= rows.len() {
+            let sums =
+                fused::over_rings::<A, T, 2, 1>(&self.part, self.units, self.first, self.values, state, k);
+            T::Vector::<A>::add_sums(&sums[0], &mut rows[k]);
+            T::Vector::<A>::add_sums(&sums[1], &mut rows[k + 1]);
+            k += 2;
+        }
+        if k < rows.len() {
+            let sums =
+                fused::over_rings::<A, T, 1, 1>(&self.part, self.units, self.first, self.values, state, k);
+            T::Vector::<A>::add_sums(&sums[0], &mut rows[k]);
+        }
+    }
+
+    #[inline(always)]
+    fn stored<A: Arch, const C: usize>(
+        &self,
+        state: &mut [State],
+        legendre: &mut [[[T; BLOCK]; STEPS]],
         rows: &mut [[f64; 16]],
     ) {
-        let (width, steps) = (12 * T::Vector::<A>::LANES, rows.len());
-        let (mut ring, mut fresh) = (self.start, true);
-        while ring < all {
-            while ring < all && self.units[ring / BLOCK].begin >= from + steps {
-                ring += BLOCK;
+        for k in (0..rows.len()).step_by(STEPS) {
+            let n = STEPS.min(rows.len() - k);
+            // Blocks from the pole that do not take part yet.
+            let mut idle = 0;
+            while idle < self.units.len() && self.units[idle].begin >= k + n {
+                idle += 1;
             }
-            let end = all.min(ring + Analysis::<T>::RINGS);
-            let mut k = if ring < end { 0 } else { steps };
-            while k < steps {
-                let sums = &mut sums[k * width..];
-                if k + K <= steps {
-                    let now = if fresh { zero::<A, T, K>() } else { load::<A, T, K>(sums) };
-                    store::<A, T, K>(self.add::<A, K, D>(ring..end, from + k, now), sums);
-                    k += K;
-                } else {
-                    let now = if fresh { zero::<A, T, 1>() } else { load::<A, T, 1>(sums) };
-                    store::<A, T, 1>(self.add::<A, 1, D>(ring..end, from + k, now), sums);
-                    k += 1;
+            for b in idle..self.units.len() {
+                let ring = (self.first + b) * BLOCK;
+                self.part.legendre::<A, T>(ring, k, self.units[b], &mut state[b], &mut legendre[b][..n]);
+            }
+            let (values, legendre) = (&self.values[idle..], &legendre[idle..self.units.len()]);
+            for j in (0..n).step_by(2) {
+                // Of an odd number of steps the one after the last is nothing in particular, and left out.
+                let sums = stored::over_rings::<A, T, C, STEPS>(values, legendre, j);
+                for i in 0..(n - j).min(2) {
+                    T::Vector::<A>::add_sums(&sums[i], &mut rows[k + j + i]);
                 }
             }
-            fresh &= ring == end;
-            ring = end;
         }
-        for k in 0..if fresh { 0 } else { steps } {
-            T::Vector::<A>::add_sums(&vectors(sums, k * width), &mut rows[k]);
-        }
-    }
-
-    /// Adds K steps from k at some rings.
-    #[inline(always)]
-    fn add<A: Arch, const K: usize, const D: usize>(
-        &mut self,
-        rings: Range<usize>,
-        k: usize,
-        mut sums: [[T::Vector<A>; 12]; K],
-    ) -> [[T::Vector<A>; 12]; K] {
-        let lanes = T::Vector::<A>::LANES;
-        let steps = &self.part.steps[k..k + K];
-        let (state_now, state_before) = self.state.split_at_mut(self.values.len() / 12);
-        let mut ring = rings.start;
-        while ring < rings.end && self.units[ring / BLOCK].begin >= k + K {
-            ring += BLOCK;
-        }
-        while ring < rings.end {
-            let at = ring - self.start;
-            let values = &self.values[12 * at..12 * (at + lanes)];
-            let x2: [A::F64; D] = vectors(self.part.x2, ring);
-            let mut now: [A::F64; D] = vectors(state_now, at);
-            let mut before: [A::F64; D] = vectors(state_before, at);
-            let starting = k < self.units[ring / BLOCK].all;
-            let mut r = [T::Vector::<A>::load(values); K];
-            for j in 0..K {
-                if starting {
-                    self.part.inject(ring, k + j, &mut now, &mut before);
-                }
-                r[j] = T::pack::<A, D>(&now, 0);
-                steps[j].advance(&x2, &mut now, &mut before);
-            }
-            for v in 0..D {
-                now[v].store(&mut state_now[at + v * A::F64::LANES..]);
-                before[v].store(&mut state_before[at + v * A::F64::LANES..]);
-            }
-            for c in 0..12 {
-                let x = T::Vector::<A>::load(&values[c * lanes..]);
-                for j in 0..K {
-                    sums[j][c] = r[j].fma(x, sums[j][c]);
-                }
-            }
-            ring += lanes;
-        }
-        sums
-    }
-}
-
-#[inline(always)]
-fn zero<A: Arch, T: Real, const K: usize>() -> [[T::Vector<A>; 12]; K] {
-    [[T::Vector::<A>::splat(T::default()); 12]; K]
-}
-
-#[inline(always)]
-fn load<A: Arch, T: Real, const K: usize>(sums: &[T]) -> [[T::Vector<A>; 12]; K] {
-    let mut out = zero::<A, T, K>();
-    for k in 0..K {
-        out[k] = vectors(sums, k * 12 * T::Vector::<A>::LANES);
-    }
-    out
-}
-
-#[inline(always)]
-fn store<A: Arch, T: Real, const K: usize>(x: [[T::Vector<A>; 12]; K], sums: &mut [T]) {
-    let lanes = T::Vector::<A>::LANES;
-    let sums = &mut sums[..12 * K * lanes];
-    for k in 0..K {
-        for c in 0..12 {
-            x[k][c].store(&mut sums[(12 * k + c) * lanes..]);
-        }
-    }
-}
-
-/// The cells of `rings`, a register's twelve rows together.
-#[inline(always)]
-fn gather<V: Vector>(cells: &[V::T], stride: usize, rings: Range<usize>, values: &mut [V::T]) {
-    let (mut ring, mut at) = (rings.start, 0);
-    while ring < rings.end {
-        for c in 0..12 {
-            V::load(&cells[place(ring, stride, c)..]).store(&mut values[at..]);
-            at += V::LANES;
-        }
-        ring += V::LANES;
     }
 }
 

@@ -1,8 +1,10 @@
 //! The Legendre stage for one m: what sums over degrees at rings and sums over rings for degrees share.
 //!
-//! r_k is computed in f64 and used in the precision of the transform as soon as it is there, for the six even
-//! and six odd terms, whose sums are in registers: of a few registers of rings over all steps (synthesis), of
-//! two steps over many rings (analysis).
+//! Sums of products of r_k with the six even and six odd terms are in registers: of a few registers of rings over
+//! steps (synthesis), of two steps over rings (analysis). With 32 registers the recursion is in the same loop
+//! ([`super::fused`]). With 16 it would drive sums out of them, and each addition would wait for a store and a
+//! load, so that r_k of a few steps is written first and sums are made of that, half of the terms at a time
+//! ([`super::stored`]): two thirds of the time with AVX2.
 
 use super::Sample;
 use super::recursion::{Starts, Step};
@@ -31,10 +33,10 @@ pub(in crate::sh) trait Real: FftNum + Default + Sample {
     fn same<S: Sample>(x: &[S]) -> Option<&[Self]>;
     /// Samples that are such numbers.
     fn same_mut<S: Sample>(x: &mut [S]) -> Option<&mut [Self]>;
-    /// Registers of f64 that hold as many numbers as one of these.
-    const PARTS: usize;
     /// Rounds a register of four into the first places of a slice.
     fn put<V: Vector<T = f64>>(x: V, out: &mut [Self]);
+    /// Registers of f64 that hold as many numbers as one of these.
+    const PARTS: usize;
     /// The v-th register of numbers.
     fn pack<A: Arch, const D: usize>(x: &[A::F64; D], v: usize) -> Self::Vector<A>;
 }
@@ -126,12 +128,15 @@ pub(in crate::sh) fn aligned<T: Real>(buffer: &mut Vec<T>, n: usize) -> &mut [T]
     &mut buffer[start..start + n]
 }
 
+/// r_k and r_{k−1} of a block of rings.
+pub(super) type State = [[f64; BLOCK]; 2];
+
 /// One worker's buffers.
 #[derive(Default)]
 pub(super) struct Scratch<T> {
-    pub(super) state: Vec<f64>,
+    pub(super) state: Vec<State>,
     pub(super) values: Vec<T>,
-    pub(super) sums: Vec<T>,
+    pub(super) legendre: Vec<T>,
     pub(super) terms: Vec<[T; 16]>,
     pub(super) rows: Vec<[f64; 16]>,
 }
@@ -157,19 +162,17 @@ impl Part<'_> {
 }
 
 impl Step {
-    /// r_{k+1} and r_k from r_k and r_{k−1}.
+    /// r_{k−1} becomes r_{k+1}.
     #[inline(always)]
     pub(super) fn advance<V: Vector<T = f64>, const D: usize>(
         &self,
         x2: &[V; D],
-        now: &mut [V; D],
+        now: &[V; D],
         before: &mut [V; D],
     ) {
         let (a, b) = (V::splat(self.a), V::splat(self.b));
         for v in 0..D {
-            let next = x2[v].fma(a, b).fma(now[v], before[v]);
-            before[v] = now[v];
-            now[v] = next;
+            before[v] = x2[v].fma(a, b).fma(now[v], before[v]);
         }
     }
 }
@@ -182,12 +185,6 @@ pub(super) fn vectors<V: Vector, const N: usize>(x: &[V::T], from: usize) -> [V;
         vectors[v] = V::load(&x[from + v * V::LANES..]);
     }
     vectors
-}
-
-/// Where in a cell row `c` of the vector that starts at `ring` lies, in cells of blocks `stride` apart.
-#[inline(always)]
-pub(super) fn place(ring: usize, stride: usize, c: usize) -> usize {
-    ring / BLOCK * stride + c * BLOCK + ring % BLOCK
 }
 
 /// Cosine and sine terms, turned by an angle that is given by its cosine and sine.

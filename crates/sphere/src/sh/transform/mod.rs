@@ -12,6 +12,7 @@ mod butterfly;
 mod columns;
 mod fold;
 mod fourier;
+mod fused;
 mod kernel;
 mod latitude;
 mod passes;
@@ -20,6 +21,7 @@ mod recursion;
 mod rings;
 mod rows;
 mod sample;
+mod stored;
 mod synthesis;
 
 use super::ShRgb;

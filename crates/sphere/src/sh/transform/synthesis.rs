@@ -1,10 +1,13 @@
 //! The Legendre stage of synthesis for one m: r_k times terms of steps, summed over steps.
 
 use super::fold::register;
-use super::kernel::{Part, Real, Row, Scratch, place, turn, vectors};
-use super::recursion::Unit;
+use super::kernel::{CELL, Part, Real, Row, Scratch, State, aligned, turn};
 use super::rings::BLOCK;
+use super::{fused, stored};
 use steradian_simd::{Arch, Kernel, Vector};
+
+/// Steps whose r_k and terms stay in the first-level cache while sums are made of them.
+const STEPS: usize = 64;
 
 /// cells = (Σ_k even parts · r_k, x Σ_k odd parts · r_k).
 pub(super) struct Synthesis<'a, T: Real> {
@@ -23,83 +26,63 @@ impl<T: Real> Kernel for Synthesis<'_, T> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        if T::PARTS == 2 {
-            self.with::<A, 1, 2>();
-        } else if A::F64::REGISTERS >= 32 {
-            self.with::<A, 2, 2>();
-        } else {
-            self.with::<A, 1, 1>();
+        prepare::<A::F64x4, T>(&self.part, self.column, self.factors, &mut self.scratch.terms);
+        match (A::F64::REGISTERS >= 32, T::PARTS) {
+            (true, 1) => self.fused::<A, 2>(),
+            (true, _) => self.fused::<A, 1>(),
+            (false, _) => self.stored::<A>(),
         }
     }
 }
 
 impl<T: Real> Synthesis<'_, T> {
-    /// With sums of N registers of rings at a time, D of f64.
+    /// N registers of rings at a time, two of f64.
     #[inline(always)]
-    fn with<A: Arch, const N: usize, const D: usize>(self) {
+    fn fused<A: Arch, const N: usize>(self) {
         let (part, lanes) = (self.part, T::Vector::<A>::LANES);
         let units = &part.starts.units[part.ring / BLOCK..];
-        let terms = &mut self.scratch.terms;
-        prepare::<A::F64x4, T>(&part, self.column, self.factors, terms);
-        let terms = &terms[..part.steps.len()];
+        let terms = &self.scratch.terms[..part.steps.len()];
         let mut ring = 0;
         while ring < part.x2.len() {
-            let sums = over_steps::<A, T, N, D>(&part, units[ring / BLOCK], ring, terms);
+            let sums = fused::over_steps::<A, T, N, 2>(&part, units[ring / BLOCK], ring, terms);
             for v in 0..N {
                 let x = register::<A, T>(&part.x[ring..]);
+                let cell = &mut self.cells[ring / BLOCK * self.stride..][..CELL];
                 for c in 0..12 {
                     let sum = if c < 6 { sums[v][c] } else { sums[v][c].mul(x) };
-                    sum.store(&mut self.cells[place(ring, self.stride, c)..]);
+                    sum.store(&mut cell[c * BLOCK + ring % BLOCK..]);
                 }
                 ring += lanes;
             }
         }
     }
-}
 
-/// Σ over steps of r_k · terms at N registers of rings.
-#[inline(always)]
-fn over_steps<A: Arch, T: Real, const N: usize, const D: usize>(
-    part: &Part<'_>,
-    unit: Unit,
-    ring: usize,
-    terms: &[[T; 16]],
-) -> [[T::Vector<A>; 12]; N] {
-    let mut sums = [[T::Vector::<A>::splat(T::default()); 12]; N];
-    let x2: [A::F64; D] = vectors(part.x2, ring);
-    let (mut now, mut before) = ([A::F64::splat(0.0); D], [A::F64::splat(0.0); D]);
-    let begin = unit.begin.min(terms.len());
-    let all = unit.all.clamp(begin, terms.len());
-    let mut k = begin;
-    while k < all {
-        part.inject(ring, k, &mut now, &mut before);
-        add::<A, T, N, D>(&now, &terms[k], &mut sums);
-        part.steps[k].advance(&x2, &mut now, &mut before);
-        k += 1;
-    }
-    let steps = &part.steps[..terms.len()];
-    while k < terms.len() {
-        add::<A, T, N, D>(&now, &terms[k], &mut sums);
-        steps[k].advance(&x2, &mut now, &mut before);
-        k += 1;
-    }
-    sums
-}
-
-#[inline(always)]
-fn add<A: Arch, T: Real, const N: usize, const D: usize>(
-    now: &[A::F64; D],
-    terms: &[T; 16],
-    sums: &mut [[T::Vector<A>; 12]; N],
-) {
-    let mut r = [T::pack::<A, D>(now, 0); N];
-    for v in 1..N {
-        r[v] = T::pack::<A, D>(now, v);
-    }
-    for c in 0..12 {
-        let term = T::Vector::<A>::splat(terms[c + c / 3]);
-        for v in 0..N {
-            sums[v][c] = r[v].fma(term, sums[v][c]);
+    #[inline(always)]
+    fn stored<A: Arch>(self) {
+        let (part, lanes) = (self.part, T::Vector::<A>::LANES);
+        let units = &part.starts.units[part.ring / BLOCK..];
+        let terms = &self.scratch.terms[..part.steps.len()];
+        let legendre = aligned(&mut self.scratch.legendre, STEPS * BLOCK).as_chunks_mut::<BLOCK>().0;
+        for ring in (0..part.x2.len()).step_by(BLOCK) {
+            let unit = units[ring / BLOCK];
+            let cell = &mut self.cells[ring / BLOCK * self.stride..][..CELL];
+            cell.fill(T::default());
+            let mut state = State::default();
+            let mut k = unit.begin;
+            while k < terms.len() {
+                let end = terms.len().min(k + STEPS);
+                let legendre = &mut legendre[..end - k];
+                part.legendre::<A, T>(ring, k, unit, &mut state, legendre);
+                stored::add_over_steps::<A, T>(legendre, &terms[k..end], cell);
+                k = end;
+            }
+            for at in (0..BLOCK).step_by(lanes) {
+                let x = register::<A, T>(&part.x[ring + at..]);
+                for odd in cell[6 * BLOCK..].chunks_exact_mut(BLOCK) {
+                    let odd = &mut odd[at..];
+                    T::Vector::<A>::load(odd).mul(x).store(odd);
+                }
+            }
         }
     }
 }
