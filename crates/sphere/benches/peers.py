@@ -2,14 +2,18 @@
 """Times this crate's transform beside SHTns and ducc0, three channels, in one run: in f64, and in image precision
 (f32 sums) against the same f64 times of the peers.
 
-    python3 crates/sphere/benches/peers.py [gl|equirectangular|cube|rotate] [threads=N] [rounds=N] [band ...]
+    python3 crates/sphere/benches/peers.py [gl|equirectangular|cube|rotate] [threads=N] [rounds=N] [isa=avx2] [band ...]
 
 `cube`: synthesis at the texel centres of a cube map of 256 x 256, errors 2e-3 and 1e-5, against ducc0's
 `synthesis_general` in single precision at the same errors. `rotate`: turns of three sets of coefficients and of one,
 against ducc0's `rotate_alm`.
 
-Installs both libraries from PyPI into a virtual environment under the target folder, or in STERADIAN_PEERS (SHTns
-is built from source and needs the development files of FFTW 3); STERADIAN_BENCH names a benchmark that is built.
+`isa=avx2` (or STERADIAN_ISA=avx2) pins our instruction set and builds SHTns without AVX-512, so that like is compared
+with like: SHTns is otherwise compiled for all that the machine has. ducc0 and FFTW choose for themselves as they run.
+
+Installs both libraries from PyPI into a virtual environment under the target folder, or in STERADIAN_PEERS (with -avx2
+appended for isa=avx2; SHTns is built from source and needs the development files of FFTW 3); STERADIAN_BENCH names a
+benchmark that is built.
 The peers run out of process, never linked. All programs of a band stay alive and take turns of a fraction of a
 second; the least time of each counts: on one thread that of the processor, so that other programs' time does not,
 on several the clock's. Not part of continuous integration.
@@ -23,7 +27,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-VENV = Path(os.environ.get("STERADIAN_PEERS", TARGET / "peers"))
+ISA = next((w[4:] for w in sys.argv if w.startswith("isa=")), os.environ.get("STERADIAN_ISA", ""))
+VENV = Path(os.environ.get("STERADIAN_PEERS", str(TARGET / "peers")) + ("-avx2" if ISA == "avx2" else ""))
 TURN = 0.15
 SAMPLE = 0.002
 
@@ -31,9 +36,14 @@ SAMPLE = 0.002
 def install():
     if not VENV.exists():
         subprocess.run([sys.executable, "-m", "venv", VENV], check=True)
+    environment = dict(os.environ)
+    fresh = []
+    if ISA == "avx2":
+        # After -march=native, which SHTns adds; a wheel that pip kept may be of the whole machine.
+        environment["CFLAGS"], fresh = "-mno-avx512f", ["--no-cache-dir"]
     for package in ["numpy", "ducc0", "shtns"]:
-        pip = [VENV / "bin/pip", "install", "-q", package]
-        if subprocess.run(pip, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode:
+        pip = [VENV / "bin/python", "-m", "pip", "install", "-q", *fresh, package]
+        if subprocess.run(pip, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode:
             print(f"{package} does not install here: left out")
 
 
@@ -169,6 +179,8 @@ def serve(name, grid, band, threads):
 class Worker:
     def __init__(self, command, threads):
         environment = dict(os.environ, RAYON_NUM_THREADS=str(threads), OMP_NUM_THREADS=str(threads))
+        if ISA:
+            environment["STERADIAN_ISA"] = ISA
         self.least = [1e9, 1e9]
         self.process = subprocess.Popen(list(map(str, command)), env=environment, text=True, stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
@@ -197,7 +209,7 @@ def main():
     bands = [int(b) for b in words[1:]] or [15, 31, 63, 127, 255, 511, 1023]
     install()
     ours = os.environ.get("STERADIAN_BENCH") or binary()
-    print(f"{grid}, 3 channels, {threads} thread(s), least of {rounds} turns, ms (f64, image: our time / theirs)")
+    print(f"{grid}, 3 channels, {ISA or 'widest registers'}, {threads} thread(s), least of {rounds} turns, ms (f64, image: our time / theirs)")
     peers = " ".join(f"{name:>10} {'f64':>6} {'image':>6}" for name in ["SHTns", "ducc0"])
     print(f"{'band':>5} {'':10} {'f64':>10} {'image':>10} {peers}")
     for band in bands:
