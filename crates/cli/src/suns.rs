@@ -49,6 +49,14 @@ pub enum Lamp {
 }
 
 impl Lamp {
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Disk(d) => d.radiance.iter().all(|v| v.is_finite()) && d.direction.is_finite(),
+            Self::Directional(d) => d.irradiance.iter().all(|v| v.is_finite()) && d.direction.is_finite(),
+            Self::Point(p) => p.intensity.iter().all(|v| v.is_finite()) && p.position.is_finite(),
+        }
+    }
+
     fn join(self, lights: &mut Lights) {
         match self {
             Self::Disk(d) => lights.disks.push(d),
@@ -145,18 +153,20 @@ trait Fields {
     }
 
     fn lamp(&self, kind: &str) -> Result<Lamp, String> {
-        match kind {
-            "disk" => self.disk(),
-            "directional" => Ok(Lamp::Directional(DirectionalLight {
+        let lamp = match kind {
+            "disk" => self.disk()?,
+            "directional" => Lamp::Directional(DirectionalLight {
                 direction: self.direction()?,
                 irradiance: self.rgb("irradiance")?,
-            })),
-            "point" => Ok(Lamp::Point(PointLight {
+            }),
+            "point" => Lamp::Point(PointLight {
                 position: Vec3::from(self.three("position")?.map(|v| v as f32)),
                 intensity: self.rgb("intensity")?.map(|v| v as f32),
-            })),
-            other => Err(steradian_render::scenefile::unknown("light", other, &KINDS)),
-        }
+            }),
+            other => return Err(steradian_render::scenefile::unknown("light", other, &KINDS)),
+        };
+        // What is divided by a small disk, or becomes a smaller float, may have left the range.
+        if lamp.is_finite() { Ok(lamp) } else { Err("its values are too large".into()) }
     }
 }
 
@@ -219,14 +229,18 @@ fn read(path: &Path, context: &mut Context) -> Result<Vec<Lamp>, Failure> {
     let fault = |why: String| Failure::input(format!("{}: {why}", path.display()));
     let text = read_text(path, MOST_BYTES, "a file of lights")?;
     context.note_input(path);
-    let document: Value = serde_json::from_str(&text).map_err(|e| fault(format!("not JSON: {e}")))?;
-    let Some(all) = document.get("lights").and_then(Value::as_array) else {
-        return Err(fault("has no list 'lights'; --extract-sun writes such files".into()));
-    };
+    lamps(&text).map_err(fault)
+}
+
+/// The lights of a file's text.
+fn lamps(text: &str) -> Result<Vec<Lamp>, String> {
+    let document: Value = serde_json::from_str(text).map_err(|e| format!("not JSON: {e}"))?;
+    let all = document.get("lights").and_then(Value::as_array);
+    let all = all.ok_or("has no list 'lights'; --extract-sun writes such files")?;
     let one = |(i, v): (usize, &Value)| {
-        let entry = v.as_object().ok_or_else(|| fault(format!("lights[{i}] is not an object")))?;
+        let entry = v.as_object().ok_or_else(|| format!("lights[{i}] is not an object"))?;
         let kind = entry.get("kind").and_then(Value::as_str).unwrap_or("disk");
-        Entry(entry).lamp(kind).map_err(|why| fault(format!("lights[{i}]: {why}")))
+        Entry(entry).lamp(kind).map_err(|why| format!("lights[{i}]: {why}"))
     };
     all.iter().enumerate().map(one).collect()
 }
@@ -310,6 +324,22 @@ impl Taken {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Whatever is written, it is lights of finite numbers or an error of one line.
+    #[test]
+    fn damaged_files_end_well() {
+        let good = r#"{"lights":[{"kind":"disk","direction":[0,1,0],"angular_radius_degrees":0.27,
+            "irradiance":[1,2,3]},{"kind":"point","position":[1,2,3],"intensity":5}]}"#;
+        let other = br#"{"kind":"directional","direction":[0,0,0],"irradiance":1e308}"#;
+        let mut damage = steradian_testkit::Mutator::new(1);
+        for _ in 0..if steradian_testkit::full() { 2_000_000 } else { 20_000 } {
+            let text = String::from_utf8_lossy(&damage.damage(good.as_bytes(), other)).into_owned();
+            match lamps(&text) {
+                Ok(all) => assert!(all.iter().all(Lamp::is_finite), "{text}"),
+                Err(e) => assert_eq!(e.lines().count(), 1, "{e}"),
+            }
+        }
+    }
 
     #[test]
     fn specs_say_what_they_are() {
