@@ -6,7 +6,7 @@ mod params;
 mod provenance;
 mod task;
 
-pub use certificate::{Certificate, Known};
+pub use certificate::{Certificate, Known, Spread};
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
 pub use provenance::{Input, Provenance};
 pub use task::{Cancelled, Progress, Task};

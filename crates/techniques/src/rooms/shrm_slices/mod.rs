@@ -107,7 +107,7 @@ impl Technique for ShrmSlices {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
-        *f = Shown::new(&b.linked.disks, v);
+        *f = Shown::new(&b.linked.suns, v);
     }
 
     fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
