@@ -2,11 +2,13 @@
 //! [`Certificate`] (an error and how it is known), [`Provenance`], and parameter descriptions.
 
 mod certificate;
+mod files;
 mod params;
 mod provenance;
 mod task;
 
 pub use certificate::{Certificate, Known, Spread};
+pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
-pub use provenance::{Input, Provenance};
+pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};

@@ -20,7 +20,7 @@ impl Input {
 
     /// The input at `path`, hashed in pieces.
     pub fn of_file(path: &Path) -> std::io::Result<Self> {
-        let mut file = std::fs::File::open(path)?;
+        let (mut file, _) = crate::open_file(path)?;
         let mut hash = Sha256::new();
         let mut piece = vec![0u8; 1 << 16];
         loop {
@@ -52,7 +52,7 @@ impl Provenance {
     pub fn new(arguments: impl IntoIterator<Item = String>) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
-            arguments: arguments.into_iter().map(|a| strip_directories(&a)).collect(),
+            arguments: arguments.into_iter().map(|a| without_folders(&a)).collect(),
             inputs: Vec::new(),
             error: None,
         }
@@ -78,9 +78,11 @@ fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| "?".into(), |n| n.to_string_lossy().into_owned())
 }
 
+/// An argument or a spec without the folders of the files that it names.
+///
 /// `a/b/c.hdr` → `c.hdr`; `merl:x/y.binary` → `merl:y.binary`; `lafortune:lobes=x/l.csv` → `lafortune:lobes=l.csv`;
 /// triples such as `f0=1/0.8/0.3` and other arguments stay whole.
-fn strip_directories(argument: &str) -> String {
+pub fn without_folders(argument: &str) -> String {
     if argument.contains('=') {
         argument.split(',').map(strip_value).collect::<Vec<_>>().join(",")
     } else {
@@ -119,7 +121,7 @@ mod tests {
             ("sky:elevation=35,azimuth=120", "sky:elevation=35,azimuth=120"),
             ("front.hdr,back.hdr", "front.hdr,back.hdr"),
         ] {
-            assert_eq!(strip_directories(argument), kept);
+            assert_eq!(without_folders(argument), kept);
         }
     }
 

@@ -85,6 +85,12 @@ pub trait Brdf: Debug + Send + Sync {
     /// The spec string that makes this very reflectance.
     fn spec(&self) -> String;
 
+    /// What the files hold that the spec names, in the order of the model's own: with it ([`crate::Files::Held`]) the
+    /// spec makes the reflectance again without the files. `None` where the spec names none.
+    fn held(&self) -> Option<Vec<f64>> {
+        None
+    }
+
     /// f(wi, wo) in sr⁻¹, without the cosine; 0 where n·wi ≤ 0 or n·wo ≤ 0.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 

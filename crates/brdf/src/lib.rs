@@ -1,7 +1,7 @@
 //! Reflectance: models, measurements and fits behind one trait.
 //!
-//! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`; [`models`] lists
-//! what there is. All directions are in the local frame (t = x, b = y, n = z) and point away from the surface.
+//! [`parse`] makes a reflectance from a spec string such as `ggx:alpha=0.1,f0=0.9/0.7/0.3`, [`parse_with`] also where
+//! the spec names files; [`models`] lists what there is. All directions are in the local frame (t = x, b = y, n = z) and point away from the surface.
 
 mod adaptive;
 pub mod albedo;
@@ -11,6 +11,7 @@ mod describe;
 pub mod dfg;
 mod draw;
 mod error;
+mod files;
 pub mod fit;
 mod hint;
 mod kernel;
@@ -31,8 +32,9 @@ mod conformance;
 pub use brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 pub use describe::{ALBEDO_DEGREES, Description, describe, describe_brdf};
 pub use error::SpecError;
+pub use files::Files;
 pub use kernel::NormalKernel;
 pub use peak::Peak;
-pub use registry::{measured_models, models, parse};
+pub use registry::{measured_models, models, parse, parse_with};
 pub use scaled::Scaled;
 pub use shader::BrdfShader;

@@ -3,14 +3,14 @@
 use crate::error::nearest;
 use crate::scaled::Scaled;
 use crate::spec::{Args, Interval, SCALE};
-use crate::{Info, SharedBrdf, SpecError, measured, model};
+use crate::{Files, Info, SharedBrdf, SpecError, measured, model};
 use std::sync::Arc;
 
 /// One model: its page, whether `name:WORD` is allowed, and how it is made.
 pub(crate) struct Entry {
     pub info: &'static Info,
     pub takes_name: bool,
-    pub make: fn(&Args) -> Result<SharedBrdf, SpecError>,
+    pub make: fn(&Args<'_>) -> Result<SharedBrdf, SpecError>,
 }
 
 /// Every model, by its own page.
@@ -35,8 +35,13 @@ const RESERVED: [(&str, &str); 3] = [
 ];
 
 /// The reflectance that `spec` names: `name:key=value,…`, values scalars or `r/g/b` triples; the key `scale`
-/// multiplies any model.
+/// multiplies any model. No file is opened; a spec that names one needs [`parse_with`].
 pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
+    parse_with(spec, Files::None)
+}
+
+/// [`parse`] that opens the files that the spec names as far as `files` allows it.
+pub fn parse_with(spec: &str, files: Files<'_>) -> Result<SharedBrdf, SpecError> {
     let spec = spec.trim();
     let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
     let name = name.trim().to_ascii_lowercase().replace('_', "-");
@@ -48,7 +53,7 @@ pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
         }
         return Err(SpecError::UnknownModel { nearest: nearest(&name, &available), name, available });
     };
-    let args = Args::new(entry.info, entry.takes_name, body)?;
+    let args = Args::new(entry.info, entry.takes_name, body, files)?;
     let scale = args.rgb(SCALE, Interval::NON_NEGATIVE, 1.0)?;
     let brdf = (entry.make)(&args)?;
     Ok(if scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale }) })

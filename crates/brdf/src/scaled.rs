@@ -31,6 +31,10 @@ impl Brdf for Scaled {
         format!("{spec}{joint}{SCALE}={}", triple(self.scale))
     }
 
+    fn held(&self) -> Option<Vec<f64>> {
+        self.brdf.held()
+    }
+
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         self.times(self.brdf.eval(wi, wo))
     }

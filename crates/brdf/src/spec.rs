@@ -1,7 +1,7 @@
 //! Spec strings: `name:key=value,key=value`, with scalars or `r/g/b` triples.
 
 use crate::error::nearest;
-use crate::{Info, SpecError};
+use crate::{Files, Info, SpecError};
 use std::fmt;
 
 /// An interval of accepted values.
@@ -41,8 +41,10 @@ impl fmt::Display for Interval {
 
 /// The parsed keys of one spec string.
 #[derive(Debug)]
-pub(crate) struct Args {
+pub(crate) struct Args<'a> {
     info: &'static Info,
+    /// Those that the spec may open.
+    pub files: Files<'a>,
     /// The item without `=`, where the model takes one (`sgd:NAME`, `lafortune:@skin`).
     pub name: Option<String>,
     pairs: Vec<(String, String)>,
@@ -51,10 +53,15 @@ pub(crate) struct Args {
 /// Every model takes it.
 pub(crate) const SCALE: &str = "scale";
 
-impl Args {
+impl<'a> Args<'a> {
     /// Splits `body` (what follows `name:`) and refuses unknown keys.
-    pub fn new(info: &'static Info, takes_name: bool, body: &str) -> Result<Self, SpecError> {
-        let mut args = Self { info, name: None, pairs: Vec::new() };
+    pub fn new(
+        info: &'static Info,
+        takes_name: bool,
+        body: &str,
+        files: Files<'a>,
+    ) -> Result<Self, SpecError> {
+        let mut args = Self { info, files, name: None, pairs: Vec::new() };
         for item in body.split(',').map(str::trim).filter(|i| !i.is_empty()) {
             match item.split_once('=') {
                 Some((key, value)) => args.push(key.trim(), value.trim())?,

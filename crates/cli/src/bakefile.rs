@@ -6,9 +6,9 @@ use crate::inputs::{self, Adjust};
 use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use steradian_base::{Input, Provenance};
-use steradian_brdf::SharedBrdf;
-use steradian_formats::{FormatError, TensorData, TensorFile, read_tensors};
+use steradian_base::{Input, without_folders};
+use steradian_brdf::{Files, SharedBrdf, parse_with};
+use steradian_formats::{FormatError, Tensor, TensorData, TensorFile, read_tensors};
 use steradian_light::Lights;
 use steradian_techniques::{AnyBake, AnyTechnique, BakeError};
 
@@ -34,21 +34,32 @@ pub struct Made {
     pub rotate: f64,
     /// Exposure value by which it was scaled.
     pub exposure: f64,
+    /// What the files hold that the reflectance's spec names ([`steradian_brdf::Brdf::held`]).
+    pub held: Option<Vec<f64>>,
 }
 
 impl Made {
     /// Of these inputs.
-    pub fn of(brdf: &str, environment: &str, adjust: &Adjust) -> Self {
+    pub fn of(brdf: &str, held: Option<Vec<f64>>, environment: &str, adjust: &Adjust) -> Self {
         Self {
-            brdf: stripped(brdf),
+            brdf: without_folders(brdf),
+            held,
             environment: name_of_light(environment),
             rotate: adjust.rotate,
             exposure: adjust.light_exposure,
         }
     }
 
+    /// Writes it into a bake.
+    pub fn save(&self, to: &mut TensorFile) {
+        to.metadata.extend(self.pairs());
+        if let Some(held) = &self.held {
+            to.tensors.insert(BRDF.into(), Tensor::f64([held.len()], held.clone()));
+        }
+    }
+
     /// For a file's metadata.
-    pub fn pairs(&self) -> [(String, String); 4] {
+    fn pairs(&self) -> [(String, String); 4] {
         [
             (BRDF, self.brdf.clone()),
             (ENVIRONMENT, self.environment.clone()),
@@ -58,14 +69,15 @@ impl Made {
         .map(|(k, v)| (k.into(), v))
     }
 
-    fn read(metadata: &BTreeMap<String, String>) -> Self {
-        let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
+    fn read(from: &TensorFile) -> Self {
+        let text = |key: &str| from.metadata.get(key).cloned().unwrap_or_default();
         let number = |key: &str| text(key).parse().ok().filter(|v: &f64| v.is_finite()).unwrap_or(0.0);
         Self {
             brdf: text(BRDF),
             environment: text(ENVIRONMENT),
             rotate: number(ROTATE),
             exposure: number(EXPOSURE),
+            held: from.tensors.get(BRDF).map(|t| t.data.to_f64().into_owned()),
         }
     }
 }
@@ -116,7 +128,7 @@ impl BakeFile {
         if let Some(name) = not_finite(&tensors) {
             return Err(bad(&format!("tensor '{name}' has values that are not finite; bake it again")));
         }
-        let made = Made::read(&tensors.metadata);
+        let made = Made::read(&tensors);
         let file = Self { path, technique, made, turn: adjust.rotation().as_mat3(), tensors };
         file.open()?;
         Ok(file)
@@ -131,9 +143,10 @@ impl BakeFile {
         })
     }
 
-    /// The reflectance that the file names; `None` where that is a file that is not at hand.
+    /// The reflectance that the file names; `None` where that needs files that it does not keep: it opens none.
     pub fn brdf(&self) -> Option<SharedBrdf> {
-        steradian_brdf::parse(&self.made.brdf).ok()
+        let files = self.made.held.as_deref().map_or(Files::None, Files::Held);
+        parse_with(&self.made.brdf, files).ok()
     }
 
     /// Refuses data per vertex, which need the mesh that they were baked on.
@@ -180,7 +193,7 @@ impl BakeFile {
 
     /// Warns where `spec`, a reflectance's canonical one, is not what was baked.
     pub fn warn_of_another_brdf(&self, spec: &str, context: &Context) {
-        if self.brdf().is_some_and(|b| b.spec() != spec) {
+        if self.brdf().is_some_and(|b| without_folders(&b.spec()) != without_folders(spec)) {
             let (name, brdf) = (self.path.display(), &self.made.brdf);
             context.warn(format_args!("{spec}: {name} was baked of another reflectance, {brdf}"));
         }
@@ -214,17 +227,12 @@ fn same_files(metadata: &BTreeMap<String, String>, environment: &str, digests: &
     recorded.is_some_and(|r| r.len() == digests.len() && r.into_iter().eq(digests))
 }
 
-/// A spec without the folders of the files that it names.
-fn stripped(text: &str) -> String {
-    Provenance::new([text.to_string()]).arguments.concat()
-}
-
 /// A light's spec without folders; several files are separated by commas.
 fn name_of_light(spec: &str) -> String {
     if inputs::is_sky(spec) || Path::new(spec).exists() {
-        return stripped(spec);
+        return without_folders(spec);
     }
-    spec.split(',').map(stripped).collect::<Vec<_>>().join(",")
+    spec.split(',').map(without_folders).collect::<Vec<_>>().join(",")
 }
 
 /// Adds the digest by which damage is found.
@@ -264,7 +272,6 @@ fn not_finite(t: &TensorFile) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use steradian_formats::Tensor;
 
     #[test]
     fn a_seal_breaks_with_one_bit() {
@@ -311,12 +318,14 @@ mod tests {
     #[test]
     fn what_it_was_made_of_names_no_folders() {
         let adjust = Adjust { rotate: 30.0, ..Adjust::default() };
-        let made = Made::of("merl:/a/b.binary", "/lights/beach.hdr", &adjust);
+        let made = Made::of("merl:/a/b.binary", Some(vec![0.5]), "/lights/beach.hdr", &adjust);
         assert_eq!((made.brdf.as_str(), made.environment.as_str()), ("merl:b.binary", "beach.hdr"));
-        assert_eq!(Made::read(&made.pairs().into_iter().collect()), made);
-        let halves = Made::of("lambert", "/lights/front.hdr,/lights/back.hdr", &adjust);
+        let mut t = TensorFile::default();
+        made.save(&mut t);
+        assert_eq!(Made::read(&t), made);
+        let halves = Made::of("lambert", None, "/lights/front.hdr,/lights/back.hdr", &adjust);
         assert_eq!(halves.environment, "front.hdr,back.hdr");
-        let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", "sky:elevation=30", &adjust);
+        let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", None, "sky:elevation=30", &adjust);
         assert_eq!(triple.brdf, "ggx:alpha=0.2,f0=1/0.8/0.3");
     }
 }

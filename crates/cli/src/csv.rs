@@ -13,8 +13,9 @@ pub fn read(path: &Path, limits: &Limits) -> Result<CsvTable, Failure> {
     }
     let mut bytes = Vec::new();
     let name = Path::new("standard input");
-    let read = std::io::stdin().take(limits.max_memory).read_to_end(&mut bytes);
+    let read = std::io::stdin().take(limits.max_memory.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|e| Failure::input(format!("standard input: {e}")))?;
+    limits.memory(name, bytes.len() as u128, bytes.len() as u64)?;
     Ok(decode_csv(name, &bytes, limits)?)
 }
 

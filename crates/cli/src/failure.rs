@@ -2,7 +2,6 @@
 //! missed.
 
 use std::fmt::Display;
-use std::io;
 use steradian_base::{Cancelled, ParamError};
 use steradian_brdf::SpecError;
 use steradian_formats::FormatError;
@@ -47,17 +46,6 @@ impl Failure {
     /// The reader of standard output went away: the end, quietly.
     pub fn broken_pipe() -> Self {
         Self { code: 0, message: String::new() }
-    }
-}
-
-/// An operating system's message in plain words.
-pub fn plain(e: &io::Error) -> String {
-    match e.kind() {
-        io::ErrorKind::NotFound => "no such file or folder".into(),
-        io::ErrorKind::IsADirectory => "is a folder, not a file".into(),
-        io::ErrorKind::PermissionDenied => "permission denied".into(),
-        io::ErrorKind::InvalidData => "is no text".into(),
-        _ => e.to_string(),
     }
 }
 

@@ -10,9 +10,9 @@ use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
-use steradian_brdf::SharedBrdf;
-use steradian_formats::{ReadOptions, TextureLevels, read_image, read_image_with};
-use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load, load_files};
+use steradian_brdf::{Files, SharedBrdf, parse_with};
+use steradian_formats::{Raster, ReadOptions, TextureLevels, read_image, read_image_with};
+use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
@@ -141,6 +141,34 @@ pub fn sky_of(spec: &str, size: (usize, usize)) -> Result<Lights, Failure> {
 /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
 /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
 pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Loaded, Failure> {
+    let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
+    map_of(&files, spec, adjust, level, context)
+}
+
+/// The files of a spec of [`map`]: `whole` where that exists or cannot be anything else, else its parts, each of which
+/// `part` makes a path.
+pub fn light_files(
+    whole: &Path,
+    part: impl Fn(&str) -> Result<PathBuf, Failure>,
+    spec: &str,
+) -> Result<Vec<PathBuf>, Failure> {
+    if whole.exists() {
+        return Ok(vec![whole.into()]);
+    }
+    if spec.contains(',') {
+        return spec.split(',').map(part).collect();
+    }
+    Ok(steradian_light::load::parts(whole)?)
+}
+
+/// [`map`] of files; `spec` is what messages call them.
+fn map_of(
+    files: &[PathBuf],
+    spec: &str,
+    adjust: &Adjust,
+    level: usize,
+    context: &mut Context,
+) -> Result<Loaded, Failure> {
     let options = LoadOptions {
         layout: adjust.layout,
         profile: adjust.profile,
@@ -150,10 +178,11 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
         },
         limits: context.limits(),
     };
-    let path = Path::new(spec);
-    if let Some(container) = Container::of_file(path) {
-        context.note_input(path);
+    if let [path] = files
+        && let Some(container) = Container::of_file(path)
+    {
         let texture = container.read(path, &context.limits())?;
+        context.note_input(path);
         return texture_map(path, &texture, level, &options);
     }
     if level > 0 {
@@ -161,14 +190,8 @@ pub fn map(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> 
             "{spec}: has one level only; --level is for textures (.ktx2, .ktx, .dds)"
         )));
     }
-    let loaded = if spec.contains(',') && !path.exists() {
-        let paths: Vec<PathBuf> = spec.split(',').map(PathBuf::from).collect();
-        paths.iter().for_each(|p| context.note_input(p));
-        load_files(&paths, &options)?
-    } else {
-        context.note_input(path);
-        load(path, &options)?
-    };
+    let loaded = load_files(files, &options)?;
+    files.iter().for_each(|p| context.note_input(p));
     loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
     Ok(loaded)
 }
@@ -191,7 +214,7 @@ pub fn texture_map(
     let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
     let recorded = t.get("steradian.profile").and_then(Profile::find);
     let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
-    let mut raster = steradian_formats::Raster::rgb(w, h * t.faces, textures::planes(texels));
+    let mut raster = Raster::rgb(w, h * t.faces, textures::planes(texels));
     raster.metadata = t.metadata.clone();
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
 }
@@ -200,6 +223,18 @@ pub fn texture_map(
 pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Lights, Failure> {
     let mut lights =
         if is_sky(spec) { sky(spec)? } else { map(spec, adjust, 0, context)?.into_environment().into() };
+    turn(&mut lights, adjust);
+    Ok(lights)
+}
+
+/// Loads the light that `files` are; `spec` is what messages call it.
+pub fn light_of(
+    files: &[PathBuf],
+    spec: &str,
+    adjust: &Adjust,
+    context: &mut Context,
+) -> Result<Lights, Failure> {
+    let mut lights = map_of(files, spec, adjust, 0, context)?.into_environment().into();
     turn(&mut lights, adjust);
     Ok(lights)
 }
@@ -330,9 +365,9 @@ impl Method {
     }
 }
 
-/// A reflectance from its spec; files that it names are noted for the provenance.
+/// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.
 pub fn brdf(spec: &str, context: &mut Context) -> Result<SharedBrdf, Failure> {
-    let brdf = steradian_brdf::parse(spec)?;
+    let brdf = parse_with(spec, Files::Any)?;
     for part in spec.split([':', ',', '=']).skip(1) {
         if Path::new(part).is_file() {
             context.note_input(Path::new(part));
@@ -376,18 +411,29 @@ pub fn mesh_file(path: &Path, context: &mut Context) -> Result<Mesh, Failure> {
 
 /// Loads a texture.
 pub fn texture(path: &Path, context: &mut Context) -> Result<Arc<Texture>, Failure> {
+    let raster = all_finite(path, read_image(path, &context.limits())?)?;
     context.note_input(path);
-    let raster = read_image(path, &context.limits())?;
     let (w, h) = (raster.width, raster.height);
     let texture = raster.into_rgb().and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
     texture.ok_or_else(|| Failure::input(format!("{}: has no colour", path.display())))
 }
 
+/// Refuses a picture with pixels that are no numbers: they would spread over everything that it covers.
+fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Failure> {
+    match raster.first_non_finite() {
+        None => Ok(raster),
+        Some((x, y, channel)) => {
+            let why = format!("pixel ({x}, {y}) of channel {channel} is not finite");
+            Err(Failure::input(format!("{}: {why}", path.display())))
+        }
+    }
+}
+
 /// The planes of an image that holds numbers, not colours.
 fn data(path: &Path, context: &mut Context) -> Result<(usize, usize, [Vec<f32>; 3]), Failure> {
-    context.note_input(path);
     let options = ReadOptions { limits: context.limits(), data: true, ..ReadOptions::default() };
-    let raster = read_image_with(path, &options)?;
+    let raster = all_finite(path, read_image_with(path, &options)?)?;
+    context.note_input(path);
     let (w, h) = (raster.width, raster.height);
     let planes = raster.into_rgb().filter(|p| !p[0].is_empty());
     planes

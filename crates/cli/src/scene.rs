@@ -2,26 +2,28 @@
 
 use crate::commands::render::{Plan, SceneOverrides};
 use crate::context::Context;
-use crate::failure::{Failure, plain};
+use crate::failure::Failure;
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
 use crate::model::{complete, make_tangents};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
+use steradian_brdf::Files;
+use steradian_formats::{file_below, read_text};
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
 use steradian_render::{Maps, SceneFile, Settings};
 use steradian_scene::Mesh;
 
+/// A thousand meshes with materials of their own take a tenth of it.
+const MAX_BYTES: u64 = 4 << 20;
+
 /// Loads the scene file `path` and all that it refers to.
 pub fn plan(path: &Path, overrides: &SceneOverrides, context: &mut Context) -> Result<Plan, Failure> {
-    let bytes =
-        std::fs::read(path).map_err(|e| Failure::input(format!("{}: {}", path.display(), plain(&e))))?;
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Failure::input(format!("{}: not UTF-8 text", path.display())))?;
+    let text = read_text(path, MAX_BYTES, "a scene file")?;
     context.note_input(path);
-    let file = SceneFile::parse(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let file = SceneFile::parse(&path.display().to_string(), &text, Files::Below(&folder))?;
     let mut meshes = Vec::new();
     for m in &file.meshes {
         meshes.push(load_mesh(&file, m, &folder, context)?.with_material(m.material as u32));
@@ -55,16 +57,21 @@ fn located<T, V>(file: &SceneFile, at: &At<V>, result: Result<T, Failure>) -> Re
     })
 }
 
-/// The file below the scene file's folder that `name` says; links do not lead out of it.
+/// The file below the scene file's folder that `name` says.
 fn below(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
-    let path = folder.join(name);
-    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    match (path.canonicalize(), root.canonicalize()) {
-        (Ok(p), Ok(r)) if !p.starts_with(&r) => {
-            Err(Failure::input(format!("'{name}' leads out of the scene file's folder")))
-        }
-        _ => Ok(path),
+    file_below(folder, name).map_err(Failure::input)
+}
+
+/// The files below the scene file's folder that make an environment: `name` itself, or several as
+/// [`inputs::light_files`] takes them.
+fn environment(folder: &Path, name: &str) -> Result<Vec<PathBuf>, Failure> {
+    let files = inputs::light_files(&below(folder, name)?, |part| below(folder, part), name)?;
+    // A pattern has become the names of files, which may be links.
+    for file in &files {
+        let inside = file.strip_prefix(folder).unwrap_or(file);
+        below(folder, &inside.to_string_lossy())?;
     }
+    Ok(files)
 }
 
 fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, context: &mut Context) -> Result<Mesh, Failure> {
@@ -138,15 +145,15 @@ fn lights(
             let loaded = if inputs::is_sky(&spec.value) {
                 inputs::light(&spec.value, &adjust, context)
             } else {
-                inside(folder, &spec.value)
-                    .and_then(|p| inputs::light(&p.display().to_string(), &adjust, context))
+                environment(folder, &spec.value)
+                    .and_then(|files| inputs::light_of(&files, &spec.value, &adjust, context))
             };
             located(file, spec, loaded)?
         }
         (None, None) => Lights::default(),
     };
     if let Some(name) = &l.sun_lights {
-        let joined = inside(folder, &name.value)
+        let joined = below(folder, &name.value)
             .and_then(|p| crate::suns::join_file(&p, &mut lights, &adjust, context));
         located(file, name, joined)?;
     }
@@ -154,14 +161,4 @@ fn lights(
     lights.directionals.extend(&l.directionals);
     lights.points.extend(&l.points);
     Ok(lights)
-}
-
-/// A light's file, which like all others stays below the scene file's folder.
-fn inside(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
-    use std::path::Component;
-    let plain = Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-    if !plain || name.contains("://") {
-        return Err(Failure::input(format!("'{name}' must be a file below the scene file's own folder")));
-    }
-    below(folder, name)
 }

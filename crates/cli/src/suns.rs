@@ -1,13 +1,14 @@
 //! Lights beside an environment: suns taken out of it, files of them, and lights by a spec.
 
 use crate::context::Context;
-use crate::failure::{Failure, Outcome, plain};
+use crate::failure::{Failure, Outcome};
 use crate::inputs::Adjust;
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_formats::read_text;
 use steradian_light::suns::{SunOptions, extract};
 use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_techniques::direct::Suns;
@@ -210,17 +211,13 @@ impl Fields for Entry<'_> {
     }
 }
 
-/// Longer files are none of lights.
-const MOST_BYTES: u64 = 1 << 24;
+/// Ten thousand lights take less.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// The lights of a file.
 fn read(path: &Path, context: &mut Context) -> Result<Vec<Lamp>, Failure> {
     let fault = |why: String| Failure::input(format!("{}: {why}", path.display()));
-    let long = std::fs::metadata(path).map_err(|e| fault(plain(&e)))?.len() > MOST_BYTES;
-    if long {
-        return Err(fault("longer than 16 MiB: no file of lights".into()));
-    }
-    let text = std::fs::read_to_string(path).map_err(|e| fault(plain(&e)))?;
+    let text = read_text(path, MOST_BYTES, "a file of lights")?;
     context.note_input(path);
     let document: Value = serde_json::from_str(&text).map_err(|e| fault(format!("not JSON: {e}")))?;
     let Some(all) = document.get("lights").and_then(Value::as_array) else {

@@ -26,7 +26,7 @@ impl Container {
     /// By the first bytes of a file.
     pub fn of_file(path: &Path) -> Option<Self> {
         let mut head = [0u8; 7];
-        std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head)).ok()?;
+        steradian_base::open_file(path).and_then(|(mut f, _)| f.read_exact(&mut head)).ok()?;
         match &head {
             b"\xabKTX 20" => Some(Self::Ktx2),
             b"\xabKTX 11" => Some(Self::Ktx1),

@@ -5,11 +5,14 @@
 use crate::atomic::write_atomic;
 use crate::image::read_bytes;
 use crate::{FormatError, Limits};
+use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Memory that a short field takes.
-const BYTES_PER_FIELD: u128 = 40;
+/// Memory that a short field takes: the string and what it points to.
+const BYTES_PER_FIELD: u128 = 56;
+/// Memory that a row takes beside its fields.
+const BYTES_PER_ROW: u128 = 64;
 
 /// A header and rows of text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -36,14 +39,16 @@ pub fn decode_csv(name: &Path, bytes: &[u8], limits: &Limits) -> Result<CsvTable
         let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         invalid(format!("line {line}: not UTF-8 text"))
     })?;
-    let fields = bytes.iter().filter(|&&b| b == b',' || b == b'\n').count() as u128 + 1;
-    limits.memory(name, bytes.len() as u128 + fields * BYTES_PER_FIELD, bytes.len() as u64)?;
-    let mut records = Records { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1 };
+    let count = |ends: &[u8]| bytes.iter().filter(|b| ends.contains(b)).count() as u128 + 1;
+    let needed = count(b",\n\r") * BYTES_PER_FIELD + count(b"\n\r") * BYTES_PER_ROW;
+    limits.memory(name, bytes.len() as u128 + needed, bytes.len() as u64)?;
+    let mut records = Records { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1, fields: 1 };
     let Some((_, header)) = records.next().transpose().map_err(invalid)? else {
         return Err(invalid("the file is empty; a header row is needed, such as nx,ny,nz,vx,vy,vz".into()));
     };
     let header: Vec<String> = header.iter().map(|h| h.trim().to_string()).collect();
     check_header(&header).map_err(invalid)?;
+    records.fields = header.len();
     let mut table = CsvTable { name: name.into(), header, ..CsvTable::default() };
     for record in records {
         let (line, row) = record.map_err(invalid)?;
@@ -63,8 +68,9 @@ fn check_header(header: &[String]) -> Result<(), String> {
             "line 1: numbers where the names of the columns should be, such as nx,ny,nz,vx,vy,vz".into()
         );
     }
-    for (i, name) in header.iter().enumerate() {
-        if header[..i].contains(name) && !name.is_empty() {
+    let mut seen = HashSet::new();
+    for name in header {
+        if !name.is_empty() && !seen.insert(name) {
             return Err(format!("line 1: two columns are called '{name}'"));
         }
     }
@@ -75,6 +81,8 @@ fn check_header(header: &[String]) -> Result<(), String> {
 struct Records<'a> {
     rest: &'a str,
     line: usize,
+    /// How many fields a record should have.
+    fields: usize,
 }
 
 impl Iterator for Records<'_> {
@@ -101,7 +109,7 @@ impl Iterator for Records<'_> {
 
 impl Records<'_> {
     fn record(&mut self) -> Result<Vec<String>, &'static str> {
-        let mut fields = Vec::new();
+        let mut fields = Vec::with_capacity(self.fields);
         loop {
             fields.push(if self.rest.starts_with('"') { self.quoted()? } else { self.plain() });
             match self.rest.as_bytes().first() {

@@ -32,15 +32,30 @@ pub enum FormatError {
 }
 
 impl FormatError {
-    /// An [`FormatError::Invalid`].
+    /// An [`FormatError::Invalid`]. A message that quotes a long text of the file is cut.
     pub fn invalid(path: &Path, why: impl std::fmt::Display) -> Self {
-        Self::Invalid { path: path.into(), why: why.to_string() }
+        Self::Invalid { path: path.into(), why: shortened(why.to_string()) }
     }
 
     /// Exit code of the command: 1 for outputs, 3 for inputs.
     pub fn exit_code(&self) -> u8 {
         if matches!(self, Self::Unwritable { .. }) { 1 } else { 3 }
     }
+}
+
+/// Longest message about a file, in characters: a few lines of a terminal.
+const MAX_MESSAGE: usize = 400;
+
+/// A message on one line, and only its beginning where it is too long to be read.
+pub(crate) fn shortened(mut text: String) -> String {
+    if text.contains(char::is_control) {
+        text = text.replace(char::is_control, " ");
+    }
+    if let Some((at, _)) = text.char_indices().nth(MAX_MESSAGE) {
+        text.truncate(at);
+        text.push_str(" …");
+    }
+    text
 }
 
 /// Limits that hold before anything is allocated.

@@ -106,25 +106,38 @@ pub(crate) fn not_empty(name: &Path, bytes: &[u8]) -> Result<(), FormatError> {
     if bytes.is_empty() { Err(FormatError::invalid(name, "the file is empty")) } else { Ok(()) }
 }
 
-/// Opens a file for reading; folders and missing files are [`FormatError::Unreadable`].
-pub(crate) fn open(path: &Path) -> Result<(File, u64), FormatError> {
-    let unreadable = |why: String| FormatError::Unreadable { path: path.into(), why };
-    let file = File::open(path).map_err(|e| unreadable(plain(&e)))?;
-    let meta = file.metadata().map_err(|e| unreadable(plain(&e)))?;
-    if meta.is_dir() {
-        return Err(unreadable("is a folder, not a file".into()));
-    }
-    Ok((file, meta.len()))
+/// Opens a regular file to read; whatever else has the name, or nothing, is [`FormatError::Unreadable`].
+fn open(path: &Path) -> Result<(File, u64), FormatError> {
+    steradian_base::open_file(path).map_err(|e| FormatError::Unreadable { path: path.into(), why: plain(&e) })
 }
 
 /// All bytes of `path`, refused where they would go beyond the memory limit.
 pub(crate) fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
     let (file, length) = open(path)?;
     limits.memory(path, u128::from(length), length)?;
+    read_all(path, file, limits.max_memory)
+}
+
+/// All bytes of the regular file `path`, which is `what` ("a scene file"): more than `most` are none.
+pub fn read_file(path: &Path, most: u64, what: &str) -> Result<Vec<u8>, FormatError> {
+    let (file, length) = open(path)?;
+    // Some files of the system's say that they are empty.
+    let bytes = if length > most { None } else { Some(read_all(path, file, most + 1)?) };
+    bytes.filter(|b| b.len() as u64 <= most).ok_or_else(|| {
+        let size = if most >> 20 > 0 { format!("{} MiB", most >> 20) } else { format!("{} KiB", most >> 10) };
+        FormatError::invalid(path, format!("longer than {size}, the limit of {what}"))
+    })
+}
+
+/// [`read_file`] of a text.
+pub fn read_text(path: &Path, most: u64, what: &str) -> Result<String, FormatError> {
+    String::from_utf8(read_file(path, most, what)?).map_err(|_| FormatError::invalid(path, "not UTF-8 text"))
+}
+
+fn read_all(path: &Path, file: File, most: u64) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Vec::new();
-    file.take(limits.max_memory)
-        .read_to_end(&mut bytes)
-        .map_err(|e| FormatError::Unreadable { path: path.into(), why: plain(&e) })?;
+    let read = file.take(most).read_to_end(&mut bytes);
+    read.map_err(|e| FormatError::Unreadable { path: path.into(), why: plain(&e) })?;
     Ok(bytes)
 }
 

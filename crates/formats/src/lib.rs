@@ -6,6 +6,7 @@
 
 mod atomic;
 mod bc6h;
+mod below;
 mod color;
 mod csv;
 mod dds;
@@ -28,12 +29,13 @@ mod texel;
 mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
+pub use below::{file_below, stays_below};
 pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
     ExrCompression, ExrSamples, ReadOptions, WriteOptions, WriteReport, decode_image, decode_image_with,
-    read_image, read_image_with, write_image,
+    read_file, read_image, read_image_with, read_text, write_image,
 };
 pub use ktx1::{decode_ktx1, read_ktx1, write_ktx1};
 pub use ktx2::{

@@ -183,6 +183,9 @@ impl TensorFile {
     }
 }
 
+/// Bytes of a header: tens of thousands of tensors.
+const MAX_HEADER: u64 = 4 << 20;
+
 /// Writes `file` to `path`, whole or not at all.
 pub fn write_tensors(path: &Path, file: &TensorFile) -> Result<(), FormatError> {
     write_atomic(path, |w| file.encode(w))
@@ -198,6 +201,10 @@ pub fn decode_tensors(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Tens
     let invalid = |why: String| FormatError::invalid(name, why);
     not_empty(name, bytes)?;
     limits.memory(name, 2 * bytes.len() as u128, bytes.len() as u64)?;
+    // The library takes headers of 100 MB, of which it makes ten times as much.
+    if bytes.first_chunk().is_some_and(|n| u64::from_le_bytes(*n) > MAX_HEADER) {
+        return Err(invalid(format!("its header is longer than {} MiB, or damaged", MAX_HEADER >> 20)));
+    }
     let damaged = |e: safetensors::SafeTensorError| {
         invalid(format!("not a safetensors file, or a damaged one: {e}").replace(['\n', '\r'], " "))
     };

@@ -26,6 +26,8 @@ mod radial;
 mod rows;
 mod sampled;
 pub mod shrm;
+#[cfg(test)]
+mod small;
 pub mod source;
 mod split;
 mod stack;

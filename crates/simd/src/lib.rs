@@ -1,8 +1,9 @@
 //! Run-time instruction-set dispatch: the only crate of Steradian that contains `unsafe`.
 //!
 //! [`dispatch`] runs a closure compiled for the best instruction set of this machine. Everything that the
-//! closure calls must be `#[inline(always)]` to be compiled along with it. `STERADIAN_ISA`
-//! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines.
+//! closure calls must be `#[inline(always)]` to be compiled along with it. The environment variable `STERADIAN_ISA`
+//! (`portable`, `avx2`, `avx512`) pins the choice, for bit-identical results across machines. It is read once; what
+//! cannot be met is refused: programs ask [`check`] first and say so, elsewhere [`isa`] panics.
 //!
 //! On aarch64 plain loops with fused multiplication and addition stand for NEON, which compilers map to its vectors;
 //! `scripts/test-aarch64.sh` runs the tests there under emulation.
@@ -31,6 +32,14 @@ pub enum Isa {
 }
 
 impl Isa {
+    /// All, from the narrowest.
+    const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+
+    /// Those that this machine has, whatever `STERADIAN_ISA` says, from the narrowest.
+    pub fn available() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().take_while(|isa| *isa <= detect())
+    }
+
     /// The name that `STERADIAN_ISA` takes.
     pub fn name(self) -> &'static str {
         match self {
@@ -41,17 +50,62 @@ impl Isa {
     }
 }
 
-/// The instruction set in use: the best that the machine has, or what `STERADIAN_ISA` pins (if present).
+/// `STERADIAN_ISA` names what cannot be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum IsaError {
+    /// The instruction set exists, but this machine lacks it.
+    Lacking(Isa),
+    /// No instruction set has this name.
+    Unknown(String),
+}
+
+impl std::fmt::Display for IsaError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Lacking(isa) => write!(f, "STERADIAN_ISA={}: this machine lacks it; it has", isa.name())?,
+            Self::Unknown(name) => {
+                let short: String = name.chars().take(40).collect();
+                write!(f, "STERADIAN_ISA={short:?}: no such instruction set; this machine has")?;
+            }
+        }
+        Isa::available().try_for_each(|isa| write!(f, " {}", isa.name()))?;
+        write!(f, " (unset: the last)")
+    }
+}
+
+impl std::error::Error for IsaError {}
+
+/// What a setting of `STERADIAN_ISA` asks for on a machine whose best is `best`. An empty one is none.
+fn resolve(setting: Option<&str>, best: Isa) -> Result<Isa, IsaError> {
+    let Some(name) = setting.filter(|name| !name.is_empty()) else { return Ok(best) };
+    match Isa::ALL.into_iter().find(|isa| isa.name() == name) {
+        Some(isa) if isa <= best => Ok(isa),
+        Some(isa) => Err(IsaError::Lacking(isa)),
+        None => Err(IsaError::Unknown(name.into())),
+    }
+}
+
+/// The instruction set in use: the best that the machine has, or what `STERADIAN_ISA` pins.
+///
+/// # Errors
+/// If `STERADIAN_ISA` names an instruction set that the machine lacks, or none.
+pub fn check() -> Result<Isa, IsaError> {
+    static ISA: OnceLock<Result<Isa, IsaError>> = OnceLock::new();
+    let read = || {
+        let setting = std::env::var_os("STERADIAN_ISA");
+        resolve(setting.map(|s| s.to_string_lossy().into_owned()).as_deref(), detect())
+    };
+    ISA.get_or_init(read).clone()
+}
+
+/// The instruction set in use: the best that the machine has, or what `STERADIAN_ISA` pins.
+///
+/// # Panics
+/// If `STERADIAN_ISA` names an instruction set that the machine lacks, or none; [`check`] tells it as an error.
+#[inline]
 pub fn isa() -> Isa {
     static ISA: OnceLock<Isa> = OnceLock::new();
-    *ISA.get_or_init(|| {
-        let best = detect();
-        match std::env::var("STERADIAN_ISA").as_deref() {
-            Ok("portable") => Isa::Portable,
-            Ok("avx2") => best.min(Isa::Avx2),
-            _ => best,
-        }
-    })
+    *ISA.get_or_init(|| check().unwrap_or_else(|e| panic!("{e}")))
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -221,6 +275,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn settings_that_cannot_be_met_are_refused() {
+        for best in Isa::ALL {
+            assert_eq!(resolve(None, best), Ok(best));
+            assert_eq!(resolve(Some(""), best), Ok(best));
+            for isa in Isa::ALL {
+                let met = if isa <= best { Ok(isa) } else { Err(IsaError::Lacking(isa)) };
+                assert_eq!(resolve(Some(isa.name()), best), met);
+            }
+        }
+        assert_eq!(resolve(Some("AVX2"), Isa::Avx512), Err(IsaError::Unknown("AVX2".into())));
+        let said = IsaError::Unknown("x\n".repeat(1000)).to_string();
+        assert!(said.len() < 200 && !said.contains('\n') && said.contains("portable"), "{said}");
+        let said = IsaError::Lacking(Isa::Avx512).to_string();
+        assert!(said.starts_with("STERADIAN_ISA=avx512: this machine lacks it; it has portable"), "{said}");
+    }
+
+    #[test]
     fn dispatch_returns_what_the_closure_returns() {
         let x: Vec<f32> = (0..1000).map(|i| i as f32).collect();
         assert_eq!(dispatch(|| x.iter().sum::<f32>()), 499_500.0);
@@ -309,7 +380,7 @@ mod tests {
     fn vectors_sum_their_lanes() {
         let x: Vec<f64> = (0..192).map(f64::from).collect();
         let y: Vec<f32> = x.iter().map(|x| *x as f32).collect();
-        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+        for isa in Isa::available() {
             for (s, special) in [(run_on(isa, Sums(&x[..])), true), (run_on(isa, Sums(&y[..])), false)] {
                 let lanes = s[15] as usize;
                 for k in 0..12 {
@@ -337,7 +408,7 @@ mod tests {
     #[test]
     fn two_registers_of_f64_make_one_of_f32() {
         let x: Vec<f64> = (0..16).map(|k| 1.0 / f64::from(k + 1)).collect();
-        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+        for isa in Isa::available() {
             let y = run_on(isa, Narrow(&x));
             assert!(y.iter().zip(&x).all(|(y, x)| *y == *x as f32), "{isa:?}");
         }
@@ -377,7 +448,7 @@ mod tests {
     fn squares_are_transposed() {
         #[repr(align(64))]
         struct Aligned<T>([T; 272]);
-        for isa in [Isa::Portable, Isa::Avx2, Isa::Avx512] {
+        for isa in Isa::available() {
             let mut single = Aligned(std::array::from_fn(|k| k as f32));
             let mut double = Aligned(std::array::from_fn(|k| k as f64));
             let (n, m) = (run_on(isa, Square(&mut single.0[..])), run_on(isa, Square(&mut double.0[..])));

@@ -13,6 +13,8 @@ pub mod quadrature;
 pub mod sampling;
 pub mod sg;
 pub mod sh;
+#[cfg(test)]
+mod small;
 pub mod wavelet;
 
 pub use frame::Frame;

@@ -1,4 +1,12 @@
-//! Test-only helpers: where the real data lies.
+//! Test-only helpers: where the real data lies, and tests on every instruction set.
+
+mod isa;
+
+pub use isa::on_every_isa;
+
+mod mutate;
+
+pub use mutate::Mutator;
 
 use std::path::PathBuf;
 

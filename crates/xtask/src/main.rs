@@ -1,12 +1,15 @@
-//! Generates the pages of the book that come from the code, checks that they are fresh, and repeats published figures.
+//! Generates the pages of the book that come from the code, checks that they are fresh, repeats published figures, and
+//! says what a clean build costs.
 //!
 //! ```text
 //! cargo run -p steradian-xtask -- pages                   writes docs/
 //! cargo run -p steradian-xtask -- check                   fails where a page is stale
 //! cargo run --release -p steradian-xtask -- figures 5.7   a figure of RH02, ours beside the paper's
+//! cargo run -p steradian-xtask -- build-times             what a clean build of the command costs, crate by crate
 //! ```
 
 mod brdfs;
+mod build_times;
 mod commands;
 mod figures;
 mod techniques;
@@ -39,7 +42,8 @@ fn main() -> Result<()> {
         "pages" => true,
         "check" => false,
         "figures" => return figures::run(words),
-        _ => bail!("usage: cargo run -p steradian-xtask -- pages | check | figures NAME"),
+        "build-times" => return build_times::run(&root),
+        _ => bail!("usage: cargo run -p steradian-xtask -- pages | check | figures NAME | build-times"),
     };
     let mut stale = Vec::new();
     for page in pages(&root)? {

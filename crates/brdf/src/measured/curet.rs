@@ -13,13 +13,13 @@
 //! sample's number and its measurements. The directions are in a second file, `angles=` (default `angles.dat` beside the
 //! first), one row per measurement. The fits that CUReT publishes (`kp8*.dat`) are not read: their order is not documented.
 
-use super::curet_file::{self, Fault, Pair};
+use super::curet_file::{self, Pair};
 use super::zernike::{self, MODES, ORDER};
 use crate::draw::{self, Draw};
 use crate::math::above;
 use crate::registry::Entry;
 use crate::spec::{Args, Interval};
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, linear};
+use crate::{Brdf, Files, Info, Lobe, Sample, SharedBrdf, SpecError, linear};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -56,9 +56,11 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let angles = a.get("angles").map_or_else(|| path.with_file_name("angles.dat"), PathBuf::from);
     let other = a.get("angles").map(|angles| format!(",angles={angles}")).unwrap_or_default();
     let spec = format!("curet:{name},sample={sample}{other}");
-    let read = Curet::read(path, &angles, sample as u32, spec);
-    let brdf = read.map_err(|(file, what)| SpecError::File { file: file.display().to_string(), what })?;
-    Ok(Arc::new(brdf))
+    Ok(Arc::new(match a.files.held() {
+        Some(numbers) => Curet::from_numbers(spec, numbers)
+            .ok_or_else(|| a.syntax(format!("what is kept of {name} is damaged")))?,
+        None => Curet::read(path, &angles, sample as u32, spec, a.files)?,
+    }))
 }
 
 /// A sample of CUReT's, refitted.
@@ -79,26 +81,40 @@ impl Curet {
         self.residual
     }
 
-    fn read(path: &Path, angles: &Path, sample: u32, spec: String) -> Result<Self, Fault> {
-        let directions = curet_file::directions(angles)?;
+    fn read(
+        path: &Path,
+        angles: &Path,
+        sample: u32,
+        spec: String,
+        files: Files<'_>,
+    ) -> Result<Self, SpecError> {
+        let directions = curet_file::directions(angles, files)?;
         let mut channels = Vec::new();
         for path in colours(path) {
-            let values = curet_file::row(&path, sample)?;
+            let values = curet_file::row(&path, sample, files)?;
             if values.len() != directions.len() {
                 let (n, m) = (values.len(), directions.len());
                 let what = format!(
                     "sample {sample} has {n} measurements for {m} directions in {}",
                     angles.display()
                 );
-                return Err((path, what));
+                return Err(curet_file::fault(&path, what));
             }
             channels.push(values);
         }
         let fit = fit(&directions, &channels).ok_or_else(|| {
-            (angles.to_owned(), "too few different directions to fit a reflectance".to_owned())
+            curet_file::fault(angles, "too few different directions to fit a reflectance".into())
         })?;
         let modes = std::array::from_fn(|c| fit.modes[c.min(fit.modes.len() - 1)]);
         Ok(Self { spec, modes, residual: fit.residual })
+    }
+
+    /// See [`Brdf::held`]: the modes of the three channels, then the residual.
+    fn from_numbers(spec: String, numbers: &[f64]) -> Option<Self> {
+        let (&residual, modes) = numbers.split_last()?;
+        let (modes, []) = modes.as_chunks::<MODES>() else { return None };
+        let modes = modes.try_into().ok()?;
+        numbers.iter().all(|v| v.is_finite()).then_some(Self { spec, modes, residual })
     }
 }
 
@@ -173,6 +189,10 @@ impl Brdf for Curet {
         self.spec.clone()
     }
 
+    fn held(&self) -> Option<Vec<f64>> {
+        Some(self.modes.iter().flatten().copied().chain([self.residual]).collect())
+    }
+
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         if !above(wi, wo) {
             return [0.0; 3];
@@ -198,7 +218,7 @@ impl Brdf for Curet {
 mod tests {
     use super::*;
     use crate::math::spherical;
-    use crate::parse;
+    use crate::{parse, parse_with};
     use std::fmt::Write as _;
 
     /// 205 pairs of directions up to 80°, as (θ_i, φ_i, θ_v, φ_v).
@@ -239,7 +259,8 @@ mod tests {
         for degrees in [false, true] {
             let folder = folder(&format!("smooth{degrees}"), degrees, &*truth);
             let path = folder.join("rbrdf.dat");
-            let b = parse(&format!("curet:{},sample=12", path.display())).expect("read");
+            let spec = format!("curet:{},sample=12", path.display());
+            let b = parse_with(&spec, Files::Any).expect("read");
             assert!(b.is_isotropic() && b.spec().contains("sample=12"));
             for (a, o) in [(0.2, 0.5), (0.9, 0.1), (1.1, 1.0), (0.0, 0.7)] {
                 let (wi, wo) = (spherical(a, 2.0), spherical(o, 0.6));
@@ -250,6 +271,12 @@ mod tests {
                 assert_eq!(got, b.eval(wo, wi));
             }
             std::fs::remove_dir_all(folder).expect("removed");
+            let kept = b.held().expect("numbers");
+            let again = parse_with(&spec, Files::Held(&kept)).expect("without the files");
+            let (wi, wo) = (spherical(0.3, 1.0), spherical(0.8, 2.0));
+            assert_eq!((again.eval(wi, wo), again.spec()), (b.eval(wi, wo), b.spec()));
+            assert!(parse_with(&spec, Files::Held(&kept[1..])).is_err());
+            assert!(parse(&spec).expect_err("data").to_string().contains("is not opened"));
         }
     }
 
@@ -276,7 +303,7 @@ mod tests {
         let folder = folder("faults", false, &*parse("lambert").expect("spec"));
         let at = |name: &str| folder.join(name).display().to_string();
         let message = |spec: String| {
-            let e = parse(&spec).expect_err(&spec).to_string();
+            let e = parse_with(&spec, Files::Any).expect_err(&spec).to_string();
             assert!(!e.contains('\n'), "{e}");
             e
         };
@@ -306,7 +333,7 @@ mod tests {
         let path = Path::new(&folder).join("rbrdf.dat");
         let angles = path.with_file_name("angles.dat");
         for sample in 1..=61 {
-            let fitted = Curet::read(&path, &angles, sample, String::new()).expect("readable");
+            let fitted = Curet::read(&path, &angles, sample, String::new(), Files::Any).expect("readable");
             assert!(fitted.residual() < 0.5, "sample {sample}: {}", fitted.residual());
         }
     }

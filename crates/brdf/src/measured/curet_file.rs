@@ -1,9 +1,9 @@
 //! CUReT's tables: rows of measurements, and the directions at which all of them were taken.
 
+use crate::{Files, SpecError};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// More than 61 rows of 205 numbers need.
 const MAX_BYTES: u64 = 4 << 20;
@@ -13,13 +13,15 @@ const MAX_NUMBERS: usize = 4096;
 /// One pair of directions, local frame.
 pub(super) type Pair = (DVec3, DVec3);
 
-/// What a file is and why it cannot be used.
-pub(super) type Fault = (PathBuf, String);
+/// A file that cannot be used.
+pub(super) fn fault(path: &Path, what: String) -> SpecError {
+    SpecError::File { file: path.display().to_string(), what }
+}
 
 /// The measurements of one sample: what follows the number `sample` on its row.
-pub(super) fn row(path: &Path, sample: u32) -> Result<Vec<f64>, Fault> {
-    let fault = |what: String| (path.to_owned(), what);
-    let rows = rows(path)?;
+pub(super) fn row(path: &Path, sample: u32, files: Files<'_>) -> Result<Vec<f64>, SpecError> {
+    let fault = |what: String| fault(path, what);
+    let rows = rows(path, files)?;
     let id = |row: &Vec<f64>| row.first().copied();
     if let Some(row) = rows.iter().find(|r| id(r) == Some(f64::from(sample))) {
         let values = &row[1..];
@@ -36,9 +38,9 @@ pub(super) fn row(path: &Path, sample: u32) -> Result<Vec<f64>, Fault> {
 
 /// The directions: rows θ_i φ_i θ_v φ_v, or the same after a running number; radians, or degrees where a polar angle is
 /// above π/2. Both directions point away from the surface.
-pub(super) fn directions(path: &Path) -> Result<Vec<Pair>, Fault> {
-    let fault = |what: String| (path.to_owned(), what);
-    let rows = rows(path)?;
+pub(super) fn directions(path: &Path, files: Files<'_>) -> Result<Vec<Pair>, SpecError> {
+    let fault = |what: String| fault(path, what);
+    let rows = rows(path, files)?;
     let angles: Option<Vec<[f64; 4]>> = rows
         .iter()
         .map(|r| r[r.len().saturating_sub(4)..].try_into().ok().filter(|_| r.len() <= 5))
@@ -60,14 +62,9 @@ pub(super) fn directions(path: &Path) -> Result<Vec<Pair>, Fault> {
 }
 
 /// The numbers of a text file, by line; `#` begins a comment.
-fn rows(path: &Path) -> Result<Vec<Vec<f64>>, Fault> {
-    let fault = |what: String| (path.to_owned(), what);
-    let mut text = String::new();
-    let opened = std::fs::File::open(path).map_err(|e| fault(e.to_string()))?;
-    opened.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| fault(e.to_string()))?;
-    if text.len() as u64 > MAX_BYTES {
-        return Err(fault("longer than 4 MiB: not a table of CUReT's".into()));
-    }
+fn rows(path: &Path, files: Files<'_>) -> Result<Vec<Vec<f64>>, SpecError> {
+    let fault = |what: String| fault(path, what);
+    let text = files.read(path, MAX_BYTES, "a table of CUReT's")?;
     let mut rows = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();

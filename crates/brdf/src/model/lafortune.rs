@@ -57,7 +57,12 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     }
     if let Some(file) = a.get("lobes") {
         refuse_others(a, "lobes=", &[])?;
-        return Ok(Arc::new(super::lafortune_file::read(file)?));
+        let spec = format!("lafortune:lobes={file}");
+        return Ok(Arc::new(match a.files.held() {
+            Some(numbers) => Lafortune::from_numbers(spec, numbers)
+                .ok_or_else(|| a.syntax(format!("what is kept of {file} is damaged")))?,
+            None => super::lafortune_file::read(file, spec, a.files)?,
+        }));
     }
     let n = a.required("n", Interval::closed(0.0, 1e8))?;
     let c = DVec3::new(
@@ -135,7 +140,27 @@ pub struct Lafortune {
     pub lobes: Vec<[Cosine; 3]>,
 }
 
+/// Numbers of one lobe: c, n and ks of each channel.
+const PER_LOBE: usize = 15;
+
 impl Lafortune {
+    /// See [`Brdf::held`]: kd, then the lobes.
+    fn numbers(&self) -> Vec<f64> {
+        let one = |l: &Cosine| [l.c.x, l.c.y, l.c.z, l.n, l.ks];
+        self.kd.into_iter().chain(self.lobes.iter().flatten().flat_map(one)).collect()
+    }
+
+    fn from_numbers(spec: String, numbers: &[f64]) -> Option<Self> {
+        let (kd, rest) = numbers.split_first_chunk::<3>()?;
+        let one = |v: &[f64]| Cosine { c: DVec3::new(v[0], v[1], v[2]), n: v[3], ks: v[4] };
+        let lobe = |v: &[f64]| std::array::from_fn(|i| one(&v[5 * i..]));
+        let own = Self { spec, kd: *kd, lobes: rest.chunks_exact(PER_LOBE).map(lobe).collect() };
+        let good = |l: &Cosine| (0.0..=1e8).contains(&l.n) && l.ks >= 0.0;
+        let whole = rest.len().is_multiple_of(PER_LOBE) && numbers.iter().all(|v| v.is_finite());
+        let fits = kd.iter().all(|k| (0.0..=1.0).contains(k)) && own.lobes.iter().flatten().all(good);
+        (whole && fits).then_some(own)
+    }
+
     /// The channels of all lobes, without repetition.
     fn distinct(&self) -> Vec<Cosine> {
         let mut all: Vec<Cosine> = Vec::new();
@@ -163,6 +188,10 @@ impl Brdf for Lafortune {
 
     fn spec(&self) -> String {
         self.spec.clone()
+    }
+
+    fn held(&self) -> Option<Vec<f64>> {
+        self.spec.contains("lobes=").then(|| self.numbers())
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -5,23 +5,17 @@
 //! skipped. Every lobe line adds a lobe to its channels.
 
 use super::lafortune::{Cosine, Lafortune};
-use crate::SpecError;
+use crate::{Files, SpecError};
 use glam::DVec3;
-use std::io::Read;
+use std::path::Path;
 
 /// More than any set of lobes needs.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Reads the file.
-pub(crate) fn read(file: &str) -> Result<Lafortune, SpecError> {
-    let fault = |what: String| SpecError::File { file: file.to_owned(), what };
-    let mut text = String::new();
-    let opened = std::fs::File::open(file).map_err(|e| fault(e.to_string()))?;
-    opened.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| fault(e.to_string()))?;
-    if text.len() as u64 > MAX_BYTES {
-        return Err(fault("longer than 1 MiB: not a file of Lafortune lobes".into()));
-    }
-    parse(&text, format!("lafortune:lobes={file}")).map_err(fault)
+/// Reads the file; `spec` is what the reflectance says of itself.
+pub(crate) fn read(file: &str, spec: String, files: Files<'_>) -> Result<Lafortune, SpecError> {
+    let text = files.read(Path::new(file), MAX_BYTES, "a file of Lafortune lobes")?;
+    parse(&text, spec).map_err(|what| SpecError::File { file: file.to_owned(), what })
 }
 
 /// Parses the text of a file.

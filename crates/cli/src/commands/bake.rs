@@ -169,7 +169,7 @@ fn bake(o: &Options, technique: &'static dyn AnyTechnique, context: &mut Context
     Ok(Done {
         certificate: bake.certificate().clone(),
         bake,
-        made: Made::of(&o.brdf, &o.environment, &o.adjust),
+        made: Made::of(&o.brdf, material.brdf.held(), &o.environment, &o.adjust),
         asked,
         seconds: start.elapsed().as_secs_f64(),
         stages: stages.finish(),

@@ -15,6 +15,7 @@ use clap::Args;
 use forms::{document, html, sheet, table};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Background, Maps, Settings, ToneMapper};
@@ -186,12 +187,14 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
         let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));
         looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
     } else {
-        let own: Vec<&str> = match bakes.first() {
+        let own: Vec<(&str, SharedBrdf)> = match bakes.first() {
             Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?],
-            _ => given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"]),
+            _ => given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"])
+                .into_iter()
+                .map(|spec| Ok((spec, inputs::brdf(spec, context)?)))
+                .collect::<Result<_, Failure>>()?,
         };
-        for spec in own {
-            let brdf = inputs::brdf(spec, context)?;
+        for (spec, brdf) in own {
             bakes.iter().for_each(|file| file.warn_of_another_brdf(&brdf.spec(), context));
             let mut all: Vec<_> =
                 materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
@@ -222,9 +225,9 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
 }
 
 /// The reflectance that a bake names.
-fn baked_brdf(file: &BakeFile) -> Result<&str, Failure> {
+fn baked_brdf(file: &BakeFile) -> Result<(&str, SharedBrdf), Failure> {
     let spec = &file.made.brdf;
-    file.brdf().map(|_| spec.as_str()).ok_or_else(|| {
+    file.brdf().map(|brdf| (spec.as_str(), brdf)).ok_or_else(|| {
         Failure::usage(format!("{}: was baked of {spec}: name it with --brdf", file.path.display()))
     })
 }

@@ -185,7 +185,7 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
             .iter()
             .map(|(label, answers)| Row { label: label.clone(), cells: cells(answers) })
             .collect(),
-        text_scale: 1.4,
+        text_size: 14.0,
     }
 }
 

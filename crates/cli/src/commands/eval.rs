@@ -100,8 +100,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let brdf = o.brdf.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?;
     let lights = lights(&o, context)?;
-    context.note_input(&o.points);
     let table = csv::read(&o.points, &context.limits())?;
+    context.note_input(&o.points);
     let request = request(&table)?;
     if request.p.is_none() && !lights.points.is_empty() {
         let why = "point lights need the columns px,py,pz";

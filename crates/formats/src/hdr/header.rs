@@ -43,6 +43,9 @@ pub(super) struct Orientation {
 /// Lines longer than this belong to no picture.
 const MAX_LINE: usize = 1 << 16;
 
+/// Every program that touches a picture adds a line or two.
+const MAX_LINES: usize = 4096;
+
 /// Parses the header; the error is one line.
 pub(super) fn parse(bytes: &[u8]) -> Result<Header, String> {
     let mut at = 0;
@@ -65,6 +68,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, String> {
         let text = line(bytes, &mut at)?;
         if text.is_empty() {
             break;
+        }
+        if header.lines.len() == MAX_LINES {
+            return Err(format!("the header has more than {MAX_LINES} lines"));
         }
         header.information(&text)?;
     }

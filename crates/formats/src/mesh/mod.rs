@@ -63,6 +63,6 @@ fn decode(
     if data.parts.iter().all(|p| p.triangles.is_empty()) {
         return Err(source.fault("contains no triangles"));
     }
-    data.notes.append(&mut source.notes);
+    data.notes = source.notes();
     Ok(data)
 }

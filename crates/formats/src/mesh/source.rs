@@ -1,9 +1,22 @@
 //! Where bytes come from, and how many may be spent.
 
+use crate::error::shortened;
 use crate::image::read_bytes;
 use crate::{FormatError, Limits};
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+
+/// Decoded bytes for each byte of a mesh file and of what it refers to: a scene of a thousand instances stays below it.
+const MAX_RATIO: u64 = 2000;
+
+/// What any mesh may take, however short its file is.
+const SMALL: u64 = 16 << 20;
+
+/// Decompressed bytes for each byte of gzip: meshes come to about 10, smooth ones in text to 50.
+const MAX_GZIP_RATIO: u64 = 200;
+
+/// Notes that are kept; more are counted.
+const MAX_NOTES: usize = 64;
 
 /// A mesh file being read: its name for errors, the folder that it may refer to, and what is left to allocate.
 pub struct Source<'a> {
@@ -11,17 +24,41 @@ pub struct Source<'a> {
     folder: Option<&'a Path>,
     /// The limits of the whole read.
     pub limits: Limits,
+    /// What may still be decoded, by the bytes that were read.
     budget: u64,
-    /// Becomes [`crate::mesh::MeshData::notes`].
-    pub notes: Vec<String>,
+    /// What may still be allocated, whatever is read.
+    memory: u64,
+    notes: Vec<String>,
+    /// Notes beyond [`MAX_NOTES`].
+    more_notes: usize,
 }
 
 impl<'a> Source<'a> {
-    /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold `max_ratio` times its bytes, so
+    /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold [`MAX_RATIO`] times its bytes, so
     /// that a short file with large counts allocates little.
     pub fn new(path: &'a Path, folder: Option<&'a Path>, len: usize, limits: &Limits) -> Self {
-        let budget = limits.max_memory.min((len as u64).saturating_mul(limits.max_ratio));
-        Self { path, folder, limits: *limits, budget, notes: Vec::new() }
+        let ratio = limits.max_ratio.min(MAX_RATIO);
+        let budget = (len as u64).saturating_mul(ratio).max(SMALL);
+        let memory = limits.max_memory;
+        Self { path, folder, limits: *limits, budget, memory, notes: Vec::new(), more_notes: 0 }
+    }
+
+    /// Notes something that was left out or mended, once.
+    pub fn note(&mut self, note: impl Into<String>) {
+        let note = shortened(note.into());
+        if self.notes.contains(&note) {
+            return;
+        }
+        if self.notes.len() < MAX_NOTES { self.notes.push(note) } else { self.more_notes += 1 }
+    }
+
+    /// The notes, which become those of the mesh.
+    pub fn notes(self) -> Vec<String> {
+        let mut notes = self.notes;
+        if self.more_notes > 0 {
+            notes.push(format!("and {} notes more", self.more_notes));
+        }
+        notes
     }
 
     /// The file is invalid.
@@ -36,13 +73,19 @@ impl<'a> Source<'a> {
 
     /// Announces an allocation of `count` items of `size` bytes.
     pub fn spend(&mut self, count: u64, size: usize) -> Result<(), FormatError> {
-        match count.checked_mul(size as u64).and_then(|n| self.budget.checked_sub(n)) {
+        let left = |of: u64| count.checked_mul(size as u64).and_then(|n| of.checked_sub(n));
+        match left(self.budget).zip(left(self.memory)) {
             Some(left) => {
-                self.budget = left;
+                (self.budget, self.memory) = left;
                 Ok(())
             }
             None => Err(self.fault(format_args!("{count} items of {size} bytes exceed the memory limit"))),
         }
+    }
+
+    /// Bytes that may still be allocated.
+    pub fn left(&self) -> u64 {
+        self.budget.min(self.memory)
     }
 
     /// The content of a file that this one refers to, relative to its folder.
@@ -61,10 +104,14 @@ impl<'a> Source<'a> {
                 self.fault(format_args!("reference {reference:?} leaves the file's folder by a link"))
             );
         }
-        let bytes = read_bytes(&path, &self.limits)?;
-        self.budget = self.budget.saturating_add((bytes.len() as u64).saturating_mul(self.limits.max_ratio));
-        self.budget = self.budget.min(self.limits.max_memory);
-        Ok(bytes)
+        // Even where the bytes are not kept: a file that is named a thousand times is read a thousand times.
+        if let Ok(found) = path.metadata()
+            && found.is_file()
+        {
+            self.budget = self.budget.saturating_add(found.len().saturating_mul(MAX_RATIO));
+            self.spend(found.len(), 1)?;
+        }
+        read_bytes(&path, &self.limits)
     }
 }
 
@@ -90,7 +137,8 @@ fn below(reference: &str) -> Result<PathBuf, &'static str> {
 
 /// Decompresses gzip within the limits of memory and ratio.
 pub fn inflate(bytes: &[u8], path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
-    let max = limits.max_memory.min((bytes.len() as u64).saturating_mul(limits.max_ratio));
+    let ratio = limits.max_ratio.min(MAX_GZIP_RATIO);
+    let max = limits.max_memory.min((bytes.len() as u64).saturating_mul(ratio));
     let mut out = Vec::new();
     flate2::read::MultiGzDecoder::new(bytes)
         .take(max.saturating_add(1))

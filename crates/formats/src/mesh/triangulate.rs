@@ -3,6 +3,9 @@
 /// Polygons with more corners than this are cut as fans: ear clipping takes quadratic time.
 const MAX_EARS: usize = 512;
 
+/// Corners that are tried as ears, for each corner of the polygon.
+const MAX_TRIES: usize = 8;
+
 /// Calls `emit` with the corner numbers of the triangles of a polygon: ear clipping in the plane of Newell's
 /// normal, so that concave polygons come out whole; a fan where the polygon is not simple.
 pub fn triangulate(corners: &[[f32; 3]], mut emit: impl FnMut([usize; 3])) {
@@ -20,10 +23,16 @@ pub fn triangulate(corners: &[[f32; 3]], mut emit: impl FnMut([usize; 3])) {
     let flat = project(corners);
     let mut left: Vec<usize> = (0..n).collect();
     let mut start = 1;
+    // Each search may try every corner against every other: quadratic for the polygons of real meshes, of which most
+    // corners are ears, cubic for those that are made to be. The rest of such a one is cut anyhow.
+    let mut tries = MAX_TRIES * n;
     while left.len() > 3 {
         let m = left.len();
         // Beginning where the last ear was keeps convex polygons fans.
-        let found = (0..m).map(|k| (start + k) % m).find(|&k| is_ear(&flat, &left, k));
+        let found = (0..m.min(tries)).map(|k| (start + k) % m).find(|&k| {
+            tries -= 1;
+            is_ear(&flat, &left, k)
+        });
         let k = found.unwrap_or(1);
         emit([left[(k + m - 1) % m], left[k], left[(k + 1) % m]]);
         left.remove(k);

@@ -18,14 +18,11 @@ use exr::meta::{BlockDescription, MetaData};
 use half::f16;
 use rayon::prelude::*;
 use std::collections::HashSet;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Decoded bytes that are in flight at once.
 const BATCH_BYTES: usize = 32 << 20;
-
-/// More parts than this belong to no picture.
-const MAX_PARTS: usize = 1000;
 
 /// Decodes the file that `reader` is at the start of; `length` is its size, `name` is for messages.
 pub(crate) fn decode<R: Read + Seek>(
@@ -39,9 +36,6 @@ pub(crate) fn decode<R: Read + Seek>(
     let meta = guarded(|| MetaData::read_from_buffered(&mut reader, false)).map_err(invalid)?;
     if meta.requirements.has_deep_data {
         return Err(invalid("deep data is not read; flatten it first".into()));
-    }
-    if meta.headers.len() > MAX_PARTS {
-        return Err(invalid(format!("{} parts are more than the limit of {MAX_PARTS}", meta.headers.len())));
     }
     let mut chunks = 0u64;
     for header in &meta.headers {
@@ -126,6 +120,9 @@ fn empty(
     Ok((raster, window))
 }
 
+/// What a compressed block may have beyond its pixels: the tables of its codec.
+const SPARE_BYTES: u64 = 1 << 20;
+
 /// The chunks of a file in its order.
 struct Walk<'a, R> {
     reader: R,
@@ -145,7 +142,7 @@ impl<R: Read + Seek> Walk<'_, R> {
     fn skip(&mut self, bytes: u64) -> Result<(), String> {
         // Checked against the file's length, so it fits.
         let by = i64::try_from(bytes).map_err(|_| "damaged: a chunk's size is too large")?;
-        self.reader.seek(SeekFrom::Current(by)).map(|_| ()).map_err(|e| describe(&e.into()))
+        self.reader.seek_relative(by).map_err(|e| describe(&e.into()))
     }
 
     fn i32(&mut self) -> Result<i32, String> {
@@ -170,6 +167,10 @@ impl<R: Read + Seek> Walk<'_, R> {
             if part != self.part || coordinates[2..] != [0, 0] {
                 self.skip(size)?;
                 continue;
+            }
+            // Writers keep what compression would enlarge as it is.
+            if size > 2 * block_bytes(&self.meta.headers[part]) as u64 + SPARE_BYTES {
+                return Err("damaged: a block of pixels is larger than its pixels".into());
             }
             return self.chunk(tiles, coordinates, size as usize).map(Some);
         }
@@ -271,8 +272,10 @@ fn decode_block(
         return Err("damaged: a block of pixels has the wrong size".into());
     }
     let mut values = Vec::with_capacity(selection.channels.len() * width * height);
+    let mut starts = vec![0; sizes.len()];
+    (1..sizes.len()).for_each(|c| starts[c] = starts[c - 1] + sizes[c - 1]);
     for &(c, _) in &selection.channels {
-        let start: usize = sizes[..c].iter().sum();
+        let start = starts[c];
         let kind = header.channels.list[c].sample_type;
         for line in block.data.chunks_exact(line_bytes.max(1)) {
             convert(&line[start..start + sizes[c]], kind, &mut values);

@@ -2,7 +2,7 @@
 
 use crate::image::ReadOptions;
 use crate::{FormatError, atomic};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek};
 use std::path::Path;
 
 /// Longest name of an attribute.
@@ -10,6 +10,19 @@ const MAX_NAME: usize = 255;
 
 /// Attributes of a file; more belong to no picture.
 const MAX_ATTRIBUTES: usize = 100_000;
+
+/// Bytes of all attributes; the largest are small preview images.
+const MAX_ATTRIBUTE_BYTES: u64 = 16 << 20;
+
+/// Channels of a file; a renderer that writes every layer apart comes to hundreds. The library and the choice of a layer
+/// compare them with each other.
+const MAX_CHANNELS: usize = 4096;
+
+/// Parts of a file.
+const MAX_PARTS: usize = 1000;
+
+/// Bytes of a channel's description behind its name.
+const CHANNEL_BYTES: usize = 16;
 
 /// Bit of the version that says that the file has several parts.
 const MULTI_PART: u32 = 0x1000;
@@ -21,7 +34,7 @@ pub(super) fn scan<R: Read + Seek>(
     length: u64,
     options: &ReadOptions,
 ) -> Result<(), FormatError> {
-    let mut scan = Scan { name, reader, length, options };
+    let mut scan = Scan { name, reader, length, options, attribute_bytes: 0, channels: 0 };
     let result = scan.parts();
     let rewound = reader.rewind().map_err(|e| FormatError::invalid(name, atomic::plain(&e)));
     result.and(rewound)
@@ -32,13 +45,15 @@ struct Scan<'a, R> {
     reader: &'a mut R,
     length: u64,
     options: &'a ReadOptions,
+    attribute_bytes: u64,
+    channels: usize,
 }
 
 impl<R: Read + Seek> Scan<'_, R> {
     fn parts(&mut self) -> Result<(), FormatError> {
         let [_magic, version] = [self.u32()?, self.u32()?];
         let mut left = MAX_ATTRIBUTES;
-        loop {
+        for _ in 0..=MAX_PARTS {
             let mut attributes = 0;
             while self.attribute()? {
                 attributes += 1;
@@ -49,6 +64,7 @@ impl<R: Read + Seek> Scan<'_, R> {
                 return Ok(());
             }
         }
+        Err(self.fault(&format!("more parts than the limit of {MAX_PARTS}")))
     }
 
     /// One attribute; `false` at the end of a header.
@@ -62,13 +78,35 @@ impl<R: Read + Seek> Scan<'_, R> {
         if u64::from(size) > self.length {
             return Err(self.fault("truncated in the header"));
         }
+        self.attribute_bytes += u64::from(size);
+        if self.attribute_bytes > MAX_ATTRIBUTE_BYTES {
+            let mib = MAX_ATTRIBUTE_BYTES >> 20;
+            return Err(self.fault(&format!("its attributes have more than the limit of {mib} MiB")));
+        }
         let is_window = matches!(attribute.as_slice(), b"dataWindow" | b"displayWindow");
         if is_window && size == 16 {
             self.window(&String::from_utf8_lossy(&attribute))?;
+        } else if attribute == b"channels" {
+            self.channel_list(size as usize)?;
         } else {
-            self.reader.seek(SeekFrom::Current(size.into())).map_err(|e| self.io(&e))?;
+            self.reader.seek_relative(size.into()).map_err(|e| self.io(&e))?;
         }
         Ok(true)
+    }
+
+    /// Counts the channels: each is a name, a zero, and numbers.
+    fn channel_list(&mut self, size: usize) -> Result<(), FormatError> {
+        let mut bytes = vec![0; size];
+        self.reader.read_exact(&mut bytes).map_err(|e| self.io(&e))?;
+        let mut rest = bytes.as_slice();
+        while let Some(end) = rest.iter().position(|&b| b == 0).filter(|&end| end > 0) {
+            self.channels += 1;
+            if self.channels > MAX_CHANNELS {
+                return Err(self.fault(&format!("more channels than the limit of {MAX_CHANNELS}")));
+            }
+            rest = rest.get(end + 1 + CHANNEL_BYTES..).unwrap_or_default();
+        }
+        Ok(())
     }
 
     fn window(&mut self, which: &str) -> Result<(), FormatError> {

@@ -211,17 +211,13 @@ pub fn latlong_size(layout: Layout, width: usize, height: usize) -> (usize, usiz
 /// `posx negx …`, `right left top bottom front back` (all +X −X +Y −Y +Z −Z), or `front back` for a pair of
 /// paraboloids.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LightError> {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    if name.contains("{}") && !path.exists() {
-        return load_files(&parts(path, &name)?, options);
-    }
-    from_raster(&path.display().to_string(), read_image(path, &options.limits)?, options)
+    load_files(&parts(path)?, options)
 }
 
 /// Loads one file, six faces (+X −X +Y −Y +Z −Z), or a front and a back paraboloid.
 pub fn load_files(paths: &[PathBuf], options: &LoadOptions) -> Result<Loaded, LightError> {
-    if let [one] = paths {
-        return load(one, options);
+    if let [path] = paths {
+        return from_raster(&path.display().to_string(), read_image(path, &options.limits)?, options);
     }
     let mut report: Option<Report> = None;
     let mut files = Vec::with_capacity(paths.len());
@@ -400,8 +396,13 @@ impl Report {
     }
 }
 
-/// The files of a pattern: the first set of names of which every file exists.
-fn parts(path: &Path, name: &str) -> Result<Vec<PathBuf>, LightError> {
+/// The files that `path` means to [`load`]: itself, or where its name holds `{}` and no file has that name, the first set
+/// of parts of which every file exists.
+pub fn parts(path: &Path) -> Result<Vec<PathBuf>, LightError> {
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    if !name.contains("{}") || path.exists() {
+        return Ok(vec![path.into()]);
+    }
     const SETS: [&[&str]; 7] = [
         &["px", "nx", "py", "ny", "pz", "nz"],
         &["posx", "negx", "posy", "negy", "posz", "negz"],

@@ -8,8 +8,9 @@ use super::{At, MeshSource, SceneBackground, SceneFile, SceneLight, SceneMateria
 use crate::{NormalFiltering, ToneMapper};
 use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
 use std::collections::BTreeMap;
-use std::path::{Component, Path};
 use steradian_base::ParamValues;
+use steradian_brdf::{Files, parse_with};
+use steradian_formats::stays_below;
 use steradian_light::{DirectionalLight, DiskLight, PointLight};
 use steradian_scene::Camera;
 use toml::Spanned;
@@ -21,7 +22,7 @@ const MAX_SAMPLES: usize = 32;
 /// Field of view of a camera that says nothing, degrees.
 const DEFAULT_FOV: f32 = 35.0;
 
-pub fn check(source: Source<'_>, t: SceneText) -> Result<SceneFile, SceneError> {
+pub fn check(source: Source<'_>, t: SceneText, files: Files<'_>) -> Result<SceneFile, SceneError> {
     if t.mesh.is_empty() {
         return Err(source.error(source.text.len(), "no [[mesh]]: a picture needs at least one"));
     }
@@ -32,7 +33,7 @@ pub fn check(source: Source<'_>, t: SceneText) -> Result<SceneFile, SceneError> 
         text: source.text.into(),
         camera: t.camera.map(|c| camera(&source, &c)).transpose()?,
         meshes,
-        materials: materials(&source, &t.material)?,
+        materials: materials(&source, &t.material, files)?,
         light: light(&source, t.light)?,
         output: output(&source, t.output)?,
     })
@@ -95,7 +96,8 @@ fn mesh(source: &Source<'_>, m: &Spanned<MeshText>, names: &[&str]) -> Result<Sc
         (None, None) => return Err(source.error(here, "[[mesh]]: needs 'file' or 'shape'")),
     };
     let name = m.material.get_ref();
-    let Some(material) = names.iter().position(|n| n == name) else {
+    // In order, as the map that they are the keys of.
+    let Ok(material) = names.binary_search(&name.as_str()) else {
         return Err(source.error(start(&m.material), unknown("material", name, names)));
     };
     finite(source, here, "translate", &m.translate)?;
@@ -122,10 +124,7 @@ fn scale(source: &Source<'_>, m: &MeshText) -> Result<Vec3, SceneError> {
 /// A file name that stays below the scene file's folder.
 fn below(source: &Source<'_>, name: &Spanned<String>, key: &str) -> Result<String, SceneError> {
     let text = name.get_ref();
-    let inside = !text.is_empty()
-        && !text.contains("://")
-        && Path::new(text).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-    if inside {
+    if stays_below(text) {
         return Ok(text.clone());
     }
     let why = format!("key '{key}': '{text}' must be a file below the scene file's own folder");
@@ -135,12 +134,18 @@ fn below(source: &Source<'_>, name: &Spanned<String>, key: &str) -> Result<Strin
 fn materials(
     source: &Source<'_>,
     all: &BTreeMap<String, Spanned<MaterialText>>,
+    files: Files<'_>,
 ) -> Result<Vec<SceneMaterial>, SceneError> {
-    all.iter().map(|(name, m)| material(source, name, m.get_ref())).collect()
+    all.iter().map(|(name, m)| material(source, name, m.get_ref(), files)).collect()
 }
 
-fn material(source: &Source<'_>, name: &str, m: &MaterialText) -> Result<SceneMaterial, SceneError> {
-    let brdf = steradian_brdf::parse(m.brdf.get_ref())
+fn material(
+    source: &Source<'_>,
+    name: &str,
+    m: &MaterialText,
+    files: Files<'_>,
+) -> Result<SceneMaterial, SceneError> {
+    let brdf = parse_with(m.brdf.get_ref(), files)
         .map_err(|e| source.error(start(&m.brdf), format!("material '{name}', key 'brdf': {e}")))?;
     let image = |t: &Option<Spanned<String>>, key: &str| {
         t.as_ref().map(|t| Ok(At { value: below(source, t, key)?, at: start(t) })).transpose()

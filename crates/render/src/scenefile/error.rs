@@ -65,6 +65,9 @@ fn unknown_field(message: &str) -> Option<(&str, Vec<&str>)> {
     Some((quoted.next()?, quoted.collect()))
 }
 
+/// Names that a message lists.
+const MOST_NAMES: usize = 64;
+
 /// "unknown KIND 'x' (did you mean 'y'?); there are: …".
 pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
     let nearest = known.iter().map(|k| (distance(word, k), *k)).min();
@@ -72,7 +75,9 @@ pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
         Some((d, k)) if d <= 1 + word.chars().count() / 3 => format!(" (did you mean '{k}'?)"),
         _ => String::new(),
     };
-    format!("unknown {kind} '{word}'{hint}; there are: {}", known.join(", "))
+    let more = if known.len() > MOST_NAMES { ", …" } else { "" };
+    let known = &known[..known.len().min(MOST_NAMES)];
+    format!("unknown {kind} '{word}'{hint}; there are: {}{more}", known.join(", "))
 }
 
 /// Levenshtein's edit distance, where `-` and `_` are the same.

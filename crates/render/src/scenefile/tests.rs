@@ -31,14 +31,18 @@ tone_mapper = "aces"
 background = [0.1, 0.1, 0.1]
 "#;
 
+fn parse(text: &str) -> Result<SceneFile, SceneError> {
+    SceneFile::parse("s.toml", text, Files::None)
+}
+
 fn fault(from: &str, to: &str) -> String {
     assert!(GOOD.contains(from), "{from}");
-    SceneFile::parse("s.toml", &GOOD.replacen(from, to, 1)).unwrap_err().to_string()
+    parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string()
 }
 
 #[test]
 fn a_good_file_says_what_it_says() {
-    let s = SceneFile::parse("s.toml", GOOD).unwrap();
+    let s = parse(GOOD).unwrap();
     // Rotating +Z by 90° about +Y gives +X; then scale and translation.
     let p = s.meshes[0].transform.transform_point3(Vec3::Z);
     assert!((p - Vec3::new(3.0, 2.0, 3.0)).length() < 1e-5, "{p}");
@@ -104,7 +108,7 @@ fn values_are_checked_where_they_stand() {
 
 #[test]
 fn no_mesh_and_no_light_are_faults() {
-    assert!(SceneFile::parse("s.toml", "").unwrap_err().why.contains("no [[mesh]]"));
+    assert!(parse("").unwrap_err().why.contains("no [[mesh]]"));
     let dark = "[[mesh]]\nshape='sphere'\nmaterial='a'\n[material.a]\nbrdf='lambert'\n";
-    assert!(SceneFile::parse("s.toml", dark).unwrap_err().why.contains("no light"));
+    assert!(parse(dark).unwrap_err().why.contains("no light"));
 }

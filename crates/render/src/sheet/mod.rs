@@ -1,6 +1,5 @@
 //! Contact sheets: a grid of pictures with labels.
 
-mod font;
 mod text;
 
 pub use text::Pen;
@@ -36,8 +35,8 @@ pub struct Sheet {
     pub columns: Vec<String>,
     /// The rows.
     pub rows: Vec<Row>,
-    /// Pixels per grid unit of the text; capitals are 7 units high. 0 takes 1.5.
-    pub text_scale: f32,
+    /// Pixels per em of the text. 0 takes 15.
+    pub text_size: f32,
 }
 
 const PAPER: [u8; 3] = [22, 24, 28];
@@ -58,9 +57,9 @@ struct Metrics {
 impl Sheet {
     /// The page.
     pub fn draw(&self) -> Display {
-        let scale = if self.text_scale > 0.0 { self.text_scale } else { 1.5 };
-        let (bright, dim) = (Pen::new(scale, BRIGHT), Pen::new(scale, DIM));
-        let title = Pen::new(1.7 * scale, BRIGHT).bold();
+        let em = if self.text_size > 0.0 { self.text_size } else { 15.0 };
+        let (bright, dim) = (Pen::new(em, BRIGHT), Pen::new(em, DIM));
+        let title = Pen::new(1.7 * em, BRIGHT).bold();
         let m = self.measure(&title, &bright);
         let columns = self.columns.len();
         let width = 2 * m.margin + m.label + columns * m.cell.0 + columns.saturating_sub(1) * m.gap;
@@ -87,7 +86,7 @@ impl Sheet {
     }
 
     fn measure(&self, title: &Pen, pen: &Pen) -> Metrics {
-        let scale = pen.scale;
+        let em = pen.size;
         let cells = || self.rows.iter().flat_map(|r| r.cells.iter().flatten());
         let widest =
             |lines: &mut dyn Iterator<Item = &String>| lines.map(|l| pen.width(l)).fold(0.0f32, f32::max);
@@ -98,12 +97,12 @@ impl Sheet {
         let width = cells().map(|c| c.picture.width).max().unwrap_or(0).max(words as usize + 1);
         let captions = cells().map(|c| c.caption.len()).max().unwrap_or(0);
         Metrics {
-            margin: (12.0 * scale) as usize,
-            gap: (8.0 * scale) as usize,
-            label: if side > 0.0 { (side + 10.0 * scale) as usize } else { 0 },
-            head: if head > 0.0 { (head + 6.0 * scale) as usize } else { 0 },
-            column_head: if self.columns.iter().all(String::is_empty) { 0 } else { (13.0 * scale) as usize },
-            caption: if captions > 0 { (4.0 * scale + pen.line() * captions as f32) as usize } else { 0 },
+            margin: (1.25 * em) as usize,
+            gap: (0.85 * em) as usize,
+            label: if side > 0.0 { (side + em) as usize } else { 0 },
+            head: if head > 0.0 { (head + 0.6 * em) as usize } else { 0 },
+            column_head: if self.columns.iter().all(String::is_empty) { 0 } else { (1.4 * em) as usize },
+            caption: if captions > 0 { (0.45 * em + pen.line() * captions as f32) as usize } else { 0 },
             cell: (width, cells().map(|c| c.picture.height).max().unwrap_or(0)),
         }
     }
@@ -121,7 +120,7 @@ fn draw_row(page: &mut Display, row: &Row, m: &Metrics, at: (usize, usize), pens
         let Some(cell) = cell else { continue };
         let x = at.0 + c * (m.cell.0 + m.gap);
         page.paste(&cell.picture, x + (m.cell.0 - cell.picture.width.min(m.cell.0)) / 2, at.1);
-        let y = (at.1 + m.cell.1) as f32 + 4.0 * dim.scale;
+        let y = (at.1 + m.cell.1) as f32 + 0.45 * dim.size;
         for (k, text) in cell.caption.iter().enumerate() {
             let pen = if k == 0 && cell.caption.len() > 1 { bright } else { dim };
             pen.centred(page, (x + m.cell.0 / 2) as f32, y + line * k as f32, text);

@@ -20,7 +20,7 @@ pub mod zonal;
 pub use basis::{Basis, eval, legendre};
 pub use dering::Dering;
 pub use points::PointSynthesis;
-pub use project::{project, project_direct, project_exact};
+pub use project::{project, project_direct};
 pub use rotation::{Rotation, euler_zyz, z_to};
 pub use synthesis::{synthesize, synthesize_direct};
 pub use transform::{ColumnsRgb, Grid, Precision, Sample, ShTransform};

@@ -8,36 +8,21 @@ use rayon::prelude::*;
 /// Rows of texels per block: blocks are summed in index order, so the result does not depend on threads.
 const ROWS: usize = 16;
 
-/// Coefficients up to `order` of an image in any layout, Σ texel·Ω·Y(centre) with exact solid angles Ω.
+/// Coefficients up to `order` of an image in any layout.
 ///
-/// Lat-long images go through [`ShTransform`] (the same sum), others through [`project_direct`]. A texel
-/// stands for its centre: band l of a piecewise constant image is off by about (l·texel)²/24 relative, see
-/// [`project_exact`]; a band-limited function sampled at the centres by less, see [`Grid::Equirectangular`].
+/// A lat-long image is taken as constant over each texel's exact cell: ∫ L Y dω to rounding, by [`Grid::Cells`].
+/// Texels of other layouts stand at their centres ([`project_direct`]): band l of a piecewise constant image is off by
+/// about (l·texel)²/24 relative.
 pub fn project(image: &SphereImage, order: usize) -> ShRgb {
-    if image.layout == Layout::LatLong {
-        lat_long(image, order, Grid::Cells)
-    } else {
-        project_direct(image, order)
+    if image.layout != Layout::LatLong {
+        return project_direct(image, order);
     }
-}
-
-/// ∫ L Y dω of a lat-long image taken as constant over each texel's cell, to rounding; other layouts as
-/// [`project`].
-pub fn project_exact(image: &SphereImage, order: usize) -> ShRgb {
-    if image.layout == Layout::LatLong {
-        lat_long(image, order, Grid::ExactCells)
-    } else {
-        project_direct(image, order)
-    }
-}
-
-fn lat_long(image: &SphereImage, order: usize, grid: Grid) -> ShRgb {
-    let plan = ShTransform::new(order, image.width, image.height, grid);
+    let plan = ShTransform::new(order, image.width, image.height, Grid::Cells);
     plan.analyze(image.planes.each_ref().map(Vec::as_slice))
 }
 
-/// Coefficients up to `order` by Σ texel·Ω·Y(centre) over all texels, in any layout: the reference for
-/// [`super::project`]. O(texels · order²).
+/// Coefficients up to `order` by Σ texel·Ω·Y(centre) over all texels with exact solid angles Ω, in any layout.
+/// O(texels · order²).
 pub fn project_direct(image: &SphereImage, order: usize) -> ShRgb {
     let basis = Basis::new(order);
     let rows = image.layout.faces() * image.height;

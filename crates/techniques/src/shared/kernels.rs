@@ -1,18 +1,19 @@
 //! The reflectance's factor of rooms that see it about a central direction: its slices, and itself for the lights that
 //! no map holds.
 
+use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::Task;
 use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
-use steradian_brdf::{Brdf, SharedBrdf};
+use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with};
 
 /// Slices of one reflectance.
 #[derive(Debug, Clone)]
 pub struct Kernels {
     /// The slices.
     pub slices: Slices,
-    /// The reflectance, where its spec alone makes it again and GPUs have it too.
+    /// The reflectance, where its spec, with what the files hold that it names, makes it again and GPUs have it too.
     pub brdf: Option<SharedBrdf>,
 }
 
@@ -65,8 +66,9 @@ impl Kernels {
 
 /// See [`Kernels::brdf`].
 fn nameable(brdf: &SharedBrdf) -> Option<SharedBrdf> {
-    let spec = brdf.spec();
-    let whole = brdf.shader().is_some() && !spec.contains("lobes=") && steradian_brdf::parse(&spec).is_ok();
+    let held = brdf.held();
+    let files = held.as_deref().map_or(Files::None, Files::Held);
+    let whole = brdf.shader().is_some() && parse_with(&brdf.spec(), files).is_ok();
     whole.then(|| brdf.clone())
 }
 
@@ -126,7 +128,7 @@ impl Part for Kernels {
         let shape = vec![s.slices.len(), s.azimuth + 1, 3, s.order + 1];
         put_f64(to, format!("{prefix}.kernels"), shape, s.k.clone());
         if let Some(brdf) = &self.brdf {
-            to.metadata.insert(format!("{prefix}.brdf"), brdf.spec());
+            reflectance::put(to, &format!("{prefix}.brdf"), &**brdf);
         }
     }
 
@@ -145,8 +147,9 @@ impl Part for Kernels {
             return Err(bad("kernels"));
         }
         let rows = elevations.as_chunks::<8>().0;
-        let parsed = from.metadata.get(&format!("{prefix}.brdf")).map(|spec| steradian_brdf::parse(spec));
-        let brdf = parsed.transpose().map_err(|_| bad("brdf"))?;
+        let key = format!("{prefix}.brdf");
+        let named = from.metadata.contains_key(&key);
+        let brdf = named.then(|| reflectance::kept(from, &key)).transpose()?;
         let slices = Slices {
             centre,
             order: of[3] - 1,

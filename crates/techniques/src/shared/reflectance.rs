@@ -1,10 +1,11 @@
 //! The reflectance's factor of rooms that read a model's parameters: the model itself, by its spec string.
 
-use crate::tensors::{PartError, TensorFile};
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
-use steradian_brdf::{Brdf, SharedBrdf};
+use steradian_base::without_folders;
+use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with};
 
-/// A reflectance that saves as its spec string.
+/// A reflectance that saves as its spec string, with what the files hold that it names.
 #[derive(Debug, Clone)]
 pub struct Reflectance {
     /// The model.
@@ -33,6 +34,24 @@ impl Reflectance {
     }
 }
 
+/// Saves a reflectance under `key`: its spec, and what the files hold that the spec names.
+pub fn put(to: &mut TensorFile, key: &str, brdf: &dyn Brdf) {
+    let mut spec = brdf.spec();
+    if let Some(held) = brdf.held() {
+        spec = without_folders(&spec);
+        put_f64(to, key.into(), vec![held.len()], held);
+    }
+    to.metadata.insert(key.into(), spec);
+}
+
+/// The reflectance that [`put`] saved. No file is opened, whatever the spec says.
+pub fn kept(from: &TensorFile, key: &str) -> Result<SharedBrdf, PartError> {
+    let spec = from.metadata.get(key).ok_or_else(|| PartError::Missing(key.into()))?;
+    let held = if from.tensors.contains_key(key) { Some(get_f64(from, key, 1)?.1) } else { None };
+    let files = held.as_deref().map_or(Files::None, Files::Held);
+    parse_with(spec, files).map_err(|_| PartError::Unexpected(key.into()))
+}
+
 /// Takes every isotropic reflectance ([`crate::Card::materials`]).
 pub fn isotropic(brdf: &dyn Brdf) -> Result<(), String> {
     if brdf.is_isotropic() {
@@ -56,15 +75,11 @@ pub fn get(brdf: &dyn Brdf, key: &str) -> Option<[f64; 3]> {
 
 impl Part for Reflectance {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        to.metadata.insert(format!("steradian.{prefix}.brdf"), self.brdf.spec());
+        put(to, &format!("steradian.{prefix}.brdf"), &*self.brdf);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let key = format!("steradian.{prefix}.brdf");
-        let spec = from.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?;
-        // A spec from a file names no files of its own: rooms take analytic models only.
-        let brdf = steradian_brdf::parse(spec).map_err(|_| PartError::Unexpected(key))?;
-        Ok(Self { brdf })
+        Ok(Self { brdf: kept(from, &format!("steradian.{prefix}.brdf"))? })
     }
 
     fn bytes(&self) -> usize {

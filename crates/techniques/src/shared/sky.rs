@@ -62,7 +62,7 @@ impl Sky {
         let beyond = beyond(&source, &base, &others);
         // Of the image itself, whose texels are cells.
         let environment = lights.environment.as_ref();
-        let image = environment.map(|e| sh::project_exact(&reduced(&e.image, MAX_HEIGHT), order));
+        let image = environment.map(|e| sh::project(&reduced(&e.image, MAX_HEIGHT), order));
         let mut sh = image.unwrap_or_else(|| ShRgb::zero(order));
         add_beams(&mut sh, &source.beams[..small]);
         Ok(Self { spectrum: Spectrum { sh }, suns, beyond })
@@ -172,7 +172,7 @@ mod tests {
             let d: f64 = a.c[0].iter().zip(&b.c[0]).map(|(a, b)| (a - b).powi(2)).sum();
             (d / b.c[0].iter().map(|x| x * x).sum::<f64>()).sqrt()
         };
-        let exact = sh::project_exact(&image, 60);
+        let exact = sh::project(&image, 60);
         assert!(off(&made.spectrum.sh, &exact) < 1e-12);
         for sun in &made.suns {
             let Sun::Cell(c) = sun else { panic!("{sun:?}") };
@@ -199,7 +199,7 @@ mod tests {
             let taken = sun.map_or(0.0, |c| c.radiance[0]) as f32;
             capped.planes.iter_mut().for_each(|p| p[k] = image.planes[0][k] - taken);
         }
-        let left = off(&rest, &sh::project_exact(&capped, 60));
+        let left = off(&rest, &sh::project(&capped, 60));
         assert!(left < 1e-5, "{left}");
         let mut file = TensorFile::default();
         made.save(&mut file, "light");

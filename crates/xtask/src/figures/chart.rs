@@ -30,8 +30,8 @@ pub fn draw(title: &str, subtitle: &str, bars: &[Bar]) -> Display {
     let rows = bars.len().div_ceil(columns);
     let width = columns * (LABEL + AXIS + 30) + 20;
     let mut page = Display::filled(width, HEAD + rows * ROW + 24, PAPER);
-    Pen::new(2.0, INK).bold().draw(&mut page, 16.0, 12.0, title);
-    Pen::new(1.3, DIM).draw(&mut page, 16.0, 36.0, subtitle);
+    Pen::new(20.0, INK).bold().draw(&mut page, 16.0, 12.0, title);
+    Pen::new(13.0, DIM).draw(&mut page, 16.0, 36.0, subtitle);
     for (c, part) in bars.chunks(rows.max(1)).enumerate() {
         column(&mut page, 16 + c * (LABEL + AXIS + 30), part, rows);
     }
@@ -40,14 +40,14 @@ pub fn draw(title: &str, subtitle: &str, bars: &[Bar]) -> Display {
 
 fn column(page: &mut Display, left: usize, bars: &[Bar], rows: usize) {
     let axis = left + LABEL;
-    let small = Pen::new(1.0, DIM);
+    let small = Pen::new(10.0, DIM);
     for tick in [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0] {
         let x = axis + place(tick);
         let colour = if tick == 0.9 { GOOD } else { RULE };
         rectangle(page, [x, HEAD - 4, 1, rows * ROW + 4], colour);
         small.centred(page, x as f32, (HEAD - 14) as f32, &format!("{:.0}", 100.0 * tick));
     }
-    let name = Pen::new(0.95, INK);
+    let name = Pen::new(9.5, INK);
     for (r, bar) in bars.iter().enumerate() {
         let y = HEAD + r * ROW + ROW / 2;
         let text: String = bar.label.chars().take(36).collect();

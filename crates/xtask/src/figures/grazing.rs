@@ -35,7 +35,7 @@ pub fn run(o: &Options) -> Result<()> {
         subtitle: format!("under {name}; paper: the SHRM is accurate, twelve blended views are not"),
         columns: ["integral", "SHRM", "slices", "twelve views"].map(String::from).to_vec(),
         rows,
-        text_scale: 1.2,
+        text_size: 12.5,
     };
     save(o, "figure-5.9.png", &sheet.draw())
 }

@@ -74,7 +74,7 @@ fn microfacet(o: &Options, spec: &str, name: &str, lights: &Lights, judge: &Judg
         subtitle: format!("two views under {name}; energy held, relative RMS error"),
         columns,
         rows,
-        text_scale: 1.2,
+        text_size: 12.5,
     };
     save(o, "figure-5.6.png", &sheet.draw())
 }
@@ -127,7 +127,7 @@ fn others(o: &Options, name: &str, lights: &Lights, judge: &Judge) -> Result<()>
         subtitle: format!("F = {F}, S = {S}, under {name}"),
         columns: vec!["integral".into(), "SHRM".into(), "difference".into()],
         rows,
-        text_scale: 1.2,
+        text_size: 12.5,
     };
     save(o, "figure-5.6-others.png", &sheet.draw())
 }

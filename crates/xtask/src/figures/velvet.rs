@@ -62,7 +62,7 @@ pub fn run(o: &Options) -> Result<()> {
         ),
         columns,
         rows: vec![Row { label: Vec::new(), cells: pictures }, Row { label: Vec::new(), cells: differences }],
-        text_scale: 1.2,
+        text_size: 12.5,
     };
     save(o, "figure-5.8.png", &sheet.draw())
 }

@@ -64,7 +64,7 @@ impl Output {
         context: &Context,
     ) -> Result<Vec<Written>, Failure> {
         tensors.metadata.extend(context.provenance_pairs());
-        tensors.metadata.extend(done.made.pairs());
+        done.made.save(&mut tensors);
         if let Some((asked, _)) = done.outcome() {
             let energy = matches!(done.asked, Asked::Energy(_));
             let key = if energy { "steradian.energy_epsilon" } else { "steradian.tolerance" };

@@ -34,7 +34,7 @@ pub fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
         ),
         columns: columns.iter().map(|c| heading(c)).collect(),
         rows,
-        text_scale: 1.2,
+        text_size: 12.5,
     }
 }
 

@@ -105,7 +105,7 @@ fn png(marks: &[Mark]) -> Display {
                 }
             }
             Mark::Text { at, text, colour } => {
-                Pen::new(1.4, *colour).draw(&mut page, at.0 as f32, at.1 as f32, text);
+                Pen::new(14.0, *colour).draw(&mut page, at.0 as f32, at.1 as f32, text);
             }
         }
     }

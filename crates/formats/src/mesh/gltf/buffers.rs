@@ -40,7 +40,6 @@ impl<'a> Buffers<'a> {
                     source.fault(format_args!("buffer {i} has {have} of its {need} bytes (truncated?)"))
                 );
             }
-            source.spend(have, 1)?;
             data.push(bytes);
         }
         Ok(Self { views: &root.bufferViews, data })
@@ -66,6 +65,7 @@ pub fn read_uri(uri: &str, source: &mut Source) -> Result<Vec<u8>, FormatError> 
         if !kind.ends_with(";base64") {
             return Err(source.fault("a data URI that is not base64"));
         }
+        source.spend(text.len() as u64 / 4 * 3, 1)?;
         return base64(text.as_bytes()).ok_or_else(|| source.fault("a data URI with bad base64"));
     }
     let name = percent_decode(uri).ok_or_else(|| source.fault(format_args!("bad URI {uri:?}")))?;

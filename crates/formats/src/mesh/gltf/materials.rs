@@ -22,18 +22,20 @@ pub fn images(
                 }
                 match read_uri(uri, source) {
                     Err(FormatError::Unreadable { path, why }) => {
-                        source.notes.push(format!("texture {} cannot be read: {why}", path.display()));
+                        source.note(format!("texture {} cannot be read: {why}", path.display()));
                         Vec::new()
                     }
                     other => other?,
                 }
             }
             (None, Some(view)) => {
-                buffers.view(view).map_err(|why| source.fault(format_args!("image {i}: {why}")))?.0.to_vec()
+                let bytes =
+                    buffers.view(view).map_err(|why| source.fault(format_args!("image {i}: {why}")))?.0;
+                source.spend(bytes.len() as u64, 1)?;
+                bytes.to_vec()
             }
             (None, None) => Vec::new(),
         };
-        source.spend(bytes.len() as u64, 1)?;
         if name.is_empty() {
             name = format!("image {i}");
         }
@@ -43,7 +45,7 @@ pub fn images(
 }
 
 /// One material and the set of texture coordinates that it uses.
-pub fn material(root: &Root, m: &Material, notes: &mut Vec<String>) -> Result<(MaterialData, u32), String> {
+pub fn material(root: &Root, m: &Material, source: &mut Source) -> Result<(MaterialData, u32), String> {
     let pbr = &m.pbrMetallicRoughness;
     let infos = [
         &pbr.baseColorTexture,
@@ -54,7 +56,7 @@ pub fn material(root: &Root, m: &Material, notes: &mut Vec<String>) -> Result<(M
     ];
     let set = infos.into_iter().flatten().next().map_or(0, tex_coord);
     if infos.into_iter().flatten().any(|i| tex_coord(i) != set) {
-        notes.push(format!("material {:?}: all its textures use TEXCOORD_{set}", m.name));
+        source.note(format!("material {:?}: all its textures use TEXCOORD_{set}", m.name));
     }
     let texture = |info: &Option<TextureInfo>| info.as_ref().map(|i| texture(root, i)).transpose();
     let strength =

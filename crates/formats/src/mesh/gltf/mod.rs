@@ -54,6 +54,10 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 
 /// Reads glTF's JSON with the binary chunk of a GLB, if any.
 pub fn read_json(json: &[u8], chunk: Option<&[u8]>, source: &mut Source) -> Result<MeshData, FormatError> {
+    // What the shortest text becomes: `{}` a material, `0,` a child of a node.
+    let count = |ends: &[u8]| json.iter().filter(|b| ends.contains(b)).count() as u64;
+    source.spend(count(b"{"), size_of::<json::Material>().max(size_of::<json::Node>()))?;
+    source.spend(count(b",["), 2 * size_of::<serde_json::Value>())?;
     let root: Root =
         serde_json::from_slice(json).map_err(|e| source.fault(format_args!("glTF JSON: {e}")))?;
     if !root.asset.version.starts_with("2.") {
@@ -69,7 +73,7 @@ pub fn read_json(json: &[u8], chunk: Option<&[u8]>, source: &mut Source) -> Resu
     let mut data = MeshData { textures, ..MeshData::default() };
     let mut sets = Vec::with_capacity(root.materials.len());
     for (i, m) in root.materials.iter().enumerate() {
-        let (material, set) = materials::material(&root, m, &mut source.notes)
+        let (material, set) = materials::material(&root, m, source)
             .map_err(|why| source.fault(format_args!("material {i}: {why}")))?;
         data.materials.push(material);
         sets.push(set);
@@ -97,7 +101,7 @@ mod tests {
         let mut source = Source::new(Path::new("a.gltf"), None, json.len(), &Limits::default());
         let data = read_json(json.as_bytes(), None, &mut source).unwrap();
         assert_eq!(data.parts[0].triangles, [[0, 1, 2]]);
-        source.notes
+        source.notes()
     }
 
     #[test]

@@ -10,7 +10,7 @@ mod vertices;
 use super::{MaterialData, MeshData, Part, source::Source, triangulate::triangulate};
 use crate::FormatError;
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use vertices::{Corner, Vertices};
 
 /// The file so far.
@@ -23,6 +23,9 @@ struct Reader {
     current: u32,
     data: MeshData,
     names: HashMap<String, u32>,
+    /// What `mtllib` named already.
+    libraries: HashSet<String>,
+    images: HashMap<String, usize>,
     left_out: u64,
     /// Scratch of one face.
     corners: Vec<Corner>,
@@ -30,6 +33,9 @@ struct Reader {
 }
 
 const NONE: u32 = u32::MAX;
+
+/// Its corners, and what each of them may become as a vertex of its own.
+const BYTES_PER_TRIANGLE: usize = 3 * 40;
 
 /// Reads an OBJ file.
 pub fn read(bytes: &[u8], source: &mut Source) -> Result<MeshData, FormatError> {
@@ -61,12 +67,21 @@ impl Reader {
         let line = line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         let (key, rest) = (&line[..end], line[end..].trim_ascii());
+        if matches!(key, b"v" | b"vt" | b"vn") {
+            // With a colour, and the growth of the list.
+            source.spend(1, 2 * 24).map_err(Stop::File)?;
+        }
         match key {
             b"v" => self.vertices.position(rest)?,
             b"vt" => self.vertices.uv(rest)?,
             b"vn" => self.vertices.normal(rest)?,
-            b"f" => self.face(rest)?,
-            b"usemtl" => self.use_material(&String::from_utf8_lossy(rest)),
+            b"f" => {
+                let before = self.triangles.len();
+                self.face(rest)?;
+                let made = (self.triangles.len() - before) as u64;
+                source.spend(made, BYTES_PER_TRIANGLE).map_err(Stop::File)?;
+            }
+            b"usemtl" => self.use_material(&String::from_utf8_lossy(rest), source).map_err(Stop::File)?,
             b"mtllib" => self.library(&String::from_utf8_lossy(rest), source).map_err(Stop::File)?,
             b"l" | b"p" | b"curv" | b"surf" => self.left_out += 1,
             _ => {}
@@ -94,20 +109,19 @@ impl Reader {
         Ok(())
     }
 
-    fn use_material(&mut self, name: &str) {
-        let next = self.data.materials.len() as u32;
-        self.current = *self.names.entry(name.into()).or_insert_with(|| {
-            self.data.materials.push(MaterialData {
-                name: name.into(),
-                metallic: 0.0,
-                ..MaterialData::default()
-            });
-            next
-        });
+    fn use_material(&mut self, name: &str, source: &mut Source) -> Result<(), FormatError> {
+        self.current = match self.names.get(name) {
+            Some(known) => *known,
+            None => mtl::declare(name, &mut self.data, &mut self.names, source)? as u32,
+        };
+        Ok(())
     }
 
     /// A material library: one file name, or several. A missing one is noted.
     fn library(&mut self, names: &str, source: &mut Source) -> Result<(), FormatError> {
+        if !self.libraries.insert(names.into()) {
+            return Ok(());
+        }
         let single = source.read_reference(names);
         let read = match single {
             Err(FormatError::Unreadable { .. }) if names.contains(char::is_whitespace) => names
@@ -119,16 +133,16 @@ impl Reader {
         match read {
             Ok(files) => {
                 for (name, bytes) in files {
-                    mtl::read(&name, &bytes, &mut self.data, &mut self.names, source)?;
+                    mtl::read(&name, &bytes, &mut self.data, &mut self.names, &mut self.images, source)?;
                 }
                 Ok(())
             }
             Err(FormatError::Unreadable { .. }) => {
-                source.notes.push(format!("material library {names:?} cannot be read: default materials"));
+                source.note(format!("material library {names:?} cannot be read: default materials"));
                 Ok(())
             }
             Err(FormatError::Invalid { .. }) if !source.has_folder() => {
-                source.notes.push(format!("material library {names:?} is not read: default materials"));
+                source.note(format!("material library {names:?} is not read: default materials"));
                 Ok(())
             }
             Err(e) => Err(e),
@@ -137,9 +151,8 @@ impl Reader {
 
     fn finish(mut self, source: &mut Source) -> Result<MeshData, FormatError> {
         if self.left_out > 0 {
-            source.notes.push(format!("{} lines, points, curves or surfaces were left out", self.left_out));
+            source.note(format!("{} lines, points, curves or surfaces were left out", self.left_out));
         }
-        source.spend(self.triangles.len() as u64, 3 * 40)?;
         let mut part = Part { materials: self.slots, ..Part::default() };
         self.vertices.unify(&self.triangles, &mut part);
         if part.materials.iter().all(|&s| s == NONE) {

@@ -10,6 +10,7 @@ pub fn read(
     bytes: &[u8],
     data: &mut MeshData,
     names: &mut HashMap<String, u32>,
+    images: &mut HashMap<String, usize>,
     source: &mut Source,
 ) -> Result<(), FormatError> {
     let text = String::from_utf8_lossy(bytes);
@@ -18,16 +19,29 @@ pub fn read(
         let line = line.trim();
         let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         if key == "newmtl" {
-            current = Some(declare(rest.trim(), data, names));
+            current = Some(declare(rest.trim(), data, names, source)?);
         } else if let Some(m) = current {
-            let place = format!("{library}: line {}", i + 1);
-            set(m, key, rest.trim(), data, source, &place)?;
+            let rest = rest.trim();
+            if let Some(slot) = texture_slot(key) {
+                let texture = texture(rest, data, images, source)?;
+                slot(&mut data.materials[m], texture);
+            } else if !set(&mut data.materials[m], key, rest) {
+                let (line, why) = (i + 1, "is not a finite number");
+                return Err(source.fault(format_args!("{library}: line {line}: {key} {rest:?} {why}")));
+            }
         }
     }
     Ok(())
 }
 
-fn declare(name: &str, data: &mut MeshData, names: &mut HashMap<String, u32>) -> usize {
+/// The number of the material `name`, new or described anew.
+pub fn declare(
+    name: &str,
+    data: &mut MeshData,
+    names: &mut HashMap<String, u32>,
+    source: &mut Source,
+) -> Result<usize, FormatError> {
+    source.spend(1, 2 * size_of::<MaterialData>())?;
     let material = MaterialData { name: name.into(), metallic: 0.0, ..MaterialData::default() };
     let next = data.materials.len();
     let at = *names.entry(name.into()).or_insert(next as u32) as usize;
@@ -36,29 +50,15 @@ fn declare(name: &str, data: &mut MeshData, names: &mut HashMap<String, u32>) ->
     } else {
         data.materials[at] = material;
     }
-    at
+    Ok(at)
 }
 
-fn set(
-    m: usize,
-    key: &str,
-    rest: &str,
-    data: &mut MeshData,
-    source: &mut Source,
-    place: &str,
-) -> Result<(), FormatError> {
-    if let Some(slot) = texture_slot(key) {
-        let texture = texture(rest, data, source)?;
-        slot(&mut data.materials[m], texture);
-        return Ok(());
-    }
-    let material = &mut data.materials[m];
-    let fault =
-        |source: &Source| source.fault(format_args!("{place}: {key} {rest:?} is not a finite number"));
+/// Sets a number of a material; false where it is none.
+fn set(material: &mut MaterialData, key: &str, rest: &str) -> bool {
     if !matches!(key, "Kd" | "Ks" | "Ke" | "Ns" | "Pr" | "Pm" | "d" | "Tr") {
-        return Ok(());
+        return true;
     }
-    let rgb = color(rest).ok_or_else(|| fault(source))?;
+    let Some(rgb) = color(rest) else { return false };
     match key {
         "Kd" => material.base_color[..3].copy_from_slice(&rgb),
         "Ke" => material.emissive = rgb,
@@ -73,7 +73,7 @@ fn set(
         "d" => material.base_color[3] = rgb[0],
         _ => material.base_color[3] = 1.0 - rgb[0],
     }
-    Ok(())
+    true
 }
 
 /// One number or three.
@@ -120,7 +120,12 @@ const OPTIONS: [(&str, usize); 12] = [
 ];
 
 /// `[options] file name`; an image that is missing is noted and stays empty.
-fn texture(rest: &str, data: &mut MeshData, source: &mut Source) -> Result<TextureRef, FormatError> {
+fn texture(
+    rest: &str,
+    data: &mut MeshData,
+    images: &mut HashMap<String, usize>,
+    source: &mut Source,
+) -> Result<TextureRef, FormatError> {
     let mut texture = TextureRef::new(0);
     let mut name = rest;
     while let Some((option, most)) = OPTIONS.iter().find(|(o, _)| name.split_whitespace().next() == Some(o)) {
@@ -150,23 +155,30 @@ fn texture(rest: &str, data: &mut MeshData, source: &mut Source) -> Result<Textu
         }
     }
     texture.offset[1] += 1.0 - texture.scale[1];
-    texture.texture = image(name, data, source)?;
+    texture.texture = image(name, data, images, source)?;
     Ok(texture)
 }
 
-fn image(name: &str, data: &mut MeshData, source: &mut Source) -> Result<usize, FormatError> {
-    if let Some(i) = data.textures.iter().position(|t| t.name == name) {
-        return Ok(i);
+fn image(
+    name: &str,
+    data: &mut MeshData,
+    images: &mut HashMap<String, usize>,
+    source: &mut Source,
+) -> Result<usize, FormatError> {
+    if let Some(i) = images.get(name) {
+        return Ok(*i);
     }
     let bytes = match source.read_reference(name) {
         Ok(bytes) => bytes,
         Err(FormatError::Unreadable { .. }) => {
-            source.notes.push(format!("texture {name:?} cannot be read"));
+            source.note(format!("texture {name:?} cannot be read"));
             Vec::new()
         }
         Err(e) => return Err(e),
     };
-    source.spend(bytes.len() as u64, 1)?;
+    source.spend(1, 2 * size_of::<TextureSource>() + name.len())?;
+    let next = data.textures.len();
     data.textures.push(TextureSource { name: name.into(), bytes });
-    Ok(data.textures.len() - 1)
+    images.insert(name.into(), next);
+    Ok(next)
 }

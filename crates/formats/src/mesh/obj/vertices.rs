@@ -2,9 +2,10 @@
 
 use super::words;
 use crate::mesh::Part;
+use std::collections::HashMap;
 
 /// Indices of one corner of a face; [`ABSENT`] where it names none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Corner {
     /// Into the positions.
     pub position: u32,
@@ -94,11 +95,16 @@ impl Vertices {
             (part.positions, part.colors) = (self.positions, colors);
             return;
         }
-        // Vertices of the same position form a chain that starts at `first`.
-        let mut first = vec![ABSENT; self.positions.len()];
-        let mut made: Vec<(Corner, u32)> = Vec::new();
-        part.triangles = triangles.iter().map(|t| t.map(|c| find(c, &mut first, &mut made))).collect();
-        let corners = || made.iter().map(|(c, _)| c);
+        let mut numbers: HashMap<Corner, u32> = HashMap::new();
+        let mut made: Vec<Corner> = Vec::new();
+        let mut find = |c: Corner| {
+            *numbers.entry(c).or_insert_with(|| {
+                made.push(c);
+                made.len() as u32 - 1
+            })
+        };
+        part.triangles = triangles.iter().map(|t| t.map(&mut find)).collect();
+        let corners = || made.iter();
         part.positions = corners().map(|c| self.positions[c.position as usize]).collect();
         if !colors.is_empty() {
             part.colors = corners().map(|c| colors[c.position as usize]).collect();
@@ -111,23 +117,6 @@ impl Vertices {
             part.normals = corners().map(normal).collect();
         }
     }
-}
-
-/// The vertex of a corner, made where it is new.
-fn find(c: Corner, first: &mut [u32], made: &mut Vec<(Corner, u32)>) -> u32 {
-    let head = first[c.position as usize];
-    let mut at = head;
-    while at != ABSENT {
-        let (other, next) = made[at as usize];
-        if other == c {
-            return at;
-        }
-        at = next;
-    }
-    let new = made.len() as u32;
-    made.push((c, head));
-    first[c.position as usize] = new;
-    new
 }
 
 /// A one-based or negative index into a list of `count`.

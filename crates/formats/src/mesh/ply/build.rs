@@ -9,9 +9,16 @@ use crate::mesh::{MeshData, Part, source::Source, triangulate::triangulate};
 pub struct Scratch {
     slots: [f64; 11],
     corners: Vec<f64>,
+    /// Items of lists that may still be read.
+    allowed: u64,
 }
 
 impl Scratch {
+    /// Sets how many items the lists of the elements that follow may have in all.
+    pub fn allow(&mut self, items: u64) {
+        self.allowed = items;
+    }
+
     /// Makes room for the next element.
     pub fn clear(&mut self) {
         self.corners.clear();
@@ -29,10 +36,12 @@ impl Scratch {
     }
 
     /// An item of a list.
-    pub fn item(&mut self, p: &Property, value: f64) {
+    pub fn item(&mut self, p: &Property, value: f64) -> Result<(), String> {
         if p.role != Role::Skip {
+            self.allowed = self.allowed.checked_sub(1).ok_or("its lists exceed the memory limit")?;
             self.corners.push(value);
         }
+        Ok(())
     }
 }
 

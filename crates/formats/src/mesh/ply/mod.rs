@@ -13,6 +13,9 @@ use build::Builder;
 use header::{Element, Encoding, Header};
 use records::{Ascii, Binary, Records};
 
+/// What an item of a list may become: a number, an index, and the part of a triangle.
+const BYTES_PER_CORNER: u64 = 32;
+
 /// Reads a PLY file.
 pub fn read(bytes: &[u8], source: &mut Source) -> Result<MeshData, FormatError> {
     let (header, body) = Header::parse(bytes).map_err(|why| source.fault(why))?;
@@ -34,6 +37,7 @@ fn elements<R: Records>(
     for element in header.elements.iter().filter(|e| !e.properties.is_empty()) {
         check_count(element, records.bytes_left(), header.encoding, source)?;
         builder.reserve(element, source)?;
+        builder.scratch().allow(source.left() / BYTES_PER_CORNER);
         for i in 0..element.count {
             records.record(element, builder.scratch()).and_then(|()| builder.take(element)).map_err(
                 |why| {
@@ -46,7 +50,9 @@ fn elements<R: Records>(
             )?;
         }
     }
-    records.finish(&mut source.notes).map_err(|why| source.fault(why))?;
+    if let Some(note) = records.finish().map_err(|why| source.fault(why))? {
+        source.note(note);
+    }
     builder.finish(source)
 }
 

@@ -11,8 +11,8 @@ pub trait Records {
     fn bytes_left(&self) -> usize;
     /// Where we are, for errors.
     fn place(&self) -> String;
-    /// All elements are read: is there anything behind them?
-    fn finish(&mut self, notes: &mut Vec<String>) -> Result<(), String>;
+    /// All elements are read: a note where there is anything behind them.
+    fn finish(&mut self) -> Result<Option<String>, String>;
 }
 
 /// A text body: one element a line.
@@ -60,7 +60,7 @@ impl Records for Ascii<'_> {
             let n = list_length(next(length)?)?;
             for _ in 0..n {
                 let value = next(p.item)?;
-                out.item(p, value);
+                out.item(p, value)?;
             }
         }
         if words.next().is_some() { Err("the line is too long".into()) } else { Ok(()) }
@@ -74,10 +74,10 @@ impl Records for Ascii<'_> {
         format!(", line {}", self.line)
     }
 
-    fn finish(&mut self, _: &mut Vec<String>) -> Result<(), String> {
+    fn finish(&mut self) -> Result<Option<String>, String> {
         match self.line() {
             Some(_) => Err(format!("line {}: more data than the header announces", self.line)),
-            None => Ok(()),
+            None => Ok(None),
         }
     }
 }
@@ -131,7 +131,7 @@ impl<'a> Binary<'a> {
         let size = p.item.size();
         let bytes = self.take(n.checked_mul(size).ok_or("a list is too long")?)?;
         if p.role != Role::Skip {
-            bytes.chunks_exact(size).for_each(|b| out.item(p, decode(b, p.item, self.big)));
+            return bytes.chunks_exact(size).try_for_each(|b| out.item(p, decode(b, p.item, self.big)));
         }
         Ok(())
     }
@@ -160,11 +160,9 @@ impl Records for Binary<'_> {
         String::new()
     }
 
-    fn finish(&mut self, notes: &mut Vec<String>) -> Result<(), String> {
-        if !self.rest.is_empty() {
-            notes.push(format!("{} bytes behind the last element were ignored", self.rest.len()));
-        }
-        Ok(())
+    fn finish(&mut self) -> Result<Option<String>, String> {
+        let left = self.rest.len();
+        Ok((left > 0).then(|| format!("{left} bytes behind the last element were ignored")))
     }
 }
 

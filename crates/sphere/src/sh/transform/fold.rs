@@ -2,7 +2,7 @@
 
 use super::kernel::{CELL, Real};
 use super::passes::SIDE;
-use super::rings::{BLOCK, Rings};
+use super::rings::BLOCK;
 use steradian_simd::{Arch, Kernel, Vector};
 
 /// Spectra of one channel, weighted, into the lanes of a block's cells that `cells` begins with.
@@ -44,37 +44,6 @@ pub(super) fn register<A: Arch, T: Real>(x: &[f64]) -> T::Vector<A> {
         out[k] = T::of(x[k]);
     }
     T::Vector::<A>::load(&out)
-}
-
-/// [`Fold`] of channel k into the i-th BLOCK rings of a block with several rings a row: they share its spectrum.
-#[expect(clippy::too_many_arguments, reason = "what a fold needs")]
-pub(super) fn fold_within<T: Real>(
-    bins: &[[u32; 2]],
-    k: usize,
-    rings: &Rings,
-    ring: usize,
-    i: usize,
-    lanes: usize,
-    spectra: &[T],
-    cells: &mut [T],
-) {
-    let size = spectra.len() / (BLOCK / lanes);
-    let [even, odd] = rings.halves(ring + i * BLOCK);
-    let halves: [[T; 2]; BLOCK] = std::array::from_fn(|lane| [T::of(even[lane]), T::of(odd[lane])]);
-    for (cell, bins) in cells.chunks_exact_mut(CELL).zip(bins) {
-        for (lane, [even, odd]) in halves.iter().enumerate() {
-            let row = (i * BLOCK + lane) / rings.per_row;
-            let spectrum = &spectra[row / lanes * size + row % lanes..];
-            let [p, q] = bins.map(|bin| {
-                let at = 2 * lanes * bin as usize;
-                (spectrum[at], spectrum[at + lanes])
-            });
-            cell[k * BLOCK + lane] = *even * (p.0 + q.0);
-            cell[(3 + k) * BLOCK + lane] = *even * (q.1 - p.1);
-            cell[(6 + k) * BLOCK + lane] = *odd * (p.1 + q.1);
-            cell[(9 + k) * BLOCK + lane] = *odd * (p.0 - q.0);
-        }
-    }
 }
 
 /// A block's cells among those of others: [m / SIDE][block][m % SIDE].

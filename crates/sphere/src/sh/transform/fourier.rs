@@ -7,8 +7,8 @@
 
 use super::Sample;
 use super::batch::Batch;
-use super::fold::{Cells, Fold, Unfold, fold_within};
-use super::kernel::{CELL, Real, aligned};
+use super::fold::{Cells, Fold, Unfold};
+use super::kernel::{Real, aligned};
 use super::rings::{BLOCK, Rings};
 use super::rows::Rows;
 use std::f64::consts::{PI, SQRT_2};
@@ -68,39 +68,32 @@ impl<T: Real> Fourier<T> {
         2 * self.bins.len() > self.width + 1
     }
 
-    /// Cells [ring block][m] of weighted sums over φ from the rows of one block; `ring` is its first ring.
+    /// Cells [ring block][m] of sums over φ from the rows of one block, weighted as the `rings` from `ring` on; without
+    /// rings, of the sums and differences of rows and their mirrors as they are.
     pub(super) fn forward<S: Sample>(
         &self,
         block: &RowBlock<&[S]>,
-        rings: &Rings,
+        rings: Option<&Rings>,
         ring: usize,
         cells: &mut [T],
         buffers: &mut Buffers<T>,
     ) {
         let (Some(batch), width, lanes) = (&self.batch, self.width, self.lanes) else { return };
         let size = 2 * lanes * width;
-        let kept = if rings.per_row == 1 { 1 } else { BLOCK / lanes };
-        let spectra = aligned(&mut buffers.spectra, kept * size);
+        let x = aligned(&mut buffers.spectra, size);
         let bins = &self.bins;
         for k in 0..3 {
             let (north, south) = (block.north[k], block.south[k]);
             for first in (0..BLOCK).step_by(lanes) {
-                let x = &mut spectra[first / lanes % kept * size..][..size];
                 if first * width < north.len() {
-                    steradian_simd::run(Rows { north, south, width, first, x });
+                    steradian_simd::run(Rows { north, south, width, first, x: &mut *x });
                     batch.forward(x);
                 } else {
                     x.fill(T::default());
                 }
-                if kept == 1 {
-                    let [even, odd] = rings.halves(ring + first);
-                    let cells = &mut cells[k * BLOCK + first..];
-                    steradian_simd::run(Fold { bins, even, odd, x, cells });
-                }
-            }
-            for i in 0..if kept == 1 { 0 } else { rings.per_row } {
-                let cells = &mut cells[i * bins.len() * CELL..(i + 1) * bins.len() * CELL];
-                fold_within(bins, k, rings, ring, i, lanes, spectra, cells);
+                let [even, odd] = rings.map_or([[0.5; BLOCK]; 2], |rings| rings.halves(ring + first));
+                let cells = &mut cells[k * BLOCK + first..];
+                steradian_simd::run(Fold { bins, even, odd, x: &mut *x, cells });
             }
         }
     }

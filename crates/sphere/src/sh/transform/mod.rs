@@ -13,6 +13,7 @@ mod columns;
 mod fold;
 mod fourier;
 mod kernel;
+mod latitude;
 mod passes;
 mod pool;
 mod recursion;
@@ -36,6 +37,7 @@ use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
 use rings::Rings;
 pub use sample::Sample;
+use std::f64::consts::PI;
 use std::mem::take;
 use std::sync::{Mutex, PoisonError};
 
@@ -102,8 +104,8 @@ impl ShTransform {
                 .collect(),
             columns: Mutex::default(),
             work: match precision {
-                Precision::Double => AnyWork::Double(Work::new(order, width)),
-                Precision::Image => AnyWork::Image(Work::new(order, width)),
+                Precision::Double => AnyWork::Double(Work::new(order, width, height, grid)),
+                Precision::Image => AnyWork::Image(Work::new(order, width, height, grid)),
             },
         };
         let bytes = (order + 1) * (24 * plan.rings.cos.len() + 10 * order);
@@ -136,8 +138,11 @@ impl ShTransform {
         self.order
     }
 
-    /// cos θ of each row, from +1 (+Y) downwards.
+    /// cos θ of each row, of cells at its middle, from +1 (+Y) downwards.
     pub fn cos_theta(&self) -> Vec<f64> {
+        if self.grid == Grid::Cells {
+            return (0..self.height).map(|j| (PI * (j as f64 + 0.5) / self.height as f64).cos()).collect();
+        }
         self.rings.rows()
     }
 
@@ -147,7 +152,7 @@ impl ShTransform {
         let rows = match self.grid {
             Grid::Equirectangular | Grid::ClenshawCurtis => 2 * self.order + 1,
             Grid::GaussLegendre => self.order + 1,
-            Grid::Cells | Grid::ExactCells => return false,
+            Grid::Cells => return false,
         };
         width > 2 * self.order && height >= rows
     }
@@ -205,7 +210,7 @@ impl ShTransform {
     /// Synthesis: the function of `sh` (its bands above the plan's order left out) at every sample.
     ///
     /// # Panics
-    /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
+    /// If a plane is not `width·height` long, or the plan is one of cells, which only analyse.
     pub fn synthesize<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
         let order = self.order.min(sh.order);
         let mut sh = ShRgb { order, c: sh.c.each_ref().map(|c| c[..super::count(order)].to_vec()) };
@@ -216,7 +221,7 @@ impl ShTransform {
     /// [`ShTransform::synthesize`] from coefficients of Y(x, z, y), see [`ShTransform::analyze_polar`].
     ///
     /// # Panics
-    /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
+    /// If a plane is not `width·height` long, or the plan is one of cells, which only analyse.
     pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
         let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
         columns.renew(self.order);
@@ -230,7 +235,7 @@ impl ShTransform {
     /// the last factor are left out.
     ///
     /// # Panics
-    /// If a plane is not `width·height` long, or the plan is one of exact cells, which only analyse.
+    /// If a plane is not `width·height` long, or the plan is one of cells, which only analyse.
     pub fn synthesize_columns<S: Sample>(
         &self,
         columns: &ColumnsRgb,
@@ -239,7 +244,7 @@ impl ShTransform {
     ) {
         let area = self.width * self.height;
         assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
-        assert!(self.rings.per_row == 1, "exact cells are integrals, not samples");
+        assert!(self.grid != Grid::Cells, "cells are integrals, not samples");
         if area > 0 {
             match &self.work {
                 AnyWork::Double(work) => self.synthesize_with(work, columns, factors, planes),

@@ -3,11 +3,12 @@
 use super::analysis::Analysis;
 use super::fold::Cells;
 use super::fourier::{Buffers, Fourier, RowBlock};
+use super::latitude::{Latitude, Sequences};
 use super::kernel::{CELL, Part, Real, Scratch, aligned};
 use super::pool::Pool;
 use super::rings::BLOCK;
 use super::synthesis::Synthesis;
-use super::{AnyWork, ColumnsRgb, Sample, ShTransform};
+use super::{AnyWork, ColumnsRgb, Grid, Sample, ShTransform};
 use rayon::prelude::*;
 use std::mem::take;
 use std::ops::Range;
@@ -29,11 +30,18 @@ pub(super) struct Work<T: Real> {
     cells: Mutex<Vec<T>>,
     buffers: Pool<Buffers<T>>,
     scratch: Pool<Scratch<T>>,
+    /// For texels that are constant over their cells: how they are brought to rings, and the last rings' cells.
+    latitude: Option<Latitude<T>>,
+    rings: Mutex<Vec<T>>,
+    sequences: Pool<Sequences<T>>,
 }
 
 impl<T: Real> Work<T> {
-    pub(super) fn new(order: usize, width: usize) -> Self {
+    pub(super) fn new(order: usize, width: usize, height: usize, grid: Grid) -> Self {
         Self {
+            latitude: (grid == Grid::Cells && height > 0).then(|| Latitude::new(order, height)),
+            rings: Mutex::default(),
+            sequences: Pool::default(),
             fourier: Fourier::new(order, width),
             cells: Mutex::default(),
             buffers: Pool::default(),
@@ -58,6 +66,11 @@ impl ShTransform {
         columns: &mut ColumnsRgb,
     ) {
         let mut buffer = work.take();
+        if let Some(latitude) = &work.latitude {
+            let cells = self.forward(work, planes, 0..self.height.div_ceil(2), &mut buffer);
+            self.analyze_cells(work, latitude, cells, columns);
+            return work.put_back(buffer);
+        }
         for pairs in self.chunks() {
             let cells = self.forward(work, planes, pairs.clone(), &mut buffer);
             self.each(columns.split(), &work.scratch, |scratch, m, column| {
@@ -72,6 +85,29 @@ impl ShTransform {
             });
         }
         work.put_back(buffer);
+    }
+
+    /// Analysis of texels that are constant over their cells, from their rows' spectra.
+    fn analyze_cells<T: Real>(
+        &self,
+        work: &Work<T>,
+        latitude: &Latitude<T>,
+        cells: &[T],
+        columns: &mut ColumnsRgb,
+    ) {
+        let mut rings = take(&mut *work.rings.lock().unwrap_or_else(PoisonError::into_inner));
+        self.each(latitude.split(&mut rings), &work.sequences, |sequences, group, out| {
+            latitude.resample(group, &self.rings, cells, out, sequences);
+        });
+        let all = latitude.cells(&mut rings);
+        self.each(columns.split(), &work.scratch, |scratch, m, column| {
+            column.fill([0.0; 8]);
+            self.with_part(m, 0..latitude.rings() / 2, self.phases[m][0], |part| {
+                let cells = &all[latitude.place(m)..];
+                steradian_simd::run(Analysis { part, cells, stride: CELL, column, scratch });
+            });
+        });
+        *work.rings.lock().unwrap_or_else(PoisonError::into_inner) = rings;
     }
 
     pub(super) fn synthesize_with<T: Real, S: Sample>(
@@ -113,7 +149,7 @@ impl ShTransform {
             AnyWork::Double(_) => size_of::<f64>(),
             AnyWork::Image(_) => size_of::<f32>(),
         };
-        let row = (self.order + 1) * self.rings.per_row * CELL / BLOCK * size;
+        let row = (self.order + 1) * CELL / BLOCK * size;
         let step = (CELLS / row).next_multiple_of(BLOCK).max(2 * BLOCK);
         (0..pairs).step_by(step).map(move |first| first..pairs.min(first + step))
     }
@@ -127,7 +163,8 @@ impl ShTransform {
         buffer: &'a mut Vec<T>,
     ) -> &'a [T] {
         let (width, height) = (self.width, self.height);
-        let block = self.rings.per_row * (self.order + 1) * CELL;
+        let block = (self.order + 1) * CELL;
+        let rings = work.latitude.is_none().then_some(&self.rings);
         let cells = aligned(buffer, pairs.len().div_ceil(BLOCK) * block);
         let blocks = pairs.clone().step_by(BLOCK).zip(cells.chunks_exact_mut(block)).collect();
         self.each(blocks, &work.buffers, |buffers, _, (first, cells)| {
@@ -138,7 +175,7 @@ impl ShTransform {
                 north: rows(first..last),
                 south: rows((height - last).max(height.div_ceil(2))..height - first),
             };
-            work.fourier.forward(&rows, &self.rings, first * self.rings.per_row, cells, buffers);
+            work.fourier.forward(&rows, rings, first, cells, buffers);
         });
         cells
     }
@@ -152,8 +189,8 @@ impl ShTransform {
                 &made
             }
         };
-        let first = pairs.start * self.rings.per_row;
-        let last = first + pairs.len().next_multiple_of(BLOCK) * self.rings.per_row;
+        let first = pairs.start;
+        let last = first + pairs.len().next_multiple_of(BLOCK);
         f(Part {
             steps,
             starts,

@@ -1,6 +1,7 @@
 //! Where the rows of a grid stand, and their weights.
 
-use crate::quadrature::{clenshaw_curtis, fejer1, gauss_legendre, gauss_legendre_angles};
+use super::latitude;
+use crate::quadrature::{clenshaw_curtis, fejer1, gauss_legendre_angles};
 use std::f64::consts::PI;
 
 /// How the rows of a lat-long grid stand in θ, and how they are weighted in an integral.
@@ -13,16 +14,14 @@ pub enum Grid {
     GaussLegendre,
     /// Clenshaw–Curtis rows θ = jπ/(height−1), poles included: exact if height > 2·order, width > 2·order.
     ClenshawCurtis,
-    /// Texel centres, each weighted with its exact solid angle: Σ texel·Ω·Y(centre).
+    /// Texels that are constant over their cells: ∫ Y over each exact cell, for any order. Analysis only.
     Cells,
-    /// Piecewise constant texels: ∫ Y over each texel's exact cell, to about 1e-14. Analysis only.
-    ExactCells,
 }
 
 impl Grid {
     /// Does ∫ over a texel's width replace the value at its centre?
     pub(super) fn sinc(self) -> bool {
-        self == Self::ExactCells
+        self == Self::Cells
     }
 }
 
@@ -37,16 +36,13 @@ pub(super) struct Rings {
     /// cos².
     pub(super) x2: Vec<f64>,
     pub(super) weight: Vec<f64>,
-    /// Rings per row of texels.
-    pub(super) per_row: usize,
     count: usize,
     height: usize,
 }
 
 impl Rings {
     pub(super) fn new(grid: Grid, height: usize, order: usize) -> Self {
-        let mut rings =
-            Self { cos: vec![], sin: vec![], x2: vec![], weight: vec![], per_row: 1, count: 0, height };
+        let mut rings = Self { cos: vec![], sin: vec![], x2: vec![], weight: vec![], count: 0, height };
         if height == 0 {
             return rings;
         }
@@ -66,14 +62,17 @@ impl Rings {
                 let (theta, w) = gauss_legendre_angles(height);
                 rings.fill(|j| (theta[j], w[j]));
             }
-            Grid::Cells => rings.fill(|j| {
-                let theta = (j as f64 + 0.5) * step;
-                (theta, 2.0 * theta.sin() * (0.5 * step).sin())
-            }),
-            Grid::ExactCells => rings.fill_cells(step, order),
+            Grid::Cells => {
+                rings.height = latitude::rings(order);
+                let step = PI / rings.height as f64;
+                rings.fill(|j| {
+                    let theta = (j as f64 + 0.5) * step;
+                    (theta, theta.sin() * step)
+                });
+            }
         }
         rings.count = rings.cos.len();
-        while !rings.cos.len().is_multiple_of(BLOCK * rings.per_row) {
+        while !rings.cos.len().is_multiple_of(BLOCK) {
             rings.push(0.0, 1.0, 0.0);
         }
         rings
@@ -95,19 +94,6 @@ impl Rings {
         }
     }
 
-    /// Gauss–Legendre rings inside each row, enough for band `order`.
-    fn fill_cells(&mut self, step: f64, order: usize) {
-        self.per_row = 4 + (order as f64 * step).ceil() as usize;
-        let (x, w) = gauss_legendre(self.per_row);
-        for j in 0..self.height.div_ceil(2) {
-            for (x, w) in x.iter().zip(&w) {
-                let theta = (j as f64 + 0.5 + 0.5 * x) * step;
-                // The equator's row is its own mirror: all its rings are on the northern list.
-                self.push(theta.cos(), theta.sin(), 0.5 * step * w * theta.sin());
-            }
-        }
-    }
-
     /// Is this one of the rings that only fill up a group?
     pub(super) fn is_padding(&self, ring: usize) -> bool {
         ring >= self.count
@@ -122,11 +108,10 @@ impl Rings {
 
     /// cos θ of all rows, from the north.
     pub(super) fn rows(&self) -> Vec<f64> {
-        let middle = |j: usize| j * self.per_row + self.per_row / 2;
         (0..self.height)
             .map(|j| {
                 let mirror = self.height - 1 - j;
-                if j <= mirror { self.cos[middle(j)] } else { -self.cos[middle(mirror)] }
+                if j <= mirror { self.cos[j] } else { -self.cos[mirror] }
             })
             .collect()
     }

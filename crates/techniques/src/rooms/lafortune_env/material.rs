@@ -4,6 +4,7 @@ use super::LafortuneEnv;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
+use steradian_base::without_folders;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
 
 /// Most terms (lobes times different channels) that shading sums.
@@ -60,7 +61,7 @@ impl Cosines {
 
 impl Part for Cosines {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        to.metadata.insert(format!("steradian.{prefix}.brdf"), self.0.spec.clone());
+        to.metadata.insert(format!("steradian.{prefix}.brdf"), without_folders(&self.0.spec));
         let cosine = |l: &Cosine| [l.c.x, l.c.y, l.c.z, l.n, l.ks];
         let lobes = self.0.lobes.iter().flatten().flat_map(cosine).collect();
         put_f64(to, format!("{prefix}.lobes"), vec![self.0.lobes.len(), 3, 5], lobes);

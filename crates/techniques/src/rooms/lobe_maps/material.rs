@@ -2,6 +2,7 @@
 
 use super::LobeMaps;
 use super::bake::Params;
+use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use steradian_base::Task;
@@ -11,7 +12,7 @@ use steradian_brdf::fit::radial::{Plan, RadialFit, RadialLobe, Rings, Shape, Vie
 /// A reflectance and its lobes.
 pub struct Fitted {
     spec: String,
-    /// `None` in a bake loaded from a file whose reflectance lies in another file: no file names files to read.
+    /// `None` in a loaded bake that does not keep what its reflectance's files hold.
     brdf: Option<SharedBrdf>,
     /// The lobes.
     pub fit: RadialFit,
@@ -36,19 +37,13 @@ impl Fitted {
     }
 }
 
-/// The reflectance of a spec that names no file.
-fn analytic(spec: &str) -> Option<SharedBrdf> {
-    let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
-    let model = steradian_brdf::models().iter().find(|i| i.name == name)?;
-    // A model that reads files says so in the page of its parameters.
-    let reads = |key: &str| model.parameters.iter().any(|(k, doc)| *k == key && doc.contains("file"));
-    let keys = body.split(',').filter_map(|item| item.split_once('=')).map(|(k, _)| k.trim());
-    if keys.into_iter().any(reads) { None } else { steradian_brdf::parse(spec).ok() }
-}
-
 impl Part for Fitted {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        to.metadata.insert(format!("steradian.{prefix}.brdf"), self.spec.clone());
+        let key = format!("steradian.{prefix}.brdf");
+        match &self.brdf {
+            Some(brdf) => reflectance::put(to, &key, &**brdf),
+            None => _ = to.metadata.insert(key, self.spec.clone()),
+        }
         let f = &self.fit;
         let (lobes, views, rings) = (f.lobes.len(), f.views.len(), f.rings.angles().len());
         let shapes = f.lobes.first().map_or(0, |l| l.shapes.len());
@@ -66,7 +61,8 @@ impl Part for Fitted {
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let key = format!("steradian.{prefix}.brdf");
-        let spec = from.metadata.get(&key).ok_or(PartError::Missing(key))?.clone();
+        let spec = from.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?.clone();
+        let brdf = reflectance::kept(from, &key).ok();
         let name = |n: &str| format!("{prefix}.{n}");
         let bad = |n: &str| PartError::Unexpected(name(n));
         let (_, head) = get_f64(from, &name("fit"), 1)?;
@@ -99,7 +95,7 @@ impl Part for Fitted {
         };
         let lobes = (0..lobes).map(lobe).collect();
         let fit = RadialFit { rings, views: Views::new(views), stride: stride as usize, lobes, residual };
-        Ok(Self { brdf: analytic(&spec), spec, fit })
+        Ok(Self { brdf, spec, fit })
     }
 
     fn bytes(&self) -> usize {

@@ -23,7 +23,7 @@ impl Light {
     pub(super) fn bake(lights: &Lights) -> Result<Self, BakeError> {
         refuse_points(ShIrradiance::CARD.slug, lights)?;
         let mut all = match &lights.environment {
-            Some(e) => sh::project_exact(&e.image, ORDER),
+            Some(e) => sh::project(&e.image, ORDER),
             None => ShRgb::zero(ORDER),
         };
         let disks = lights.disks.iter().map(Beam::from);

@@ -1,0 +1,45 @@
+//! Who may open files.
+
+use crate::SpecError;
+use std::path::{Path, PathBuf};
+use steradian_formats::{FormatError, file_below, read_text};
+
+/// Which files a spec string may open.
+#[derive(Debug, Clone, Copy)]
+pub enum Files<'a> {
+    /// None. For specs that are data.
+    None,
+    /// Those in this folder or below it, by names relative to it. For specs in a file of that folder.
+    Below(&'a Path),
+    /// Any. For specs that a user writes.
+    Any,
+    /// None: what they would have held is here, as [`crate::Brdf::held`] gave it.
+    Held(&'a [f64]),
+}
+
+impl<'a> Files<'a> {
+    /// The text of a file that a spec names, which is `what` and has at most `most` bytes.
+    pub(crate) fn read(self, name: &Path, most: u64, what: &str) -> Result<String, SpecError> {
+        let fault = |path: PathBuf, what: String| SpecError::File { file: path.display().to_string(), what };
+        let path = match self {
+            Self::Any => name.to_owned(),
+            Self::Below(folder) => file_below(folder, &name.to_string_lossy()).map_err(|_| {
+                fault(name.into(), "must be a file below the folder of the file that names it".into())
+            })?,
+            Self::None | Self::Held(_) => {
+                let why = "is not opened: this spec comes from a file; give it on the command line";
+                return Err(fault(name.into(), why.into()));
+            }
+        };
+        read_text(&path, most, what).map_err(|e| match e {
+            FormatError::Unreadable { path, why }
+            | FormatError::Invalid { path, why }
+            | FormatError::Unwritable { path, why } => fault(path, why),
+        })
+    }
+
+    /// What the files would have held.
+    pub(crate) fn held(self) -> Option<&'a [f64]> {
+        if let Self::Held(numbers) = self { Some(numbers) } else { None }
+    }
+}
