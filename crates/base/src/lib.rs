@@ -7,7 +7,7 @@ mod params;
 mod provenance;
 mod task;
 
-pub use certificate::{Certificate, Known};
+pub use certificate::{Certificate, Known, Spread};
 pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
 pub use provenance::{Input, Provenance, without_folders};

@@ -151,7 +151,10 @@ fn link(
 /// A bake in the light of a camera.
 fn room(look: &Look, mut bake: Box<dyn AnyBake>, direct: Direct, view: &View) -> Baked {
     bake.frame(view);
-    let (certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+    let (mut certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+    if !direct.is_empty() {
+        certificate = certificate.beside_exact_lights();
+    }
     let bake = Arc::new(BakeShader(bake));
     let shader: Arc<dyn Shader> = if direct.is_empty() {
         bake.clone()

@@ -14,7 +14,7 @@ use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Rows of the image that filters see at most: they blur, so larger images are first reduced, area-exact.
-const MAX_HEIGHT: usize = 1024;
+pub const MAX_HEIGHT: usize = 1024;
 /// At most this many texels become beams.
 const MAX_BEAMS: usize = 256;
 /// A texel becomes a beam where it holds more than this part of all flux …
@@ -110,7 +110,7 @@ fn bands(spectrum: &ShRgb, beams: &[Beam]) -> Vec<f64> {
 }
 
 /// The image with at most `rows` rows, area-exact.
-pub(crate) fn reduced(image: &SphereImage, rows: usize) -> SphereImage {
+pub fn reduced(image: &SphereImage, rows: usize) -> SphereImage {
     if image.height <= rows {
         return image.clone();
     }

@@ -1,6 +1,6 @@
 //! Bakes as tensors: a head (room, parameters, certificate) in the metadata, parts as named tensors.
 
-use steradian_base::{Certificate, Known, ParamInfo, ParamValues};
+use steradian_base::{Certificate, Known, ParamInfo, ParamValues, Spread};
 pub use steradian_formats::TensorFile;
 use steradian_formats::{Tensor, TensorData};
 
@@ -18,6 +18,8 @@ pub enum PartError {
 const SLUG: &str = "steradian.technique";
 const CERTIFICATE: &str = "steradian.certificate.";
 const PARAM: &str = "steradian.param.";
+/// What single points err by; before them [`CERTIFICATE`].
+const SPREAD: [&str; 4] = ["points.median", "points.ninetieth", "points.stops", "points.top_hundredth"];
 
 /// Writes room, parameters and certificate.
 pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certificate) {
@@ -29,6 +31,11 @@ pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: 
     put(format!("{CERTIFICATE}error"), c.error.to_string());
     put(format!("{CERTIFICATE}known"), c.known.word().into());
     put(format!("{CERTIFICATE}metric"), c.metric.clone());
+    if let Some(s) = c.spread {
+        for (name, value) in SPREAD.into_iter().zip([s.median, s.ninetieth, s.stops, s.top_hundredth]) {
+            put(format!("{CERTIFICATE}{name}"), value.to_string());
+        }
+    }
     for (i, (name, value)) in c.details.iter().enumerate() {
         put(format!("{CERTIFICATE}detail.{i:03}.{name}"), value.to_string());
     }
@@ -65,6 +72,16 @@ pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
     );
     if let Some(m) = t.metadata.get(&format!("{CERTIFICATE}metric")) {
         c.metric.clone_from(m);
+    }
+    if t.metadata.contains_key(&format!("{CERTIFICATE}{}", SPREAD[0])) {
+        let figures: Vec<f64> =
+            SPREAD.iter().map(|n| number(t, &format!("{CERTIFICATE}{n}"))).collect::<Result<_, _>>()?;
+        c.spread = Some(Spread {
+            median: figures[0],
+            ninetieth: figures[1],
+            stops: figures[2],
+            top_hundredth: figures[3],
+        });
     }
     let prefix = format!("{CERTIFICATE}detail.");
     for (key, _) in t.metadata.range(prefix.clone()..).take_while(|(k, _)| k.starts_with(&prefix)) {

@@ -9,6 +9,8 @@
 mod harness;
 #[path = "conformance/lobes.rs"]
 mod lobes;
+#[path = "conformance/random.rs"]
+mod random;
 #[path = "conformance/robust.rs"]
 mod robust;
 #[path = "conformance/table.rs"]
@@ -16,7 +18,6 @@ mod table;
 
 use glam::DMat3;
 use harness::*;
-use steradian_base::Task;
 use steradian_light::Lights;
 use steradian_techniques::shared::lights;
 use steradian_techniques::{Check, View, find, registry};
@@ -57,8 +58,8 @@ fn white_furnace() {
     for t in rooms(Check::Furnace) {
         let light = lights::furnace();
         for spec in t.card().specimens {
-            let b = bake(t, &light, spec, &[]);
-            let error = difference(&shade(&*b, &points), &judged(&light, spec, &points));
+            let b = shared(t, "furnace", spec);
+            let error = difference(&shade(b, &points), &judged(&light, spec, &points));
             let bound = (2.0 * b.certificate().error).max(2e-3);
             assert!(error <= bound, "{}: {spec}: {error:.5} > {bound:.5}", t.card().slug);
         }
@@ -72,11 +73,12 @@ fn linearity_in_the_light() {
         let spec = t.card().specimens[0];
         let [a, b] = [lights::sunny(), lights::studio()];
         let of = |l: &Lights| shade(&*bake(t, l, spec, &[]), &points);
-        let (one, two) = (of(&a), of(&doubled(&a)));
+        let [one, other] = ["sunny", "studio"].map(|name| shade(shared(t, name, spec), &points));
+        let two = of(&doubled(&a));
         let twice: Vec<_> = one.iter().map(|l| l.map(|x| 2.0 * x)).collect();
         assert!(difference(&two, &twice) < 1e-5, "{}: twice the light", t.card().slug);
         let added: Vec<_> =
-            one.iter().zip(of(&b)).map(|(x, y)| std::array::from_fn(|c| x[c] + y[c])).collect();
+            one.iter().zip(other).map(|(x, y)| std::array::from_fn(|c| x[c] + y[c])).collect();
         let error = difference(&of(&sum(&a, &b)), &added);
         // Each of the three maps meets its own tolerance.
         assert!(error < 0.02, "{}: sum of two lights: {error}", t.card().slug);
@@ -92,14 +94,15 @@ fn turning_light_and_frame_together_changes_nothing() {
     for t in rooms(Check::Rotation) {
         let spec = t.card().specimens[0];
         let light = lights::smooth();
-        let mut b = bake(t, &light, spec, &[]);
-        let still = shade(&*b, &points);
+        let made = shared(t, "smooth", spec);
+        let still = shade(made, &points);
         // Turned at bake time: up to the resampling of the image and the tables.
         let environment = light.environment.as_ref().expect("an image").rotated(r);
         let error = difference(&shade(&*bake(t, &environment.into(), spec, &[]), &moved), &still);
         println!("{}: baked turned: {error:.5}", t.card().slug);
         worst = worst.max(error);
         // Turned in the frame: up to rounding.
+        let mut b = t.load(&made.save()).expect("its own bake");
         b.frame(&View { light_rotation: r.as_mat3(), ..View::default() });
         let error = difference(&shade(&*b, &moved), &still);
         assert!(error < 1e-5, "{}: frame turned: {error}", t.card().slug);
@@ -126,20 +129,21 @@ fn exact_where_the_card_says_so() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains.
+/// Points of each kind at which errors are recorded.
+const RECORDED: usize = 64;
+
+/// Elsewhere the error is the recorded one: worse fails, and so does better that nobody explains. Points are of the kinds
+/// that certificates look at, others of them: uniform ones alone hardly see a sun.
 #[test]
 fn errors_are_the_recorded_ones() {
-    let points = points(96);
     let mut lines = Vec::new();
     for t in rooms(Check::ErrorBound) {
-        for (name, light) in LIGHTS {
-            let light = light();
-            let mut b = bake(t, &light, t.card().specimens[0], &[]);
+        for name in ["smooth", "studio", "sunny"] {
+            let light = light(name);
             for spec in t.card().specimens {
-                b.set_material(&material(spec), &Task::quiet()).expect("a specimen");
-                let error = difference(&shade(&*b, &points), &judged(&light, spec, &points));
-                let claimed = b.certificate().error;
-                lines.push(table::Line::new(t.card().slug, spec, name, error, claimed));
+                let b = shared(t, name, spec);
+                let found = against_judge(b, &light, spec, RECORDED, 0.37);
+                lines.push(table::Line::new(t.card().slug, spec, name, found, b.certificate().error));
             }
         }
     }

@@ -35,7 +35,8 @@ pub struct Options {
     /// Level of a texture to read
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
-    /// Takes suns and lamps out of the image, and writes them to this file as disk lights
+    /// Takes suns and lamps out of the image, and writes them to this file as disk lights: the flux, direction and
+    /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
     /// Tone mapper of .png [default: linear, which clips]

@@ -75,7 +75,8 @@ pub struct Options {
     /// per-face, box-mip, dual-paraboloid or frequency
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method::choice)]
     method: method::Choice,
-    /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights
+    /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights: the flux, direction and
+    /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
     #[arg(long, value_name = "LIGHTS.json")]
     extract_sun: Option<PathBuf>,
     /// Folder for every level as a lat-long .exr

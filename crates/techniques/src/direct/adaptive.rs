@@ -1,5 +1,5 @@
-//! Disks that are many times larger than the reflectance's lobe: rectangles in polar coordinates about the disk's
-//! centre, cut until the reflectance varies little over each.
+//! Disks and texels that are many times larger than the reflectance's lobe: rectangles in polar coordinates about the
+//! disk's centre or the image's pole, cut until the reflectance varies little over each.
 
 use super::rule::Cap;
 use glam::DVec3;
@@ -45,15 +45,35 @@ impl Rect {
     }
 }
 
-/// ∫ f over the cap, where f varies over `scale(direction, radius)` within a radius of a direction. f may jump or have a
-/// kink at the horizon z = 0: rectangles on it are cut to a hundredth of the cap.
-pub fn integrate(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
+/// What is integrated over, in polar coordinates.
+pub struct Patch<'a> {
+    /// Angles from the axis.
+    pub theta: [f64; 2],
+    /// Four parts of the azimuth.
+    pub phi: [[f64; 2]; 4],
+    /// About its radius, radians.
+    pub size: f64,
+    /// The direction at θ and φ.
+    pub at: &'a dyn Fn(f64, f64) -> DVec3,
+}
+
+/// [`integrate`] over a cap.
+pub fn cap(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
     let at = |theta: f64, phi: f64| cap.direction(2.0 * (0.5 * theta).sin().powi(2), phi);
-    let quarter = |k: u32| {
-        let start = 0.5 * PI * f64::from(k);
-        Rect { theta: [0.0, cap.radius], phi: [start, start + 0.5 * PI], depth: 0 }
-    };
-    let mut open: Vec<Rect> = (0..4).map(quarter).collect();
+    let phi = [0.0, 1.0, 2.0, 3.0].map(|k| [0.5 * PI * k, 0.5 * PI * (k + 1.0)]);
+    integrate(&Patch { theta: [0.0, cap.radius], phi, size: cap.radius, at: &at }, scale, f)
+}
+
+/// ∫ f over the patch, where f varies over `scale(direction, radius)` within a radius of a direction. f may jump or have a
+/// kink at the horizon z = 0: rectangles on it are cut to a hundredth of the patch.
+pub fn integrate(
+    patch: &Patch<'_>,
+    scale: &dyn Fn(DVec3, f64) -> f64,
+    f: &dyn Fn(DVec3) -> [f64; 3],
+) -> [f64; 3] {
+    let at = patch.at;
+    let mut open: Vec<Rect> =
+        patch.phi.iter().map(|phi| Rect { theta: patch.theta, phi: *phi, depth: 0 }).collect();
     let mut sum = [0.0; 3];
     let mut done = 0;
     while let Some(r) = open.pop() {
@@ -61,7 +81,7 @@ pub fn integrate(cap: &Cap, scale: &dyn Fn(DVec3, f64) -> f64, f: &dyn Fn(DVec3)
         let middle = at(0.5 * (r.theta[0] + r.theta[1]), 0.5 * (r.phi[0] + r.phi[1]));
         let mut allowed = FACTOR * scale(middle, 0.7 * size);
         if middle.z.abs() < 0.7 * size {
-            allowed = allowed.min(0.01 * cap.radius);
+            allowed = allowed.min(0.01 * patch.size);
         }
         if size > allowed && r.depth < DEEPEST && done + open.len() < MOST {
             open.extend(r.halves());

@@ -9,11 +9,13 @@
 //! and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
 
 mod adaptive;
+mod cell;
 pub mod rule;
 #[cfg(test)]
 mod tests;
 
 use crate::{Points, Radiance, View};
+pub use cell::Cell;
 use glam::DVec3;
 use rule::Cap;
 pub use steradian_brdf::BrdfShader;
@@ -26,11 +28,13 @@ use steradian_sphere::Frame;
 /// `gpu_node(i: u32) -> vec2<f32>`, entry i of [`rule::gauss`].
 pub const DISK_WGSL: &str = include_str!("disk.wgsl");
 
-/// [`DISK_WGSL`] with its `gpu_node`.
-pub fn disks_wgsl() -> String {
+/// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin of
+/// [`Cell::integral`].
+pub fn suns_wgsl() -> String {
+    const CELL_WGSL: &str = include_str!("cell.wgsl");
     let nodes: Vec<String> = rule::gauss().map(|(x, w)| format!("vec2<f32>({x:?}, {w:?})")).collect();
     format!(
-        "{DISK_WGSL}
+        "{DISK_WGSL}{CELL_WGSL}
 var<private> gpu_gauss: array<vec2<f32>, {}> = array<vec2<f32>, {}>({});
 
 fn gpu_node(i: u32) -> vec2<f32> {{
@@ -58,6 +62,8 @@ pub enum Suns {
 pub struct Direct {
     /// Suns.
     pub disks: Vec<DiskLight>,
+    /// Suns of images, texel by texel.
+    pub cells: Vec<Cell>,
     /// Directional lights.
     pub directionals: Vec<DirectionalLight>,
     /// Point lights: radiant intensity over the square of the distance.
@@ -84,7 +90,8 @@ pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
 impl Direct {
     /// No lights at all?
     pub fn is_empty(&self) -> bool {
-        self.disks.is_empty() && self.directionals.is_empty() && self.points.is_empty()
+        let distant = self.disks.len() + self.cells.len() + self.directionals.len();
+        distant == 0 && self.points.is_empty()
     }
 
     /// The lights of a frame: distant ones turn with the light's rotation.
@@ -92,6 +99,7 @@ impl Direct {
         let turn = view.light_rotation.as_dmat3();
         let mut out = self.clone();
         out.disks.iter_mut().for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
+        out.cells.iter_mut().for_each(|c| *c = c.turned(&turn));
         out.directionals
             .iter_mut()
             .for_each(|d| d.direction = (turn * d.direction).normalize_or(d.direction));
@@ -131,6 +139,9 @@ impl Direct {
             let cap = Cap { centre: frame.to_local(d.direction), radius: d.angular_radius };
             gather(disk(brdf, &cap, wo), d.radiance);
         }
+        for c in &self.cells {
+            gather(c.integral(brdf, frame, wo), c.radiance);
+        }
         for d in &self.directionals {
             gather(brdf.f_cos(frame.to_local(d.direction), wo), d.irradiance);
         }
@@ -160,6 +171,6 @@ fn disk(brdf: &dyn Brdf, cap: &Cap, wo: DVec3) -> [f64; 3] {
     match rule::rings(cap.radius / scale, crossed) {
         Some(n) if crossed => cap.strips(n, f),
         Some(n) => cap.polar(n, f),
-        None => adaptive::integrate(cap, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f),
+        None => adaptive::cap(cap, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f),
     }
 }

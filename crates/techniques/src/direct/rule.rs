@@ -25,9 +25,9 @@ pub struct Cap {
 const SIZES: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// Largest ρ/s of each number of rings: relative error at the peak of a Gaussian at most about 1e-3. As many strips lie
 /// across a cap as rings lie on both sides of its centre, so that it takes twice their number.
-const REACH: [f64; 5] = [0.5, 1.3, 3.0, 7.0, 15.0];
+pub(super) const REACH: [f64; 5] = [0.5, 1.3, 3.0, 7.0, 15.0];
 /// Below this the centre alone does: the error is at most (ρ/s)²/4.
-const POINT: f64 = 0.03;
+pub(super) const POINT: f64 = 0.03;
 
 /// Nodes and weights on 0 … 1 of [`SIZES`].
 static GAUSS: LazyLock<[Vec<(f64, f64)>; 6]> = LazyLock::new(|| {
@@ -52,7 +52,7 @@ pub fn gauss() -> impl Iterator<Item = (f64, f64)> {
     GAUSS.iter().flatten().copied()
 }
 
-fn nodes(n: usize) -> &'static [(f64, f64)] {
+pub(super) fn nodes(n: usize) -> &'static [(f64, f64)] {
     SIZES.iter().position(|s| *s >= n).map_or(&[], |k| &GAUSS[k])
 }
 

@@ -6,7 +6,9 @@ use crate::PointsBuf;
 use glam::Vec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
+use steradian_light::Environment;
 use steradian_reference::{Judge, Lookup};
+use steradian_sphere::{Layout, SphereImage};
 
 #[test]
 fn caps_have_their_solid_angle_and_their_irradiance() {
@@ -125,6 +127,42 @@ fn every_model_follows_the_judge() {
     assert!(report[0].0 < 1e-3, "{:#?}", &report[..12]);
 }
 
+/// Texels are cells, also across the horizon and at the pole: models of every kind against the judge, which integrates the
+/// image; relative to the largest radiance that a texel causes in any case.
+#[test]
+fn texels_follow_the_judge() {
+    let task = Task::quiet();
+    let frame = Frame::from_normal(DVec3::new(0.3, 0.8, -0.5).normalize());
+    let mut report = Vec::new();
+    for spec in SPECS.iter().step_by(3) {
+        let brdf = steradian_brdf::parse(spec).expect(spec);
+        for height in [16usize, 64] {
+            let (mut top, mut worst) = (0.0f64, 0.0f64);
+            for (wo, wi) in cases().into_iter().step_by(2).chain([(DVec3::Z, frame.to_local(DVec3::Y))]) {
+                let (d, width) = (frame.to_world(wi), 2 * height);
+                let column = ((0.5 + d.z.atan2(d.x) / (2.0 * PI)) * width as f64) as usize;
+                let (i, j) = (column.min(width - 1), (d.y.acos() / PI * height as f64) as usize);
+                let cell = Cell { radiance: [1.0; 3], ..Cell::texel(i, j, width, height) };
+                let mut image = SphereImage::new(Layout::LatLong, width, height);
+                let k = image.index(0, i, j);
+                image.planes.iter_mut().for_each(|p| p[k] = 1.0);
+                assert!((image.integral()[0] / cell.solid_angle() - 1.0).abs() < 1e-6);
+                let lights = Lights::from(Environment { image });
+                let judge = Judge::new(&lights, Lookup::Constant, &task).expect("sound").with_budget(400_000);
+                let exact = judge.radiance(&*brdf, &frame, frame.to_world(wo), None, 1e-5);
+                let direct = Direct { cells: vec![cell], ..Direct::default() };
+                let got = direct.radiance(&*brdf, &frame, frame.to_world(wo), None);
+                top = exact.rgb.iter().fold(top, |a, x| a.max(*x));
+                let off = (0..3).map(|c| (got[c] - exact.rgb[c]).abs()).fold(0.0, f64::max);
+                worst = worst.max((off - exact.error * exact.rgb[0].max(exact.rgb[1])).max(0.0));
+            }
+            report.push((worst / top, *spec, height));
+        }
+    }
+    report.sort_by(|a, b| b.0.total_cmp(&a.0));
+    assert!(report[0].0 < 2e-3, "{report:#?}");
+}
+
 #[test]
 fn directional_and_point_lights_are_products() {
     let brdf = steradian_brdf::parse("ggx:alpha=0.3").expect("spec");
@@ -154,7 +192,7 @@ fn directional_and_point_lights_are_products() {
 fn distant_lights_turn_and_points_stay() {
     let disk = DiskLight { direction: DVec3::X, angular_radius: 0.1, radiance: [1.0; 3] };
     let point = PointLight { position: Vec3::X, intensity: [1.0; 3] };
-    let d = Direct { disks: vec![disk], directionals: Vec::new(), points: vec![point] };
+    let d = Direct { disks: vec![disk], points: vec![point], ..Direct::default() };
     let view =
         View { light_rotation: glam::Mat3::from_rotation_y(0.5 * std::f32::consts::PI), ..View::default() };
     let t = d.turned(&view);

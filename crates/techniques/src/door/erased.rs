@@ -1,13 +1,15 @@
 //! The door without types: what the registry holds.
 
 use crate::gpu::Uniform;
+use crate::shared::{certify, distant};
 use crate::tensors::{self, TensorFile};
 use crate::{
     Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies,
     View,
 };
 use std::marker::PhantomData;
-use steradian_base::{Certificate, ParamInfo, ParamValues, Params, Task};
+use steradian_base::{Cancelled, Certificate, Known, ParamInfo, ParamValues, Params, Task};
+use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 
 /// A technique without its types.
@@ -113,13 +115,15 @@ impl<T: Technique> AnyTechnique for Erased<T> {
     ) -> Result<Box<dyn AnyBake>, BakeError> {
         let params = T::Params::from_values(params)?;
         check_material::<T>(material)?;
+        let truth = Truth { lights: Some(lights.clone()), brdf: Some(material.brdf.clone()) };
         let light = T::light(lights, &params, task)?;
         let material = T::material(material, &params, task)?;
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
         let parts = Parts { light: &light, material: &material, transfer: &transfer };
         let (linked, certificate) = T::link(parts, &params, task)?;
-        let bake = Bake { params, light, material, transfer, linked, certificate };
-        Ok(Baked::<T>::boxed(bake, geometry.cloned()))
+        let mut bake = Bake { params, light, material, transfer, linked, certificate };
+        truth.certify(&mut bake, task)?;
+        Ok(Baked::<T>::boxed(bake, geometry.cloned(), truth))
     }
 
     fn load(&self, t: &TensorFile) -> Result<Box<dyn AnyBake>, BakeError> {
@@ -134,8 +138,40 @@ impl<T: Technique> AnyTechnique for Erased<T> {
             linked: Part::load(t, "linked").map_err(bad)?,
             certificate: tensors::certificate(t).map_err(bad)?,
         };
-        Ok(Baked::<T>::boxed(bake, None))
+        Ok(Baked::<T>::boxed(bake, None, Truth::default()))
     }
+}
+
+/// Light and reflectance as they were given, as far as they are known: a loaded bake has its factors alone.
+#[derive(Clone, Default)]
+struct Truth {
+    lights: Option<Lights>,
+    brdf: Option<SharedBrdf>,
+}
+
+impl Truth {
+    /// Where a room computed its error from its own factors, holds that against direct evaluation: what the factors have
+    /// lost of the light, such as the outline of a sun, no figure computed from them tells.
+    fn certify<T: Technique>(&self, b: &mut Bake<T>, task: &Task) -> Result<(), Cancelled> {
+        let (Some(lights), Some(brdf)) = (&self.lights, &self.brdf) else { return Ok(()) };
+        if b.certificate.known != Known::Estimated || T::CARD.needs.sites {
+            return Ok(());
+        }
+        let tree = distant::tree(lights, task)?;
+        let mut frame = T::Frame::default();
+        T::frame(b, &View::default(), &mut frame);
+        let seen = certify::measure(&tree, &**brdf, task, |q, out| T::shade(b, &frame, q, out))?;
+        b.certificate = seen.held_against(b.certificate.clone());
+        Ok(())
+    }
+}
+
+/// What a relinked bake changes.
+struct Change<T: Technique> {
+    light: Option<T::Light>,
+    material: Option<T::Material>,
+    transfer: Option<T::Transfer>,
+    truth: Truth,
 }
 
 struct Baked<T: Technique> {
@@ -143,11 +179,13 @@ struct Baked<T: Technique> {
     frame: T::Frame,
     view: View,
     geometry: Option<Geometry>,
+    truth: Truth,
 }
 
 impl<T: Technique> Baked<T> {
-    fn boxed(bake: Bake<T>, geometry: Option<Geometry>) -> Box<dyn AnyBake> {
-        let mut baked = Box::new(Self { bake, frame: T::Frame::default(), view: View::default(), geometry });
+    fn boxed(bake: Bake<T>, geometry: Option<Geometry>, truth: Truth) -> Box<dyn AnyBake> {
+        let frame = T::Frame::default();
+        let mut baked = Box::new(Self { bake, frame, view: View::default(), geometry, truth });
         baked.refresh();
         baked
     }
@@ -157,31 +195,41 @@ impl<T: Technique> Baked<T> {
     }
 
     /// Links these parts with the present ones; on error the bake stays as it was.
-    fn relink(
-        &mut self,
-        light: Option<T::Light>,
-        material: Option<T::Material>,
-        transfer: Option<T::Transfer>,
-        task: &Task,
-    ) -> Result<(), BakeError> {
+    fn relink(&mut self, mut change: Change<T>, task: &Task) -> Result<(), BakeError> {
         let b = &mut self.bake;
         let parts = Parts::<T> {
-            light: light.as_ref().unwrap_or(&b.light),
-            material: material.as_ref().unwrap_or(&b.material),
-            transfer: transfer.as_ref().unwrap_or(&b.transfer),
+            light: change.light.as_ref().unwrap_or(&b.light),
+            material: change.material.as_ref().unwrap_or(&b.material),
+            transfer: change.transfer.as_ref().unwrap_or(&b.transfer),
         };
-        (b.linked, b.certificate) = T::link(parts, &b.params, task)?;
-        if let Some(l) = light {
-            b.light = l;
+        let (mut linked, mut certificate) = T::link(parts, &b.params, task)?;
+        let mut exchange = |b: &mut Bake<T>| {
+            swap(&mut b.light, &mut change.light);
+            swap(&mut b.material, &mut change.material);
+            swap(&mut b.transfer, &mut change.transfer);
+            std::mem::swap(&mut b.linked, &mut linked);
+            std::mem::swap(&mut b.certificate, &mut certificate);
+        };
+        exchange(b);
+        if let Err(e) = change.truth.certify(b, task) {
+            exchange(b);
+            return Err(e.into());
         }
-        if let Some(m) = material {
-            b.material = m;
-        }
-        if let Some(t) = transfer {
-            b.transfer = t;
-        }
+        self.truth = change.truth;
         self.refresh();
         Ok(())
+    }
+
+    /// Nothing but what is known of the truth.
+    fn change(&self) -> Change<T> {
+        Change { light: None, material: None, transfer: None, truth: self.truth.clone() }
+    }
+}
+
+/// Exchanges a factor with another, where there is one.
+fn swap<F>(a: &mut F, b: &mut Option<F>) {
+    if let Some(b) = b {
+        std::mem::swap(a, b);
     }
 }
 
@@ -244,23 +292,28 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError> {
         let light = T::light(lights, &self.bake.params, task)?;
-        self.relink(Some(light), None, None, task)
+        let mut change = Change { light: Some(light), ..self.change() };
+        change.truth.lights = Some(lights.clone());
+        self.relink(change, task)
     }
 
     fn set_material(&mut self, material: &Material, task: &Task) -> Result<(), BakeError> {
         check_material::<T>(material)?;
+        let brdf = material.brdf.clone();
         let material = T::material(material, &self.bake.params, task)?;
         let transfer = if T::TRANSFER_READS_MATERIAL {
             Some(transfer::<T>(self.geometry.as_ref(), &material, &self.bake.params, task)?)
         } else {
             None
         };
-        self.relink(None, Some(material), transfer, task)
+        let mut change = Change { material: Some(material), transfer, ..self.change() };
+        change.truth.brdf = Some(brdf);
+        self.relink(change, task)
     }
 
     fn set_geometry(&mut self, geometry: &Geometry, task: &Task) -> Result<(), BakeError> {
         let transfer = transfer::<T>(Some(geometry), &self.bake.material, &self.bake.params, task)?;
-        self.relink(None, None, Some(transfer), task)?;
+        self.relink(Change { transfer: Some(transfer), ..self.change() }, task)?;
         self.geometry = Some(geometry.clone());
         Ok(())
     }

@@ -5,11 +5,11 @@
 //! left, whatever it is.
 
 use super::meter::Meter;
-use super::sky::{Sky, disk};
+use super::sky::Sky;
 use super::spectrum::Spectrum;
+use super::sun::Sun;
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_light::DiskLight;
 use steradian_prefilter::Beam;
 use steradian_prefilter::source::add_beams;
 
@@ -19,11 +19,11 @@ const NEAR: f64 = 0.02;
 /// Radiance of the light without suns counts as no less than this part of the mean square of all radiance.
 pub const LEAST: f64 = 1e-4;
 
-/// Disks, and the light without them.
+/// Suns, and the light without them.
 #[derive(Debug, Clone)]
 pub struct Apart {
     /// With the exact reflectance.
-    pub disks: Vec<DiskLight>,
+    pub suns: Vec<Sun>,
     /// By maps.
     pub rest: Spectrum,
     /// Mean square of a coefficient of the rest beyond its bands, per channel.
@@ -33,46 +33,48 @@ pub struct Apart {
 impl Apart {
     /// The strongest suns, up to `most`.
     pub fn suns(light: &Sky, most: usize) -> Self {
-        let (disks, kept) = light.suns.split_at(most.min(light.suns.len()));
-        let mut out = Self { disks: disks.to_vec(), rest: light.spectrum.clone(), beyond: light.beyond };
-        out.take(disks.iter().map(Beam::from).collect());
-        out.count_beyond(&kept.iter().map(Beam::from).collect::<Vec<_>>());
+        let (suns, kept) = light.suns.split_at(most.min(light.suns.len()));
+        let mut out = Self { suns: suns.to_vec(), rest: light.spectrum.clone(), beyond: light.beyond };
+        out.take(suns);
+        out.count_beyond(&kept.iter().map(Sun::beam).collect::<Vec<_>>());
         out
     }
 
     /// The strongest suns, up to `most`, where each is one disk of the flux, the centre and the second moment of its
     /// texels. What the disk misses of their outline stays in the rest.
     pub fn round_suns(light: &Sky, most: usize) -> Self {
-        let mut out = Self { disks: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
-        let mut left: Vec<Beam> = light.suns.iter().map(Beam::from).collect();
+        let mut out = Self { suns: Vec::new(), rest: light.spectrum.clone(), beyond: light.beyond };
+        let mut left: Vec<Beam> = light.suns.iter().map(Sun::beam).collect();
         let mut taken = Vec::new();
         while let Some(first) = left.first().copied().filter(|_| taken.len() < most) {
             let angle = |b: &Beam| b.direction.angle_between(first.direction);
             let near = |b: &Beam| first.radius.max(b.radius).max(angle(b)) <= NEAR;
             let (mut texels, others): (Vec<Beam>, Vec<Beam>) = left.drain(1..).partition(near);
-            if texels.is_empty() {
-                taken.push(first);
+            let alone = light.suns.iter().find(|s| texels.is_empty() && s.beam() == first);
+            if let Some(sun) = alone {
+                taken.push(*sun);
             } else {
                 texels.push(first);
                 let round = one(&texels);
                 out.count_beyond(&texels);
                 out.count_beyond(&[round]);
-                taken.push(round);
+                taken.push(Sun::disk(&round));
             }
             left = others;
         }
         out.count_beyond(&left);
-        out.disks = taken.iter().map(disk).collect();
-        out.take(taken);
+        out.take(&taken);
+        out.suns = taken;
         out
     }
 
     /// These disks taken out too. Beyond the bands that are known they and the light that they stand for do not cancel.
-    pub fn with(&self, beams: Vec<Beam>) -> Self {
+    pub fn with(&self, beams: &[Beam]) -> Self {
         let mut out = self.clone();
-        out.disks.extend(beams.iter().map(disk));
-        out.count_beyond(&beams);
-        out.take(beams);
+        let disks: Vec<Sun> = beams.iter().map(Sun::disk).collect();
+        out.count_beyond(beams);
+        out.take(&disks);
+        out.suns.extend(disks);
         out
     }
 
@@ -89,7 +91,8 @@ impl Apart {
         }
     }
 
-    fn take(&mut self, mut beams: Vec<Beam>) {
+    fn take(&mut self, suns: &[Sun]) {
+        let mut beams: Vec<Beam> = suns.iter().flat_map(|s| s.beams(self.rest.sh.order)).collect();
         beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
         add_beams(&mut self.rest.sh, &beams);
     }
@@ -113,7 +116,7 @@ mod tests {
     use crate::shared::lights;
     use glam::DMat3;
     use steradian_base::Task;
-    use steradian_light::Lights;
+    use steradian_light::{DiskLight, Lights};
 
     /// Two halves of a sun become one disk of their flux about their middle; what is elsewhere stays a sun of its own,
     /// or in the light; and disks and rest are the light.
@@ -125,8 +128,8 @@ mod tests {
         let light = Lights { disks: disks.clone(), ..lights::smooth() };
         let sky = Sky::bake("test", &light, 40, &Task::quiet()).expect("bakes");
         let [one, two] = [1, 9].map(|most| Apart::round_suns(&sky, most));
-        assert_eq!((one.disks.len(), two.disks.len()), (1, 2));
-        let disk = &one.disks[0];
+        assert_eq!((one.suns.len(), two.suns.len()), (1, 2));
+        let Sun::Disk(disk) = &one.suns[0] else { panic!("a disk") };
         // Two like disks 0.01 apart: each is 0.005 off the middle.
         assert!((disk.direction - up(0.505)).length() < 1e-9);
         assert!((disk.angular_radius - (2.0f64 * (0.005 * 0.005 * 1.5)).sqrt()).abs() < 1e-6);
@@ -136,7 +139,7 @@ mod tests {
             assert!((flux(disk)[c] / parts - 1.0).abs() < 1e-9);
         }
         let mut again = two.rest.sh.clone();
-        add_beams(&mut again, &two.disks.iter().map(Beam::from).collect::<Vec<_>>());
+        add_beams(&mut again, &two.suns.iter().map(Sun::beam).collect::<Vec<_>>());
         let off =
             again.c[0].iter().zip(&sky.spectrum.sh.c[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-9 * sky.spectrum.sh.c[0][0], "{off}");

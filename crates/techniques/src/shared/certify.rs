@@ -10,7 +10,7 @@ use super::probes::{self, Probe};
 use crate::{PointsBuf, Radiance};
 use glam::DVec3;
 use rayon::prelude::*;
-use steradian_base::{Cancelled, Certificate, Known, Task};
+use steradian_base::{Cancelled, Certificate, Known, Spread, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_prefilter::Tree;
 use steradian_sphere::Frame;
@@ -66,22 +66,33 @@ fn distance(lobe: &Lobe, wi: DVec3) -> f64 {
 
 /// Belts of view elevations: their upper ends in degrees, and the names of their errors in certificates, which are those
 /// of errors at an angle: the belt's middle.
-const BELTS: [(f64, &str); 4] = [
+const BELTS: [(f64, &str); 5] = [
     (30.0, "error at 15 degrees (0 to 30)"),
     (60.0, "error at 45 degrees (30 to 60)"),
     (75.0, "error at 67.5 degrees (60 to 75)"),
-    (90.0, "error at 82.5 degrees (75 to 90)"),
+    (85.0, "error at 80 degrees (75 to 85)"),
+    (90.0, "error at 87.5 degrees (85 to 90)"),
 ];
+/// Views beyond those of which rooms compute the error, degrees, and the name of theirs.
+const LAST: (f64, &str) = (88.0, "error at 89 degrees (88 to 90)");
+/// Where less than this part of the mean radiance is seen, errors of single points are relative to that.
+const DARK: f64 = 1e-3;
 
 /// What was measured of a room's shading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
     /// Relative RMS error over all views, two standard errors above the measured one.
     pub all: f64,
-    /// The same over views to 30°, 60°, 75° and 90° off the normal, each belt without those before it.
-    pub belts: [f64; 4],
+    /// The same over views to 30°, 60°, 75°, 85° and 90° off the normal, each belt without those before it.
+    pub belts: [f64; 5],
+    /// The same over views from 88° to 90° off the normal.
+    pub last: f64,
+    /// What single points err by.
+    pub spread: Spread,
     /// The measured error itself.
     pub mean: f64,
+    /// One standard error below it.
+    pub least: f64,
     /// Negative radiance that was shaded, relative to all that was shaded.
     pub negative: f64,
 }
@@ -91,7 +102,19 @@ impl Errors {
     pub fn certificate(&self) -> Certificate {
         let all = Certificate::new(self.all, Known::Measured).metric(METRIC);
         let all = BELTS.iter().zip(self.belts).fold(all, |c, ((_, name), error)| c.detail(*name, error));
-        all.detail("error, mean of the probes", self.mean).detail("negative", self.negative)
+        self.figures(all)
+    }
+
+    /// What a room computed of its error, held against what was measured: it stands where it lies between one standard
+    /// error below the measured error and the upper bound, else the nearer of the two does.
+    pub fn held_against(&self, computed: Certificate) -> Certificate {
+        let error = computed.error.max(self.least).min(self.all);
+        let c = Certificate { error, known: Known::Measured, ..computed.clone() }.metric(METRIC);
+        self.figures(c.detail(LAST.1, self.last).detail("error, computed from the spectra", computed.error))
+    }
+
+    fn figures(&self, c: Certificate) -> Certificate {
+        c.detail("error, mean of the probes", self.mean).detail("negative", self.negative).spread(self.spread)
     }
 
     fn of(looks: &[Look]) -> Self {
@@ -103,11 +126,15 @@ impl Errors {
         let sum =
             |f: fn(f64) -> f64| looks.iter().flat_map(|l| l.shaded.map(|x| l.weight * f(x))).sum::<f64>();
         let (below, all) = (sum(|x| (-x).max(0.0)), sum(f64::abs));
+        let last: Vec<&Look> = looks.iter().filter(|l| l.degrees >= LAST.0).collect();
         let looks: Vec<&Look> = looks.iter().collect();
         Self {
             all: upper(&looks),
             belts: std::array::from_fn(belt),
+            last: upper(&last),
+            spread: spread(&looks),
             mean: ratio(&looks).0.sqrt(),
+            least: bound(&looks, -1.0),
             negative: if all > 0.0 { below / all } else { 0.0 },
         }
     }
@@ -139,6 +166,11 @@ fn ratio(looks: &[&Look]) -> (f64, f64) {
 
 /// √(R + 2σ).
 fn upper(looks: &[&Look]) -> f64 {
+    bound(looks, 2.0)
+}
+
+/// √(R + so many σ).
+fn bound(looks: &[&Look], sigmas: f64) -> f64 {
     let (ratio, energy) = ratio(looks);
     if energy <= 0.0 {
         return ratio.sqrt();
@@ -150,7 +182,49 @@ fn upper(looks: &[&Look]) -> f64 {
     };
     let rest: f64 = looks.iter().map(off).sum();
     let sigma = (rest * n / (n - 1.0).max(1.0)).sqrt() / energy;
-    (ratio + 2.0 * sigma).sqrt()
+    (ratio + sigmas * sigma).max(0.0).sqrt()
+}
+
+/// What single points err by.
+fn spread(looks: &[&Look]) -> Spread {
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let luminance = |v: [f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];
+    let whole: f64 = looks.iter().map(|l| l.weight).sum();
+    let mean = |f: &dyn Fn(&Look) -> f64| looks.iter().map(|l| l.weight * f(l)).sum::<f64>() / whole;
+    let (dark, dim) = (DARK * mean(&|l| length(l.exact)), DARK * mean(&|l| luminance(l.exact).abs()));
+    let off = |l: &Look| length(std::array::from_fn(|c| l.shaded[c] - l.exact[c]));
+    let relative = |l: &Look| off(l) / length(l.exact).max(dark).max(f64::MIN_POSITIVE);
+    let stops = |l: &Look| {
+        let [a, b] = [l.shaded, l.exact].map(|v| luminance(v).max(dim).max(f64::MIN_POSITIVE));
+        (a / b).log2().abs()
+    };
+    let sorted = |f: &dyn Fn(&Look) -> f64| {
+        let mut all: Vec<(f64, f64)> = looks.iter().map(|l| (f(l), l.weight / whole)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    };
+    let errors = sorted(&relative);
+    let quantile = |share: f64| {
+        let mut below = 0.0;
+        let reached = errors.iter().find(|(_, w)| {
+            below += w;
+            below >= share
+        });
+        reached.or(errors.last()).map_or(0.0, |e| e.0)
+    };
+    let squares = sorted(&|l| off(l).powi(2));
+    let (mut room, mut top) = (0.01, 0.0);
+    for (square, w) in squares.iter().rev() {
+        top += square * w.min(room);
+        room = (room - w).max(0.0);
+    }
+    let all: f64 = squares.iter().map(|(square, w)| square * w).sum();
+    Spread {
+        median: quantile(0.5),
+        ninetieth: quantile(0.9),
+        stops: mean(&stops),
+        top_hundredth: if all > 0.0 { top / all } else { 0.0 },
+    }
 }
 
 /// `shade` against the integral of `brdf`, over normals and views.
@@ -173,7 +247,7 @@ pub fn measure_model(
     task: &Task,
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
-    let probes = probes::all(PROBES, tree, &m.lobes);
+    let probes = probes::all(PROBES, 0.0, tree, &m.lobes);
     compare(&probes, |frame, wo| radiance(tree, m, frame, wo), task, shade)
 }
 
@@ -186,7 +260,7 @@ pub fn measure_limit(
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
     let mirror = |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.0 }];
-    compare(&probes::all(LIMIT_PROBES, tree, &mirror), exact, task, shade)
+    compare(&probes::all(LIMIT_PROBES, 0.0, tree, &mirror), exact, task, shade)
 }
 
 fn compare(
@@ -274,9 +348,18 @@ mod tests {
             }
         };
         let seen = measure(&tree, &*brdf, &Task::quiet(), blind).unwrap();
-        assert!((0.85..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
-        let plain = probes::all(PROBES, &dark, &m.lobes);
+        assert!((0.8..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
+        // Most points see no sun: what single points err by tells.
+        let s = seen.spread;
+        assert!(s.median < 0.02 && s.stops < 1.0 && s.top_hundredth > 0.9, "{s:?}");
+        // What was computed stands between the measured error and its upper bound.
+        let mut stated = [0.1, 0.5 * (seen.mean + seen.all), 2.0]
+            .map(|error| seen.held_against(Certificate::new(error, Known::Estimated)).error);
+        assert!(stated[0] == seen.least && seen.least < seen.mean && stated[2] == seen.all, "{stated:?}");
+        stated.sort_by(f64::total_cmp);
+        assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");
+        let plain = probes::all(PROBES, 0.0, &dark, &m.lobes);
         let same = compare(&plain, |f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), blind).unwrap();
-        assert!(plain.len() == PROBES && same.all < 1e-6, "{same:?}");
+        assert!(plain.len() == PROBES + PROBES / 8 && same.all < 1e-6, "{same:?}");
     }
 }

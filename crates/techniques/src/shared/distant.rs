@@ -3,8 +3,10 @@
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part};
 use glam::DVec3;
-use steradian_base::Task;
-use steradian_light::Lights;
+use std::sync::Arc;
+use steradian_base::{Cancelled, Task};
+use steradian_light::{Environment, Lights};
+use steradian_prefilter::source::{MAX_HEIGHT, reduced};
 use steradian_prefilter::{Beam, Source, Tree};
 use steradian_sphere::{Layout, SphereImage};
 
@@ -15,8 +17,13 @@ pub const ORDER: usize = 255;
 pub struct DistantLight {
     /// The light split into a base image and small lights.
     pub source: Source,
-    /// Its hierarchy.
+    /// The hierarchy of the light itself: of all texels of the image as it came, constant over their cells, and of the
+    /// small lights beside it. What errors are measured against.
     pub tree: Tree,
+    /// The image as it came.
+    image: Option<Arc<Environment>>,
+    /// Disks and directional lights beside it.
+    small: Vec<Beam>,
 }
 
 impl DistantLight {
@@ -25,33 +32,46 @@ impl DistantLight {
         refuse_points(slug, lights)?;
         if let Some(e) = &lights.environment {
             let texels = (e.image.width * e.image.height) as u64;
-            // Copy, reduced image with its split, hierarchy.
-            let need = texels * 12 + (2048 * 1024).min(texels) * (12 + 16);
+            // The hierarchy with its copy of the image, and the reduced image with its split.
+            let need = texels * (12 + 16) + (2048 * 1024).min(texels) * (12 + 12);
             if need > task.max_memory() {
                 return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
             }
         }
-        Ok(Self::of(Source::new(lights, order, task)?, task)?)
+        Ok(Self::of(lights, order, task)?)
     }
 
     /// Radiance from direction `d`: the texel that contains it, and the disks that do.
     pub fn radiance(&self, d: DVec3) -> [f64; 3] {
-        let mut l = self.source.base.as_ref().map_or([0.0; 3], |b| b.nearest(d).map(f64::from));
+        let mut l = self.image.as_ref().map_or([0.0; 3], |e| e.image.nearest(d).map(f64::from));
         // Directions nearer than the radius have a shorter chord.
         let within = |b: &&Beam| {
             b.radius > 0.0 && b.direction.distance_squared(d) < 4.0 * (0.5 * b.radius).sin().powi(2)
         };
-        for b in self.source.beams.iter().filter(within) {
+        for b in self.small.iter().filter(within) {
             let omega = 4.0 * std::f64::consts::PI * (0.5 * b.radius).sin().powi(2);
             (0..3).for_each(|c| l[c] += b.flux[c] / omega);
         }
         l
     }
 
-    fn of(source: Source, task: &Task) -> Result<Self, steradian_base::Cancelled> {
-        let tree = Tree::new(source.base.as_ref(), &source.beams, task)?;
-        Ok(Self { source, tree })
+    fn of(lights: &Lights, order: usize, task: &Task) -> Result<Self, Cancelled> {
+        let source = Source::new(lights, order, task)?;
+        let (image, small) = (lights.environment.clone(), small(lights));
+        let tree = Tree::new(image.as_ref().map(|e| &e.image), &small, task)?;
+        Ok(Self { source, tree, image, small })
     }
+}
+
+/// The disks and directional lights beside an image.
+fn small(lights: &Lights) -> Vec<Beam> {
+    let disks = lights.disks.iter().map(Beam::from);
+    disks.chain(lights.directionals.iter().map(Beam::from)).collect()
+}
+
+/// The hierarchy of distant light as it is.
+pub fn tree(lights: &Lights, task: &Task) -> Result<Tree, Cancelled> {
+    Tree::new(lights.environment.as_ref().map(|e| &e.image), &small(lights), task)
 }
 
 /// Environment maps have no place for point lights.
@@ -65,34 +85,37 @@ pub fn refuse_points(slug: &'static str, lights: &Lights) -> Result<(), BakeErro
 
 impl Part for DistantLight {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let s = &self.source;
-        if let Some(base) = &s.base {
-            let shape = vec![3, base.height, base.width];
-            put_f32(to, format!("{prefix}.base"), shape, base.planes.concat());
+        // What filters see: the image at the size to which they reduce it, from which the same split follows again.
+        if let Some(e) = &self.image {
+            let image = reduced(&e.image, MAX_HEIGHT);
+            let shape = vec![3, image.height, image.width];
+            put_f32(to, format!("{prefix}.base"), shape, image.planes.concat());
         }
         let beam = |b: &Beam| {
             [b.direction.x, b.direction.y, b.direction.z, b.radius, b.flux[0], b.flux[1], b.flux[2]]
         };
-        let beams = s.beams.iter().flat_map(beam).collect();
-        put_f64(to, format!("{prefix}.beams"), vec![s.beams.len(), 7], beams);
-        put_f64(to, format!("{prefix}.order"), vec![1], vec![s.order() as f64]);
+        let beams = self.small.iter().flat_map(beam).collect();
+        put_f64(to, format!("{prefix}.beams"), vec![self.small.len(), 7], beams);
+        put_f64(to, format!("{prefix}.order"), vec![1], vec![self.source.order() as f64]);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.base");
         let base = if from.tensors.contains_key(&name) { Some(load_base(from, &name)?) } else { None };
-        let beams = load_beams(from, &format!("{prefix}.beams"))?;
+        let small = load_beams(from, &format!("{prefix}.beams"))?;
         let name = format!("{prefix}.order");
         let (_, order) = get_f64(from, &name, 1)?;
         let order = order.first().copied().filter(|o| (0.0..=2047.0).contains(o));
         let order = order.ok_or_else(|| PartError::Unexpected(name.clone()))?;
         let task = Task::quiet();
-        let source = Source::prepared(base, beams, order as usize);
-        Self::of(source, &task).map_err(|_| PartError::Unexpected(name))
+        let cancelled = |_| PartError::Unexpected(name.clone());
+        let tree = Tree::new(base.as_ref(), &small, &task).map_err(cancelled)?;
+        let source = Source::of(base.clone(), small.clone(), order as usize, &task).map_err(cancelled)?;
+        Ok(Self { source, tree, image: base.map(|image| Arc::new(Environment { image })), small })
     }
 
     fn bytes(&self) -> usize {
-        self.source.base.as_ref().map_or(0, |b| 12 * b.width * b.height) + 56 * self.source.beams.len()
+        self.source.base.as_ref().map_or(0, |b| 12 * b.width * b.height) + 56 * self.small.len()
     }
 }
 

@@ -1,11 +1,11 @@
 //! The frame state and the shading of suns apart from what maps hold; `exact.wgsl` has the same functions.
 
+use super::sun::{self, STRIDE, Sun};
 use super::turn::Turn;
 use crate::direct::{self, Direct};
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::{GpuRoom, Points, Radiance, View};
 use steradian_brdf::{BrdfShader, SharedBrdf};
-use steradian_light::DiskLight;
 
 /// The light of a frame.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -17,9 +17,8 @@ pub struct Shown {
 
 impl Shown {
     /// The light turned as `v` says, with these suns.
-    pub fn new(suns: &[DiskLight], v: &View) -> Self {
-        let suns = Direct { disks: suns.to_vec(), ..Direct::default() }.turned(v);
-        Self { turn: Turn::new(v.light_rotation), suns }
+    pub fn new(suns: &[Sun], v: &View) -> Self {
+        Self { turn: Turn::new(v.light_rotation), suns: sun::direct(suns).turned(v) }
     }
 
     /// Adds the radiance of the suns to `out`.
@@ -44,27 +43,23 @@ fn exact_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 
 /// The text of suns with the exact reflectance.
 fn exact(shader: &BrdfShader) -> String {
-    let disks = direct::disks_wgsl()
+    let suns = direct::suns_wgsl()
         .replace("gpu_", "exact_")
         .replace("brdf", "exact_brdf")
         .replace("BRDF", "EXACT_BRDF");
-    shader.inlined("exact") + &disks + include_str!("exact.wgsl")
+    shader.inlined("exact") + &suns + include_str!("exact.wgsl")
 }
 
 /// `room`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.
-pub fn gpu(mut room: GpuRoom, suns: &[DiskLight], brdf: Option<&SharedBrdf>) -> GpuRoom {
+pub fn gpu(mut room: GpuRoom, suns: &[Sun], brdf: Option<&SharedBrdf>) -> GpuRoom {
     let Some(shader) = brdf.filter(|_| !suns.is_empty()).and_then(|f| f.shader()) else {
         room.wgsl = (NO_SUNS.to_string() + &room.wgsl).into();
         return room;
     };
-    let numbers = |d: &DiskLight| {
-        let [x, y, z] = d.direction.to_array();
-        let [r, g, b] = d.radiance;
-        [x, y, z, d.angular_radius, r, g, b, 0.0].map(|x| x as f32)
-    };
+    let numbers = |s: &Sun| s.numbers().map(|x| x as f32);
     let count = suns.len() as f32;
     room.wgsl = (exact(&shader) + &room.wgsl).into();
     room.uniforms.push(Uniform { name: "suns", value: Value::Vec4([count, 0.0, 0.0, 0.0]) });
-    room.buffers.push(Buffer { name: "suns", stride: 8, data: suns.iter().flat_map(numbers).collect() });
+    room.buffers.push(Buffer { name: "suns", stride: STRIDE, data: suns.iter().flat_map(numbers).collect() });
     room
 }

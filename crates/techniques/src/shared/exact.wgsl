@@ -6,10 +6,18 @@ fn exact_radiance(n: vec3<f32>, along: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let o = frame * wo;
     var sum = vec3<f32>(0.0);
     for (var k = 0u; k < u32(room.suns.x); k++) {
-        let d = vec3<f32>(fetch_suns(k, 0u), fetch_suns(k, 1u), fetch_suns(k, 2u));
-        let radiance = vec3<f32>(fetch_suns(k, 4u), fetch_suns(k, 5u), fetch_suns(k, 6u));
         // A row vector times a rotation is its inverse times the vector.
-        sum += exact_disk(frame * (d * room.turn), fetch_suns(k, 3u), o) * radiance;
+        let pole = frame * (vec3<f32>(fetch_suns(k, 0u), fetch_suns(k, 1u), fetch_suns(k, 2u)) * room.turn);
+        let theta = vec2<f32>(fetch_suns(k, 6u), fetch_suns(k, 7u));
+        let half = fetch_suns(k, 8u);
+        var seen = vec3<f32>(0.0);
+        if half > 0.0 {
+            let along = vec3<f32>(fetch_suns(k, 3u), fetch_suns(k, 4u), fetch_suns(k, 5u));
+            seen = exact_cell(pole, frame * (along * room.turn), theta, half, o);
+        } else {
+            seen = exact_disk(pole, theta.y, o);
+        }
+        sum += seen * vec3<f32>(fetch_suns(k, 9u), fetch_suns(k, 10u), fetch_suns(k, 11u));
     }
     return sum;
 }

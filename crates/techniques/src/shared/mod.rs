@@ -21,6 +21,7 @@ pub mod shrm;
 pub mod sky;
 pub mod spectrum;
 pub mod strands;
+pub mod sun;
 pub mod tables;
 #[cfg(test)]
 pub mod trial;

@@ -23,6 +23,10 @@ const CAPS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 const PEAK: (f64, f64) = (0.02, 2e-3);
 /// Bright parts at most.
 const MOST: usize = 32;
+/// Largest n·wo of the grazing views, of which there are more than their solid angle asks for: 85° and beyond.
+const GRAZING: f64 = 0.0872;
+/// One grazing probe more for so many others.
+const ONE_IN: usize = 8;
 /// Directions that stand for a lobe along a circle.
 const ROUND: usize = 8;
 
@@ -37,41 +41,54 @@ pub struct Probe {
     pub weight: f64,
 }
 
-/// `count` uniform probes, a power of two, and as many again that see the bright parts of the light, if it has any.
-pub fn all(count: usize, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
-    let uniform = (0..count).map(|k| point(k, count));
+/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has any, and an
+/// eighth of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those of certificates have 0.
+pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
+    let grazing = count.div_ceil(ONE_IN);
+    let sets = [(count, 1.0), (grazing, GRAZING)];
+    let uniform = sets.into_iter().flat_map(|(n, most)| (0..n).map(move |k| moved(point(k, n, most), shift)));
+    // What the grazing views add to the density of views.
+    let times =
+        |wo: DVec3| 1.0 + if wo.z < GRAZING { grazing as f64 / (GRAZING * count as f64) } else { 0.0 };
     let peaks = light.peaks(PEAK.0, PEAK.1, MOST);
     if peaks.is_empty() {
-        return uniform.map(|(frame, wo)| Probe { frame, wo, weight: 1.0 }).collect();
+        return uniform.map(|(frame, wo)| Probe { frame, wo, weight: 1.0 / times(wo) }).collect();
     }
     let suns = Suns::new(peaks);
-    let directed = (0..count).map(|k| {
-        let wo = point(k, count).1;
+    let directed = |k: usize, count: usize, most: f64| {
+        let wo = moved(point(k, count, most), shift).1;
         let axes = axes(lobes(wo), wo);
-        let u = |by: f64| (k as f64 * by).fract();
+        let u = |by: f64| (k as f64 * by + shift).fract();
         let axis = axes[((u(0.324_717_957) * axes.len() as f64) as usize).min(axes.len() - 1)];
-        let towards = suns
-            .draw((k as f64 + 0.5) / count as f64, [u(0.618_033_989), u(0.754_877_666), u(0.569_840_291)]);
+        let towards = suns.draw(
+            ((k as f64 + 0.5) / count as f64 + shift).fract(),
+            [u(0.618_033_989), u(0.754_877_666), u(0.569_840_291)],
+        );
         let turn = DQuat::from_axis_angle(towards, TAU * u(0.819_172_513));
         let r = DMat3::from_quat(turn * DQuat::from_rotation_arc(axis, towards));
         (Frame { t: r.x_axis, b: r.y_axis, n: r.z_axis }, wo)
-    });
+    };
+    let directed: Vec<_> = sets
+        .into_iter()
+        .flat_map(|(n, most)| (0..n).map(move |k| (k, n, most)))
+        .map(|(k, n, most)| directed(k, n, most))
+        .collect();
     let weighed = |(frame, wo): (Frame, DVec3)| {
         let axes = axes(lobes(wo), wo);
         let p = axes.iter().map(|a| suns.density(frame.to_world(*a))).sum::<f64>() / axes.len() as f64;
-        Probe { frame, wo, weight: 1.0 / (1.0 + 4.0 * PI * p) }
+        Probe { frame, wo, weight: 1.0 / ((1.0 + 4.0 * PI * p) * times(wo)) }
     };
     uniform.chain(directed).map(weighed).collect()
 }
 
 /// Frame and local view direction of probe `k` of `probes`, a power of two: normals spread over the sphere, views over the
-/// hemisphere about each, tangents over the circle.
-fn point(k: usize, probes: usize) -> (Frame, DVec3) {
+/// hemisphere about each down to `most` = n·wo, tangents over the circle.
+fn point(k: usize, probes: usize, most: f64) -> (Frame, DVec3) {
     let n = probe::direction(k, probes);
     // One view in each of as many belts of equal solid angle as there are probes, in an order that has nothing to
     // do with that of the normals.
     let belt = (k * STRIDE) % probes;
-    let cosine = (belt as f64 + 0.5) / probes as f64;
+    let cosine = most * (belt as f64 + 0.5) / probes as f64;
     let phi = TAU * (k as f64 * 0.569_840_291).fract();
     let s = (1.0 - cosine * cosine).sqrt();
     let level = Frame::from_normal(n);
@@ -80,6 +97,14 @@ fn point(k: usize, probes: usize) -> (Frame, DVec3) {
     let turn = TAU * (k as f64 * 0.754_877_666 + 0.5).fract();
     let frame = Frame::from_normal_tangent(n, level.t * turn.cos() + level.b * turn.sin());
     (frame, frame.to_local(wo))
+}
+
+/// A uniform probe turned in the world, with its view turned about its normal.
+fn moved((frame, wo): (Frame, DVec3), shift: f64) -> (Frame, DVec3) {
+    let r = DMat3::from_rotation_x(2.0 * shift) * DMat3::from_rotation_y(5.0 * shift);
+    let (s, c) = (TAU * shift).sin_cos();
+    let wo = DVec3::new(wo.x * c - wo.y * s, wo.x * s + wo.y * c, wo.z);
+    (Frame { t: r * frame.t, b: r * frame.b, n: r * frame.n }, wo)
 }
 
 /// Directions in which the lobes of a view point; the mirror direction where nothing is said.
@@ -157,7 +182,7 @@ mod tests {
     fn tangents_cover_the_sphere() {
         let mut moment = DMat3::ZERO;
         for k in 0..256 {
-            let t = point(k, 256).0.t;
+            let t = point(k, 256, 1.0).0.t;
             moment += DMat3::from_cols(t * t.x, t * t.y, t * t.z) * (3.0 / 256.0);
         }
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
@@ -178,19 +203,22 @@ mod tests {
         let near = |d: DVec3, radius: f64| f64::from(u8::from(d.angle_between(sun) < radius));
         let share = |radius: f64| 0.5 * (1.0 - radius.cos());
         for lobes in [&mirror as &dyn Fn(DVec3) -> Vec<Lobe>, &cone] {
-            let probes = all(1 << 14, &tree, lobes);
-            assert_eq!(probes.len(), 1 << 15);
+            let probes = all(1 << 14, 0.0, &tree, lobes);
+            assert_eq!(probes.len(), (1 << 15) + (1 << 12));
             let whole: f64 = probes.iter().map(|p| p.weight).sum();
             let mean =
                 |f: &dyn Fn(&Probe) -> f64| probes.iter().map(|p| p.weight * f(p)).sum::<f64>() / whole;
             let towards = |p: &Probe| p.frame.to_world(DVec3::new(-p.wo.x, -p.wo.y, p.wo.z));
             assert!((whole / 16384.0 - 1.0).abs() < 0.02, "{whole}");
             assert!(mean(&|p| p.frame.n.dot(sun)).abs() < 0.02);
+            for c in [0.03, GRAZING, 0.5] {
+                assert!((mean(&|p| f64::from(u8::from(p.wo.z < c))) / c - 1.0).abs() < 0.03, "{c}");
+            }
             assert!((mean(&|p| p.frame.t.dot(sun).powi(2)) - 1.0 / 3.0).abs() < 0.02);
             for radius in [0.02, 0.1, 0.25] {
                 let seen = mean(&|p| near(towards(p), radius)) / share(radius);
                 let exact = probes.iter().filter(|p| near(towards(p), radius) > 0.0).count();
-                let sigma = 4.0 / (exact as f64).sqrt();
+                let sigma = 5.0 / (exact as f64).sqrt();
                 assert!((seen - 1.0).abs() < sigma.max(0.05), "{radius}: {seen} {exact}");
             }
         }

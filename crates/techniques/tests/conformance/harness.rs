@@ -1,14 +1,15 @@
 //! What the checks share: probe points, bakes, the judge.
 
 use glam::{DMat3, DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock};
 use steradian_base::{ParamValues, Task};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::probe;
 use steradian_reference::{Judge, JudgePoint, Lookup};
 use steradian_sphere::Frame;
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::{distant, lights, probes};
 use steradian_techniques::{AnyBake, AnyTechnique, Check, Material, PointsBuf, Radiance, registry};
 
 /// Rooms that are put to `check`; the others are printed with their Card's reason. `STERADIAN_ROOMS=split_sum,shrm`
@@ -36,6 +37,30 @@ pub fn material(spec: &str) -> Material {
 pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let params = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
     t.bake(lights, &material(spec), None, &params, &Task::quiet()).expect("a bake that the Card promises")
+}
+
+/// The lights that bakes are shared under.
+pub const LIGHTS: [(&str, Formula); 4] = [
+    ("smooth", lights::smooth),
+    ("studio", lights::studio),
+    ("sunny", lights::sunny),
+    ("furnace", lights::furnace),
+];
+
+/// A light by its name in [`LIGHTS`].
+pub fn light(name: &str) -> Lights {
+    LIGHTS.iter().find(|l| l.0 == name).expect("a light of the list").1()
+}
+
+/// A bake with the usual parameters, made once for all checks of this process.
+pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &'static dyn AnyBake {
+    type Cell = &'static OnceLock<Box<dyn AnyBake>>;
+    static MADE: Mutex<BTreeMap<[&'static str; 3], Cell>> = Mutex::new(BTreeMap::new());
+    let cell: Cell = {
+        let mut made = MADE.lock().expect("nobody panics in between");
+        made.entry([t.card().slug, name, spec]).or_insert_with(|| Box::leak(Box::default()))
+    };
+    &**cell.get_or_init(|| bake(t, &light(name), spec, &[]))
 }
 
 /// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.
@@ -91,12 +116,37 @@ pub fn difference(got: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
     probe::relative_rms(got.iter().copied().zip(expected.iter().copied()))
 }
 
+/// A measured error.
+pub struct Found {
+    /// Relative RMS error.
+    pub error: f64,
+    /// Its standard error.
+    pub sigma: f64,
+}
+
+/// The error against the judge at points of the kind that certificates look at: `count` of each of its kinds.
+pub fn against_judge(b: &dyn AnyBake, lights: &Lights, spec: &str, count: usize, shift: f64) -> Found {
+    let tree = distant::tree(lights, &Task::quiet()).expect("nobody cancels");
+    let brdf = material(spec).brdf;
+    let probes = probes::all(count, shift, &tree, &|wo| brdf.lobes(wo));
+    let point = |p: &probes::Probe| JudgePoint { frame: p.frame, wo: p.frame.to_world(p.wo), position: None };
+    let points: Vec<JudgePoint> = probes.iter().map(point).collect();
+    let (got, exact) = (shade(b, &points), judged(lights, spec, &points));
+    let squares = |k: usize| {
+        let square = |v: [f64; 3]| probes[k].weight * v.iter().map(|x| x * x).sum::<f64>();
+        [square(std::array::from_fn(|c| got[k][c] - exact[k][c])), square(exact[k])]
+    };
+    let all: Vec<[f64; 2]> = (0..points.len()).map(squares).collect();
+    let [error, energy] = all.iter().fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+    let energy = if energy > 0.0 { energy } else { 1.0 };
+    let ratio = error / energy;
+    // Of a ratio of sums (Cochran 1977, eq. 6.13), and of its square root.
+    let variance = all.iter().map(|[e, x]| (e - ratio * x).powi(2)).sum::<f64>() / (energy * energy);
+    Found { error: ratio.sqrt(), sigma: 0.5 * (variance / ratio.max(f64::MIN_POSITIVE)).sqrt() }
+}
+
 /// A light by formula.
 type Formula = fn() -> Lights;
-
-/// The lights of the error tables.
-pub const LIGHTS: [(&str, Formula); 3] =
-    [("smooth", lights::smooth), ("studio", lights::studio), ("sunny", lights::sunny)];
 
 /// Twice the light.
 pub fn doubled(l: &Lights) -> Lights {

@@ -17,11 +17,11 @@ fn shade_lobes(b: &dyn AnyBake, points: &[JudgePoint], lobe: PointLobe) -> Vec<[
 }
 
 /// Every room that varies, with its specimens.
-fn bakes() -> Vec<(&'static str, &'static str, Box<dyn AnyBake>)> {
+fn bakes() -> Vec<(&'static str, &'static str, &'static dyn AnyBake)> {
     let mut out = Vec::new();
     for t in registry().iter().filter(|t| !t.card().needs.sites) {
         for spec in t.card().specimens {
-            let b = bake(*t, &lights::studio(), spec, &[]);
+            let b = shared(*t, "studio", spec);
             let v = b.varies();
             assert_eq!(b.gpu_varied().is_some_and(|r| r.varies()), v.alpha || v.normals, "{}", t.card().slug);
             if v.alpha || v.normals {
@@ -36,7 +36,7 @@ fn bakes() -> Vec<(&'static str, &'static str, Box<dyn AnyBake>)> {
 fn a_plain_lobe_is_the_material_s_own() {
     let points = points(64);
     for (slug, spec, b) in bakes() {
-        let e = difference(&shade_lobes(&*b, &points, PointLobe::PLAIN), &shade(&*b, &points));
+        let e = difference(&shade_lobes(b, &points, PointLobe::PLAIN), &shade(b, &points));
         // Phong's lobes come from another chain of maps.
         assert!(e < 0.03, "{slug}: {spec}: {e}");
         println!("{slug}: {spec}: plain lobe {e:.1e}");
@@ -86,14 +86,14 @@ fn spread_normals_are_the_mean_over_normals() {
                     JudgePoint { frame: steradian_sphere::Frame::from_normal(n), ..*p }
                 };
                 let tilted: Vec<JudgePoint> = points.iter().map(tilt).collect();
-                for (to, l) in truth.iter_mut().zip(shade(&**b, &tilted)) {
+                for (to, l) in truth.iter_mut().zip(shade(*b, &tilted)) {
                     (0..3).for_each(|c| to[c] += w * l[c]);
                 }
                 total += w;
             }
             truth.iter_mut().flatten().for_each(|l| *l /= total);
             let spread = [tt as f32, tb as f32, bb as f32];
-            let error = |lobe| difference(&shade_lobes(&**b, &points, lobe), &truth);
+            let error = |lobe| difference(&shade_lobes(*b, &points, lobe), &truth);
             let covariance = error(PointLobe { spread, ..PointLobe::PLAIN });
             let isotropic = error(PointLobe { widen: (tt + bb) as f32, ..PointLobe::PLAIN });
             let none = error(PointLobe::PLAIN);

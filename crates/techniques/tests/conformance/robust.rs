@@ -85,7 +85,7 @@ fn batches_that_do_not_fit_give_zero() {
 fn shaders_are_valid() {
     for t in rooms(Check::Shader) {
         for spec in t.card().specimens {
-            let room = bake(t, &lights::furnace(), spec, &[]).gpu();
+            let room = shared(t, "furnace", spec).gpu();
             let text = gpu::module(&room);
             let module = naga::front::wgsl::parse_str(&text)
                 .unwrap_or_else(|e| panic!("{}:\n{}", room.slug, e.emit_to_string(&text)));
@@ -145,15 +145,15 @@ fn saved_and_loaded_it_shades_the_same_bits() {
     let points = points(300);
     for t in rooms(Check::RoundTrip) {
         for spec in t.card().specimens {
-            let b = bake(t, &lights::sunny(), spec, &[]);
-            let mut loaded = round_trip(t, &*b);
-            assert_eq!(shade(&*loaded, &points), shade(&*b, &points), "{}: {spec}", t.card().slug);
+            let b = shared(t, "sunny", spec);
+            let mut loaded = round_trip(t, b);
+            assert_eq!(shade(&*loaded, &points), shade(b, &points), "{}: {spec}", t.card().slug);
             assert_eq!(loaded.certificate(), b.certificate());
             assert_eq!(loaded.params(), b.params());
             assert_eq!(loaded.bytes(), b.bytes());
             // A loaded bake still takes another material.
             loaded.set_material(&material(spec), &Task::quiet()).expect("its own specimen");
-            assert_eq!(shade(&*loaded, &points), shade(&*b, &points), "{}: {spec}", t.card().slug);
+            assert_eq!(shade(&*loaded, &points), shade(b, &points), "{}: {spec}", t.card().slug);
         }
     }
 }
@@ -189,15 +189,15 @@ fn a_changed_factor_rebakes_alone() {
         let mut b = bake(*t, &lights::studio(), first, &[]);
         b.set_light(&lights::smooth(), &Task::quiet()).expect("a light");
         b.set_material(&material(last), &Task::quiet()).expect("a specimen");
-        let fresh = bake(*t, &lights::smooth(), last, &[]);
-        assert_eq!(shade(&*b, &points), shade(&*fresh, &points), "{}", t.card().slug);
+        let fresh = shared(*t, "smooth", last);
+        assert_eq!(shade(&*b, &points), shade(fresh, &points), "{}", t.card().slug);
         assert_eq!(b.certificate(), fresh.certificate());
         // Refused: the bake stays as it was.
         let foreign = ["oren-nayar:sigma=0.3", "ggx:ax=0.1,ay=0.4,f0=1"].map(material);
         let refused = |m: &&Material| (t.card().materials)(&*m.brdf).is_err();
         let m = foreign.iter().find(refused).expect("no room takes everything");
         assert!(b.set_material(m, &Task::quiet()).is_err());
-        assert_eq!(shade(&*b, &points), shade(&*fresh, &points));
+        assert_eq!(shade(&*b, &points), shade(fresh, &points));
     }
 }
 

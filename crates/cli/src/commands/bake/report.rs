@@ -3,7 +3,7 @@
 use super::output::Written;
 use super::{Done, Options};
 use crate::context::Context;
-use crate::elevation::Elevations;
+use crate::elevation::{Elevations, points};
 use crate::failure::Outcome;
 use serde_json::{Map, Value, json};
 
@@ -42,6 +42,7 @@ fn document(o: &Options, done: &Done, files: &[Written], writing: f64) -> Value 
         "metric": c.metric,
         "elevations": elevations,
         "details": details,
+        "points": points(c),
         "tolerance": done.asked.tolerance(),
         "energy_epsilon": o.energy_epsilon,
         "tolerance_met": done.outcome().map(|_| !done.missed()),
@@ -71,6 +72,7 @@ fn lines(done: &Done, files: &[Written], writing: f64) -> Vec<String> {
         plural(files.len(), "file"),
     ));
     out.push(format!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
+    out.extend(c.spread.map(|s| s.to_string()));
     let elevations = Elevations::of(c).0;
     if !elevations.is_empty() {
         let each: Vec<String> =

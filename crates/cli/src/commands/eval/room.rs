@@ -4,7 +4,7 @@ use super::{Answers, Options, Request};
 use crate::bakefile::BakeFile;
 use crate::context::Context;
 use crate::csv;
-use crate::elevation::Elevations;
+use crate::elevation::{Elevations, points as error_of_points};
 use crate::failure::Failure;
 use crate::inputs;
 use glam::{DVec3, Vec3};
@@ -60,14 +60,18 @@ fn answers(
             (0..3).for_each(|c| rgb[c][i] = part[c][k]);
         }
     }
-    let c = bake.certificate();
-    let elevations = Elevations::of(c);
+    let lit = direct.is_some_and(|(_, lights)| !lights.is_empty());
+    let c = bake.certificate().clone();
+    let c = if lit { c.beside_exact_lights() } else { c };
+    let elevations = Elevations::of(&c);
     let error = |i: usize| elevations.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
     let row = |i: usize| (std::array::from_fn(|k| csv::shortest(rgb[k][i])), error(i));
     Answers {
         rows: (0..q.n.len()).map(row).collect(),
         error: c.error,
-        certificate: Some(json!({"error": c.error, "known": c.known.word(), "metric": c.metric})),
+        certificate: Some(json!({
+            "error": c.error, "known": c.known.word(), "metric": c.metric, "points": error_of_points(&c),
+        })),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Report, file_name};
 use crate::bakefile::{BakeFile, IN_FOLDER};
 use crate::context::Context;
-use crate::elevation::Elevations;
+use crate::elevation::{Elevations, points};
 use crate::failure::Failure;
 use crate::inputs::Adjust;
 use serde_json::{Map, Value, json};
@@ -82,6 +82,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "error_known": c.known.word(),
         "metric": c.metric,
         "details": details,
+        "points": points(c),
         "tensors": tensors,
         "metadata": file.tensors.metadata,
     });
@@ -98,6 +99,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         ("shading reads", format!("{} bytes", bake.bytes())),
         ("error", format!("{:.3e} ({}): {}", c.error, c.known.word(), c.metric)),
     ];
+    lines.extend(c.spread.map(|s| ("error", s.to_string())));
     let by_angle = Elevations::of(c).0;
     lines.extend(by_angle.iter().map(|(t, e)| ("error", format!("{e:.3e} at {:.0}°", t.to_degrees()))));
     let others = c.details.iter().filter(|d| !d.0.starts_with("error at "));

@@ -7,13 +7,13 @@ use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
 };
-use crate::shared::sky::{Sky, load_disks, save_disks};
+use crate::shared::sky::Sky;
+use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::{Certificate, Task};
 use steradian_brdf::central::{Argument, Centre};
-use steradian_light::DiskLight;
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
@@ -33,7 +33,7 @@ pub struct Maps {
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,
     /// Suns that no map holds.
-    pub suns: Vec<DiskLight>,
+    pub suns: Vec<Sun>,
     halves: bool,
 }
 
@@ -58,7 +58,7 @@ pub fn link(
         maps.halve();
         diffuse.iter_mut().for_each(Bundle::halve);
     }
-    let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.disks);
+    let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.suns);
     let made = Maps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
     let bytes = made.bytes() as f64;
     Ok((made, expansion.certificate.detail("bytes", bytes)))
@@ -80,7 +80,7 @@ impl Part for Maps {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
         }
         self.scale.save(to, prefix);
-        save_disks(&self.suns, to, format!("{prefix}.suns"));
+        save_suns(&self.suns, to, format!("{prefix}.suns"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -102,12 +102,12 @@ impl Part for Maps {
             return Err(PartError::Unexpected(name));
         }
         let (of, scale) = (argument_of(of), ScaleTable::load(from, prefix)?);
-        let suns = load_disks(from, &format!("{prefix}.suns"))?;
+        let suns = load_suns(from, &format!("{prefix}.suns"))?;
         Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, halves })
     }
 
     fn bytes(&self) -> usize {
         let maps = self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes);
-        maps + self.scale.bytes() + 32 * self.suns.len()
+        maps + self.scale.bytes() + sun::BYTES * self.suns.len()
     }
 }

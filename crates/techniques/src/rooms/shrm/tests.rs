@@ -84,12 +84,12 @@ fn a_sun_that_needs_more_than_maps_is_apart() {
     suns_turn_and_are_saved(&mut *b);
 }
 
-/// Under constant light nothing but the albedo's table errs, and the certificate knows it.
+/// Under constant light nothing but the albedo's table errs, most beyond its last elevation, and the certificate knows it.
 #[test]
 fn the_table_of_the_albedo_is_counted() {
     let b = bake("shrm", &lights::furnace(), "ggx:alpha=0.25,f0=0.9/0.6/0.3", &[], None);
     let stated = b.certificate().error;
-    assert!((1e-8..1e-3).contains(&stated), "{stated}");
+    assert!((1e-5..4e-3).contains(&stated), "{stated}");
 }
 
 /// Squared error of the split sum's kernel of one elevation and the energy: a directional light shows the kernel.
@@ -137,6 +137,21 @@ fn halves_change_little_and_are_what_is_saved() {
     assert!(error > 0.0 && error < 1e-3, "{error}");
     let loaded = crate::find("shrm").unwrap().load(&halves.save()).unwrap();
     assert_eq!(crate::shared::trial::shade(&*loaded, &points), halved);
+}
+
+/// A tolerance that no orders meet costs no more than what reaches about the same error: here P = 8 at the finest spacing
+/// took 290 MB. And a looser tolerance costs no more than a stricter one.
+#[test]
+fn a_missed_tolerance_is_not_paid_for() {
+    let mut light = lights::smooth();
+    let sun = lights::sunny().disks[0];
+    light.disks.push(steradian_light::DiskLight { angular_radius: 0.0436, radiance: [300.0; 3], ..sun });
+    let made = |t| bake("shrm", &light, "ggx:alpha=0.36,f0=0.9", &[("lights", 0.0)], Some(t));
+    let bakes = [0.3, 0.1, 0.03, 0.01].map(made);
+    let bytes = bakes.each_ref().map(|b| b.bytes());
+    let errors = bakes.each_ref().map(|b| b.certificate().error);
+    assert!(bytes.is_sorted() && bytes[3] < 25 << 20, "{bytes:?} {errors:?}");
+    assert!(errors[3] > 0.01 && errors[3] < 1.1 * errors[2], "{errors:?}");
 }
 
 #[test]

@@ -7,12 +7,12 @@ use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     HighestP, ORDERS, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
 };
-use crate::shared::sky::{Sky, load_disks, save_disks};
+use crate::shared::sky::Sky;
+use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::central::{Argument, Centre};
-use steradian_light::DiskLight;
 use steradian_prefilter::edge_cube::spacing;
 
 /// 36 cubes are 216 of the 256 layers that every GPU has, 41 are 246; strands need one for each p.
@@ -74,7 +74,7 @@ pub struct Cubes {
     /// Radiance of the diffuse part over n.
     pub diffuse: Option<Bundle>,
     /// Suns that no map holds.
-    pub suns: Vec<DiskLight>,
+    pub suns: Vec<Sun>,
     /// One map per frame?
     pub distant: bool,
     halves: bool,
@@ -111,7 +111,7 @@ pub fn link(
         maps,
         scale: expansion.scale,
         diffuse,
-        suns: expansion.apart.disks,
+        suns: expansion.apart.suns,
         distant: p.distant,
         halves: p.orders.halves,
     };
@@ -139,7 +139,7 @@ impl Part for Cubes {
             d.save(to, format!("{prefix}.diffuse"), self.halves);
         }
         self.scale.save(to, prefix);
-        save_disks(&self.suns, to, format!("{prefix}.suns"));
+        save_suns(&self.suns, to, format!("{prefix}.suns"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -162,12 +162,12 @@ impl Part for Cubes {
         }
         let scale = ScaleTable::load(from, prefix)?;
         let (of, distant) = (argument_of(of), distant > 0.0);
-        let suns = load_disks(from, &format!("{prefix}.suns"))?;
+        let suns = load_suns(from, &format!("{prefix}.suns"))?;
         Ok(Self { centre, of, harmonics, maps, scale, diffuse, suns, distant, halves })
     }
 
     fn bytes(&self) -> usize {
         let maps = self.maps.bytes() + self.diffuse.as_ref().map_or(0, Bundle::bytes);
-        maps + self.scale.bytes() + 32 * self.suns.len()
+        maps + self.scale.bytes() + sun::BYTES * self.suns.len()
     }
 }

@@ -8,13 +8,13 @@ use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{bundle, columns, grid};
-use crate::shared::sky::{Sky, load_disks, save_disks};
+use crate::shared::sky::Sky;
 use crate::shared::spectrum::Spectrum;
+use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::central::Centre;
-use steradian_light::DiskLight;
 use steradian_prefilter::shrm::{Plan, Term};
 
 /// γ and the scale, before the components' weights.
@@ -41,7 +41,7 @@ pub struct Stack {
     /// The maps.
     pub levels: Vec<Level>,
     /// Light that no map holds.
-    pub disks: Vec<DiskLight>,
+    pub suns: Vec<Sun>,
     halves: bool,
 }
 
@@ -79,7 +79,7 @@ pub fn link(
     if p.halves {
         levels.iter_mut().for_each(|l| l.maps.halve());
     }
-    let stack = Stack { centre: s.centre, stride, curve, levels, disks: apart.disks, halves: p.halves };
+    let stack = Stack { centre: s.centre, stride, curve, levels, suns: apart.suns, halves: p.halves };
     Ok((stack, certificate))
 }
 
@@ -120,7 +120,7 @@ impl Part for Stack {
             let q = l.q.iter().map(|q| f64::from(*q)).collect();
             put_f64(to, format!("{prefix}.orders{i:02}"), vec![l.q.len()], q);
         }
-        save_disks(&self.disks, to, format!("{prefix}.disks"));
+        save_suns(&self.suns, to, format!("{prefix}.suns"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -145,14 +145,14 @@ impl Part for Stack {
         if shape[0] < 3 || shape[1] != HEAD + components {
             return Err(bad("curve"));
         }
-        let disks = load_disks(from, &format!("{prefix}.disks"))?;
+        let suns = load_suns(from, &format!("{prefix}.suns"))?;
         let halves = Bundle::is_half(from, &format!("{prefix}.maps00"));
-        Ok(Self { centre, stride: HEAD + components, curve, levels, disks, halves })
+        Ok(Self { centre, stride: HEAD + components, curve, levels, suns, halves })
     }
 
     fn bytes(&self) -> usize {
         let maps: usize = self.levels.iter().map(|l| l.maps.bytes() + 4 * l.q.len()).sum();
-        maps + 4 * self.curve.len() + 32 * self.disks.len()
+        maps + 4 * self.curve.len() + sun::BYTES * self.suns.len()
     }
 }
 

@@ -14,8 +14,9 @@ use steradian_base::{Certificate, Known, Task};
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
 /// Maps hold the light without suns to so many times the tolerance, relative to its own radiance: as few times as …
 const RESTS: [f64; 5] = [6.0, 4.0, 2.5, 1.5, 1.1];
-/// … so many bytes of maps allow, without and with a tolerance of the user's.
+/// … so many bytes of maps allow, where the user asks for no tolerance, and for this one: bytes grow about like its inverse.
 const AMPLE: [usize; 2] = [8 << 20, 64 << 20];
+const ASKED: f64 = 0.01;
 /// To these where views beyond those that count need it.
 const NEARER: [f64; 2] = [0.75, 0.5];
 /// Bytes of maps below which no more disks are looked for, where the tolerance is met.
@@ -63,7 +64,7 @@ impl Choice {
             counted.map(|i| squares[i]).fold(0.0, f64::max)
         };
         let (squares, beside) = (relative(totals), relative(&own));
-        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.disks.len())
+        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.suns.len())
             .detail("error beside the suns", worst(&beside).sqrt());
         let worst = worst(&squares);
         Self { apart, expansion, scale: scaled.scale, certificate, worst, lenient }
@@ -72,7 +73,7 @@ impl Choice {
     /// By how much the tolerance is missed, in steps of some per cent; then bytes, and time as bytes.
     fn cost(&self, tolerance: f64) -> (u64, f64) {
         let miss = (self.worst.sqrt() / tolerance).max(1.0);
-        let time = 1.0 + self.apart.disks.len() as f64 / WORTH;
+        let time = 1.0 + self.apart.suns.len() as f64 / WORTH;
         ((20.0 * miss).ceil() as u64, self.expansion.bytes() as f64 * time)
     }
 }
@@ -82,14 +83,15 @@ impl Choice {
 pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
-    let ample = AMPLE[usize::from(task.tolerance().is_some())].min(limits.bytes);
+    let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;
+    let ample = task.tolerance().map_or(AMPLE[0], asked).min(limits.bytes);
     let s = &material.slices;
     let whole = Apart::suns(light, 0).meter();
     let totals = Scaled::totals(s, &whole);
     let made = |apart: Apart, rest: f64| Choice::new(&totals, material, apart, rest, tolerance, limits);
     let most = if material.brdf.is_some() { p.lights.unwrap_or(usize::MAX) } else { 0 };
     let suns = Apart::suns(light, most);
-    let more = most.min(COUNTS[COUNTS.len() - 1]).saturating_sub(suns.disks.len());
+    let more = most.min(COUNTS[COUNTS.len() - 1]).saturating_sub(suns.suns.len());
     let scaled = Scaled::new(s, &whole, totals.clone());
     if p.lights.is_some() {
         let found = pursue(&suns, &scaled, more, task)?;

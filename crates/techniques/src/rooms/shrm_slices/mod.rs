@@ -48,10 +48,10 @@ impl Technique for ShrmSlices {
         title: "Reflection maps by elevation slices",
         citation: "after Ramamoorthi & Hanrahan 2002, Frequency Space Environment Map Rendering, eqs 5.9 and 5.22; \
                    slices by elevation and their components are ours",
-        equation: "L_o = a(θ_v) Σ_q a_q(φ_o) Σ_r u_rq(θ_v) B_rq(C) + Σ_k ∫_disk k L f_cos",
-        light: "suns and what else is small and bright as disks; the rest in spherical harmonics up to F, in maps B_rq",
+        equation: "L_o = a(θ_v) Σ_q a_q(φ_o) Σ_r u_rq(θ_v) B_rq(C) + Σ_k ∫_sun k L f_cos",
+        light: "suns and what else is small and bright as texels and disks; the rest in spherical harmonics up to F, in maps B_rq",
         visibility: "none: V = 1",
-        reflectance: "slices by elevation in spherical harmonics near the lobe's middle, as few products; exact for disks",
+        reflectance: "slices by elevation in spherical harmonics near the lobe's middle, as few products; exact for suns",
         materials: kernels::materials,
         specimens: &["phong-normalized:s=30", "ggx:alpha=0.36,f0=0.9/0.6/0.3", "kajiya-kay:s=16"],
         exact_when: &[
@@ -107,7 +107,7 @@ impl Technique for ShrmSlices {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
-        *f = Shown::new(&b.linked.disks, v);
+        *f = Shown::new(&b.linked.suns, v);
     }
 
     fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {

@@ -155,5 +155,5 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
         ],
         buffers: vec![curve(s), levels(s), Buffer { name: "maps", stride: 1, data: maps }],
     };
-    exact::gpu(room, &s.disks, b.material.brdf.as_ref())
+    exact::gpu(room, &s.suns, b.material.brdf.as_ref())
 }

@@ -49,6 +49,16 @@ fn a_small_sun_is_held_up_to_80_degrees() {
     }
 }
 
+/// A stricter tolerance costs no fewer bytes.
+#[test]
+fn bytes_follow_the_tolerance() {
+    for light in [lights::studio(), lights::sunny()] {
+        let made = |t| bake("shrm_slices", &light, "microfacet:sigma=0.2", &[], Some(t));
+        let bytes = [0.3, 0.1, 0.03].map(|t| made(t).bytes());
+        assert!(bytes.is_sorted(), "{bytes:?}");
+    }
+}
+
 #[test]
 fn memory_bounds_the_maps_and_the_certificate_says_so() {
     let spec = "ggx:alpha=0.2,f0=0.9";

@@ -38,6 +38,10 @@ const WORTH: f64 = 0.8;
 /// a sun, and those err by more than the mean.
 const MARGIN: f64 = 0.8;
 
+/// Where no P meets the goals, the lowest whose miss is at most so many times the least is taken: misses are fourth powers,
+/// so that errors differ by 5 % at most, and maps grow like (P + 1)².
+const ALIKE: f64 = 1.2;
+
 /// What is to be made into maps.
 pub struct Expansion {
     /// The light that maps hold, and the suns that they do not.
@@ -83,7 +87,7 @@ pub fn choose(
     // What round suns miss of the outlines is more than lobes much narrower than those here are for can do with.
     let texels = more.last().map(|_| Apart::suns(light, usize::MAX));
     for apart in more.iter().map(|count| Apart::round_suns(light, *count)).chain(texels) {
-        if best.0 <= enough || apart.disks.is_empty() {
+        if best.0 <= enough || apart.suns.is_empty() {
             break;
         }
         let next = wanted.expand(apart, task)?;
@@ -132,6 +136,9 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
         } else {
             (search(p, most, goals, made)?, p.order)
         };
+        // Nobody sees cut and lookups below the error that is reached.
+        let reached = if everywhere { powers.error().sqrt() } else { 0.0 };
+        let tolerance = tolerance.max(reached);
         let f = fixed.map_or_else(|| powers.faded(tolerance), |f| f.min(s.order));
         let q = azimuth(&fit.lpq, &meter, powers.exact(true));
         let lpq = fit.lpq.truncated(f, fit.lpq.p);
@@ -148,7 +155,7 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
             .detail("P", lpq.p as f64)
             .detail("Q", q as f64)
             .detail("S", size as f64)
-            .detail("lights", apart.disks.len() as f64)
+            .detail("lights", apart.suns.len() as f64)
             .detail("centre (1 mirror direction, 2 normal, 3 tangent)", word(s.centre))
             .detail("diffuse part", fit.diffuse.iter().sum::<f64>() / 3.0)
             .detail("missing energy of the reflectance", missing(&lpq, f))
@@ -194,15 +201,15 @@ impl Goals {
     }
 }
 
-/// The lowest P that meets the goals, with a diffuse part of its own where that makes P lower (or, where no P does, the
-/// miss less).
+/// The lowest P that meets the goals, or that misses them by hardly more than any; with a diffuse part of its own where that
+/// makes P lower or the miss less.
 fn search(
     p: &Orders,
     most: usize,
     goals: Goals,
     made: impl Fn(usize, bool) -> Result<(Fit, Powers), BakeError>,
 ) -> Result<(Fit, Powers), BakeError> {
-    let mut best: Option<(f64, (Fit, Powers))> = None;
+    let mut tried: Vec<(f64, (Fit, Powers))> = Vec::new();
     let orders = p.p.map_or(0..=most, |p| p..=p);
     for order in orders.filter(|o| harmonics::count(*o, 0) <= MAX_TERMS) {
         for diffuse in [false, true] {
@@ -214,20 +221,19 @@ fn search(
                 continue;
             }
             let missed = goals.missed(&candidate.1);
-            // More maps must be worth it.
-            if best.as_ref().is_none_or(|b| missed < if diffuse { 0.9 } else { 0.97 } * b.0) {
-                best = Some((missed, candidate));
+            if missed <= 1.0 {
+                return Ok(candidate);
             }
-            if best.as_ref().is_some_and(|b| b.0 <= 1.0) {
-                break;
+            // A map more must be worth it.
+            let better = tried.iter().all(|t| missed < if diffuse { 0.9 } else { 0.97 } * t.0);
+            if better {
+                tried.push((missed, candidate));
             }
-        }
-        if best.as_ref().is_some_and(|b| b.0 <= 1.0) {
-            break;
         }
     }
-    match best {
-        Some(b) => Ok(b.1),
+    let least = tried.last().map_or(0.0, |t| t.0);
+    match tried.into_iter().find(|t| t.0 <= ALIKE * least) {
+        Some(t) => Ok(t.1),
         None => made(p.p.unwrap_or(0), false),
     }
 }
