@@ -1,12 +1,14 @@
 //! What every layer of Steradian needs and nothing else: [`Task`] (progress, cancellation, tolerance),
 //! [`Certificate`] (an error and how it is known), [`Provenance`], and parameter descriptions.
 
+mod brief;
 mod certificate;
 mod files;
 mod params;
 mod provenance;
 mod task;
 
+pub use brief::brief;
 pub use certificate::{Certificate, Known, Spread};
 pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};

@@ -48,7 +48,7 @@ impl ParamInfo {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParamError {
     /// No such parameter.
-    #[error("no parameter '{name}'; there {}", known(.available))]
+    #[error("no parameter '{}'; there {}", crate::brief(.name), known(.available))]
     Unknown {
         /// What the user wrote.
         name: String,

@@ -1,10 +1,12 @@
 //! What can be wrong with a spec string.
 
+use steradian_base::brief;
+
 /// Why a spec string names no reflectance; displays as one line that says what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SpecError {
     /// No such model.
-    #[error("no BRDF model '{name}'{}; there are: {}", suggest(.nearest), .available.join(", "))]
+    #[error("no BRDF model '{}'{}; there are: {}", brief(.name), suggest(.nearest), .available.join(", "))]
     UnknownModel {
         /// What was written.
         name: String,
@@ -14,7 +16,7 @@ pub enum SpecError {
         available: Vec<&'static str>,
     },
     /// The model has no such key.
-    #[error("BRDF {model} has no key '{key}'{}; it takes: {}", suggest(.nearest), .accepted.join(", "))]
+    #[error("BRDF {model} has no key '{}'{}; it takes: {}", brief(.key), suggest(.nearest), .accepted.join(", "))]
     UnknownKey {
         /// The model.
         model: &'static str,
@@ -36,7 +38,7 @@ pub enum SpecError {
         meaning: &'static str,
     },
     /// A value that cannot be used.
-    #[error("BRDF {model}: {key} = '{value}' is not {expected}")]
+    #[error("BRDF {model}: {} = '{}' is not {expected}", brief(.key), brief(.value))]
     Value {
         /// The model.
         model: &'static str,
@@ -56,7 +58,7 @@ pub enum SpecError {
         what: String,
     },
     /// No such published set or material.
-    #[error("BRDF {model} has no set '{name}'{}; there are: {}", suggest(.nearest), .available.join(", "))]
+    #[error("BRDF {model} has no set '{}'{}; there are: {}", brief(.name), suggest(.nearest), .available.join(", "))]
     UnknownSet {
         /// The model.
         model: &'static str,
@@ -78,7 +80,7 @@ pub enum SpecError {
         available: Vec<&'static str>,
     },
     /// A file of parameters that cannot be read or does not hold what it should.
-    #[error("{file}: {what}")]
+    #[error("{}: {what}", brief(.file))]
     File {
         /// The file.
         file: String,

@@ -3,6 +3,7 @@
 use crate::error::nearest;
 use crate::{Files, Info, SpecError};
 use std::fmt;
+use steradian_base::brief;
 
 /// An interval of accepted values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +67,9 @@ impl<'a> Args<'a> {
             match item.split_once('=') {
                 Some((key, value)) => args.push(key.trim(), value.trim())?,
                 None if takes_name && args.name.is_none() => args.name = Some(item.to_owned()),
-                None => return Err(args.syntax(format!("'{item}' is not key=value; {}", args.usage()))),
+                None => {
+                    return Err(args.syntax(format!("'{}' is not key=value; {}", brief(item), args.usage())));
+                }
             }
         }
         Ok(args)
@@ -79,7 +82,7 @@ impl<'a> Args<'a> {
             return Err(SpecError::UnknownKey { model: self.info.name, key: key.into(), nearest, accepted });
         }
         if self.has(key) {
-            return Err(self.syntax(format!("key '{key}' is given twice; give it once")));
+            return Err(self.syntax(format!("key '{}' is given twice; give it once", brief(key))));
         }
         self.pairs.push((key.to_owned(), value.to_owned()));
         Ok(())

@@ -264,7 +264,8 @@ fn digest(t: &TensorFile) -> String {
     format!("sha256:{}", Input::of(Path::new(""), &bytes).sha256)
 }
 
-fn not_finite(t: &TensorFile) -> Option<&str> {
+/// The first tensor that holds NaN or infinity.
+pub fn not_finite(t: &TensorFile) -> Option<&str> {
     let bad = |d: &TensorData| d.to_f64().iter().any(|x| !x.is_finite());
     t.tensors.iter().find(|(_, x)| bad(&x.data)).map(|(name, _)| name.as_str())
 }

@@ -9,7 +9,7 @@ use clap::Args;
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_base::ParamValues;
+use steradian_base::{ParamValues, brief};
 use steradian_brdf::{Files, SharedBrdf, parse_with};
 use steradian_formats::{Raster, ReadOptions, TextureLevels, read_image, read_image_with};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
@@ -224,6 +224,8 @@ pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Light
     let mut lights =
         if is_sky(spec) { sky(spec)? } else { map(spec, adjust, 0, context)?.into_environment().into() };
     turn(&mut lights, adjust);
+    // What a file holds was checked when it was read; exposure may make more of it.
+    lights.check().map_err(|e| Failure::input(format!("{}: {e}", brief(spec))))?;
     Ok(lights)
 }
 

@@ -42,9 +42,16 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    if let Err(e) = steradian_simd::check() {
+        return end(&Failure::usage(e));
+    }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => {
+            let said = e.to_string();
+            if e.use_stderr() && said.len() > LONGEST {
+                return end(&Failure::usage(said));
+            }
             // Help and version go to standard output and end well; nothing can be done where that is closed.
             let _ = e.print();
             return ExitCode::from(u8::from(e.use_stderr()) * 2);
@@ -52,13 +59,28 @@ fn main() -> ExitCode {
     };
     match guarded(cli) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(f) => {
-            if !f.message.is_empty() {
-                let _ = writeln!(std::io::stderr(), "steradian: {}", f.message.replace('\n', " "));
-            }
-            ExitCode::from(f.code)
-        }
+        Err(f) => end(&f),
     }
+}
+
+/// Bytes of a message beyond which its middle is left out: what was given on the command line, such as a path of
+/// 100 kB, is not echoed whole.
+const LONGEST: usize = 4000;
+
+/// Says in one line why the command ends.
+fn end(f: &Failure) -> ExitCode {
+    if !f.message.is_empty() {
+        let line = f.message.replace('\n', " ");
+        let characters = line.chars().count();
+        let line = if line.len() > LONGEST {
+            let (first, last) = (line.chars().take(200), line.chars().skip(characters - 200));
+            first.chain(" … ".chars()).chain(last).collect()
+        } else {
+            line
+        };
+        let _ = writeln!(std::io::stderr(), "steradian: {line}");
+    }
+    ExitCode::from(f.code)
 }
 
 /// Where the last panic happened, for the one line that a user sees of it.

@@ -9,5 +9,5 @@ pub mod stats;
 pub mod suns;
 
 pub use environment::Environment;
-pub use lights::{DirectionalLight, DiskLight, Lights, PointLight};
+pub use lights::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight, Unsound};
 pub use load::{LightError, LoadOptions, Loaded};

@@ -32,5 +32,6 @@ pub use steradian_prefilter as prefilter;
 pub use steradian_reference as reference;
 pub use steradian_render as render;
 pub use steradian_scene as scene;
+pub use steradian_simd as simd;
 pub use steradian_sphere as sphere;
 pub use steradian_techniques as techniques;

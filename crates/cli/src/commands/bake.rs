@@ -6,7 +6,7 @@ mod output;
 mod report;
 mod stages;
 
-use crate::bakefile::Made;
+use crate::bakefile::{Made, not_finite};
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
@@ -132,6 +132,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let mut done = bake(&o, technique, context)?;
     let tensors = halves::tensors(&mut done, technique, &o, context)?;
+    if let Some(name) = not_finite(&tensors) {
+        let why = format!("{}: tensor '{name}' came out not finite: scale the light down", o.technique);
+        return Err(Failure::failed(why));
+    }
     let t = &done.certificate;
     context.note_error(format!("{} {:.3e} ({})", t.metric, t.error, t.known.word()));
     context.task.check()?;

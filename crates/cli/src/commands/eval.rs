@@ -181,6 +181,12 @@ fn reference(
 
 fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Context) -> Outcome {
     let rows = &answers.rows;
+    // The last guard: light and reflectance are finite when they are read.
+    if let Some(k) = rows.iter().position(|(rgb, err)| err.is_nan() || !rgb.iter().all(|x| x.is_finite())) {
+        let name = o.points.display();
+        let why = format!("{name}: the radiance of point {} is not finite: scale the light down", k + 1);
+        return Err(Failure::failed(why));
+    }
     let worst = rows.iter().map(|a| a.1).fold(0.0, f64::max);
     context.note_error(format!("relative error at most {worst:.3e}"));
     if context.common.json && o.output.is_none() {

@@ -453,6 +453,13 @@ pub fn expose(film: &Film) -> f32 {
 
 /// Writes a film: tone-mapped as PNG, linear otherwise.
 pub fn save(path: &Path, film: Film, develop: Develop, context: &Context) -> Outcome {
+    // Tone mapping would make black of it.
+    let bad = |plane: &Vec<f32>| plane.iter().position(|x| !x.is_finite());
+    if let Some(k) = film.rgb.iter().find_map(bad) {
+        let (x, y) = (k % film.width, k / film.width);
+        let why = format!("pixel ({x}, {y}) is not finite: scale the light down");
+        return Err(Failure::failed(format!("{}: {why}", path.display())));
+    }
     let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if !png {
         return context.write_image(path, &film.into_raster(), WriteOptions::default());

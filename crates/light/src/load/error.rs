@@ -1,5 +1,6 @@
 //! What may be wrong with light that is loaded.
 
+use crate::LARGEST;
 use steradian_formats::FormatError;
 
 /// Why light cannot be loaded. Displays as one line that names file and fault.
@@ -29,6 +30,18 @@ pub enum LightError {
         channel: String,
         /// "NaN" or "infinite".
         value: &'static str,
+    },
+    /// A pixel is so bright that filters would overflow.
+    #[error("{name}: pixel ({x}, {y}) is {value:e}; radiance is {LARGEST:e} at most: scale the image down")]
+    TooLarge {
+        /// The file.
+        name: String,
+        /// Column, from 0.
+        x: usize,
+        /// Row, from 0 at the top.
+        y: usize,
+        /// What it holds.
+        value: f32,
     },
 }
 

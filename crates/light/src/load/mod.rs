@@ -12,6 +12,7 @@ pub use error::LightError;
 pub use profile::{PROFILES, Profile};
 
 use crate::Environment;
+use crate::lights::sound;
 use assemble::Pixels;
 use std::path::{Path, PathBuf};
 use steradian_formats::{Limits, Raster, read_image};
@@ -328,7 +329,7 @@ fn envmap(metadata: &[(String, String)]) -> Option<Attribute> {
     }
 }
 
-/// Finite, coloured pixels, and what was found in them.
+/// Finite, coloured pixels within [`crate::LARGEST`], and what was found in them.
 fn check(name: &str, mut raster: Raster, options: &LoadOptions) -> Result<(Pixels, Report), LightError> {
     let (width, height) = (raster.width, raster.height);
     if width == 0 || height == 0 {
@@ -344,6 +345,12 @@ fn check(name: &str, mut raster: Raster, options: &LoadOptions) -> Result<(Pixel
     let Some(planes) = raster.into_rgb() else {
         return Err(LightError::invalid(name, "has neither the channels R, G, B nor Y"));
     };
+    for plane in &planes {
+        if let Some(k) = plane.iter().position(|v| !sound(f64::from(*v))) {
+            let (x, y, value) = (k % width, k / width, plane[k]);
+            return Err(LightError::TooLarge { name: name.into(), x, y, value });
+        }
+    }
     let mut report = Report {
         width,
         height,

@@ -1,13 +1,15 @@
 //! Names of skies: `name:key=value,…`.
 
+use steradian_base::brief;
+
 /// Why a sky could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SkyError {
     /// No sky has this name.
-    #[error("there is no environment called {0:?}: use sky, studio, overcast or furnace")]
+    #[error("there is no environment called {:?}: use sky, studio, overcast or furnace", brief(.0))]
     UnknownName(String),
     /// The sky has no such parameter.
-    #[error("{name} takes no parameter {key:?}: it has {known}")]
+    #[error("{name} takes no parameter {:?}: it has {known}", brief(.key))]
     UnknownKey {
         /// The sky.
         name: &'static str,
@@ -17,7 +19,7 @@ pub enum SkyError {
         known: String,
     },
     /// A parameter's value is not a number, or out of range.
-    #[error("{name}: {key}={value} must be {expected}")]
+    #[error("{name}: {key}={} must be {expected}", brief(.value))]
     BadValue {
         /// The sky.
         name: &'static str,

@@ -32,7 +32,7 @@ use rayon::prelude::*;
 use rule::Integrand;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain};
-use steradian_light::Lights;
+use steradian_light::{Lights, Unsound};
 use steradian_sphere::{Frame, Layout};
 
 /// Evaluations of f_cos after which a point stops, with whatever error is left stated.
@@ -42,7 +42,7 @@ pub const MAX_EVALUATIONS: u64 = 4_000_000;
 const FINEST_TOLERANCE: f64 = 1e-12;
 
 /// Light that the judge cannot take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum JudgeError {
     /// The caller asked to stop.
     #[error(transparent)]
@@ -58,17 +58,9 @@ pub enum JudgeError {
         /// Rows.
         height: usize,
     },
-    /// NaN or infinity.
-    #[error("the environment's texel ({i}, {j}) is not finite")]
-    NotFinite {
-        /// Column.
-        i: usize,
-        /// Row.
-        j: usize,
-    },
-    /// A light that is not an image has a NaN, an infinity or a direction of no length.
-    #[error("a disk, directional or point light is not finite")]
-    BadLight,
+    /// Light that is not finite, or too strong.
+    #[error(transparent)]
+    Unsound(#[from] Unsound),
 }
 
 /// Outgoing radiance with its error.
@@ -239,19 +231,6 @@ fn check(lights: &Lights) -> Result<(), JudgeError> {
         if width == 0 || height == 0 || image.planes.iter().any(|p| p.len() != width * height) {
             return Err(JudgeError::Size { width, height });
         }
-        for plane in &image.planes {
-            if let Some(k) = plane.iter().position(|v| !v.is_finite()) {
-                return Err(JudgeError::NotFinite { i: k % width, j: k / width });
-            }
-        }
     }
-    let direction = |d: DVec3| d.is_finite() && d != DVec3::ZERO;
-    let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
-    let sound = lights
-        .disks
-        .iter()
-        .all(|d| direction(d.direction) && finite(&d.radiance) && d.angular_radius.is_finite())
-        && lights.directionals.iter().all(|d| direction(d.direction) && finite(&d.irradiance))
-        && lights.points.iter().all(|p| p.position.is_finite() && p.intensity.iter().all(|x| x.is_finite()));
-    if sound { Ok(()) } else { Err(JudgeError::BadLight) }
+    Ok(lights.check()?)
 }

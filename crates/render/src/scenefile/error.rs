@@ -1,6 +1,7 @@
 //! Errors that point at file, line, column and key.
 
 use std::ops::Range;
+use steradian_base::brief;
 
 /// A fault in a scene file; displays as one line `file:line:column: …`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -77,7 +78,7 @@ pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
     };
     let more = if known.len() > MOST_NAMES { ", …" } else { "" };
     let known = &known[..known.len().min(MOST_NAMES)];
-    format!("unknown {kind} '{word}'{hint}; there are: {}{more}", known.join(", "))
+    format!("unknown {kind} '{}'{hint}; there are: {}{more}", brief(word), known.join(", "))
 }
 
 /// Levenshtein's edit distance, where `-` and `_` are the same.

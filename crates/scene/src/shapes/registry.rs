@@ -2,6 +2,7 @@
 
 use super::{cuboid, cylinder, icosphere, knot, plane, sphere, teapot, torus};
 use crate::Mesh;
+use steradian_base::brief;
 
 /// A parameter of a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +33,7 @@ pub struct ShapeInfo {
 
 /// Why a spec is no shape. One line that says what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("shape {spec:?}: {why}")]
+#[error("shape {:?}: {why}", brief(.spec))]
 pub struct ShapeError {
     /// What was asked for.
     pub spec: String,
@@ -158,11 +159,12 @@ fn build(spec: &str) -> Result<Mesh, String> {
     };
     let mut values: Vec<f64> = shape.params.iter().map(|p| p.default).collect();
     for pair in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-        let (key, value) = pair.split_once('=').ok_or_else(|| format!("{pair:?} is not key=value"))?;
+        let (key, value) =
+            pair.split_once('=').ok_or_else(|| format!("{:?} is not key=value", brief(pair)))?;
         let key = key.trim().replace('_', "-");
         let Some(i) = shape.params.iter().position(|p| p.name == key) else {
             let names: Vec<&str> = shape.params.iter().map(|p| p.name).collect();
-            return Err(format!("no parameter {key:?}; {name} has {}", names.join(", ")));
+            return Err(format!("no parameter {:?}; {name} has {}", brief(&key), names.join(", ")));
         };
         values[i] = check(&shape.params[i], value.trim())?;
     }
@@ -176,7 +178,7 @@ fn check(p: &ShapeParam, text: &str) -> Result<f64, String> {
         Some(v) if !p.whole || v.fract() == 0.0 => Ok(v),
         _ => {
             let kind = if p.whole { "a whole number" } else { "a number" };
-            Err(format!("{} must be {kind} from {lo} to {hi}, not {text:?}", p.name))
+            Err(format!("{} must be {kind} from {lo} to {hi}, not {:?}", p.name, brief(text)))
         }
     }
 }

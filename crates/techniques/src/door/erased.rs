@@ -19,7 +19,7 @@ pub trait AnyTechnique: Send + Sync {
     /// Its parameters.
     fn params(&self) -> &'static [ParamInfo];
     /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the room
-    /// would have to drop, and missing geometry.
+    /// would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
         &self,
         lights: &Lights,
@@ -96,6 +96,20 @@ fn transfer<T: Technique>(
     T::transfer(geometry, material, params, task)
 }
 
+/// [`Technique::link`]; a certificate that is not finite says that something overflowed.
+fn link<T: Technique>(
+    parts: Parts<'_, T>,
+    params: &T::Params,
+    task: &Task,
+) -> Result<(T::Linked, Certificate), BakeError> {
+    let (linked, certificate) = T::link(parts, params, task)?;
+    if certificate.error.is_finite() {
+        Ok((linked, certificate))
+    } else {
+        Err(BakeError::NotFinite { slug: T::CARD.slug })
+    }
+}
+
 impl<T: Technique> AnyTechnique for Erased<T> {
     fn card(&self) -> &'static Card {
         Self::CARD
@@ -115,12 +129,13 @@ impl<T: Technique> AnyTechnique for Erased<T> {
     ) -> Result<Box<dyn AnyBake>, BakeError> {
         let params = T::Params::from_values(params)?;
         check_material::<T>(material)?;
+        lights.check()?;
         let truth = Truth { lights: Some(lights.clone()), brdf: Some(material.brdf.clone()) };
         let light = T::light(lights, &params, task)?;
         let material = T::material(material, &params, task)?;
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
         let parts = Parts { light: &light, material: &material, transfer: &transfer };
-        let (linked, certificate) = T::link(parts, &params, task)?;
+        let (linked, certificate) = link::<T>(parts, &params, task)?;
         let mut bake = Bake { params, light, material, transfer, linked, certificate };
         truth.certify(&mut bake, task)?;
         Ok(Baked::<T>::boxed(bake, geometry.cloned(), truth))
@@ -202,7 +217,7 @@ impl<T: Technique> Baked<T> {
             material: change.material.as_ref().unwrap_or(&b.material),
             transfer: change.transfer.as_ref().unwrap_or(&b.transfer),
         };
-        let (mut linked, mut certificate) = T::link(parts, &b.params, task)?;
+        let (mut linked, mut certificate) = link::<T>(parts, &b.params, task)?;
         let mut exchange = |b: &mut Bake<T>| {
             swap(&mut b.light, &mut change.light);
             swap(&mut b.material, &mut change.material);
@@ -291,6 +306,7 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError> {
+        lights.check()?;
         let light = T::light(lights, &self.bake.params, task)?;
         let mut change = Change { light: Some(light), ..self.change() };
         change.truth.lights = Some(lights.clone());

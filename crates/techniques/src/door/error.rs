@@ -1,6 +1,7 @@
 //! Why a bake is refused or fails.
 
 use steradian_base::{Cancelled, ParamError};
+use steradian_light::Unsound;
 
 /// Why a bake is refused or fails; one line that says what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -23,6 +24,15 @@ pub enum BakeError {
         slug: &'static str,
         /// Why not, and what to use instead.
         why: String,
+    },
+    /// Light that is not finite, or too strong.
+    #[error(transparent)]
+    Unsound(#[from] Unsound),
+    /// What came out is not finite, although light and reflectance are.
+    #[error("{slug}: the result is not finite; scale the light down, or use another technique")]
+    NotFinite {
+        /// The room.
+        slug: &'static str,
     },
     /// The room bakes per site and was given no geometry, or geometry that it cannot use.
     #[error("{slug}: {why}")]
@@ -56,12 +66,12 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// Exit code of the command: 2 where the request cannot be met as written, 3 for a bad file, else 1.
+    /// Exit code of the command: 2 where the request cannot be met as written, 3 for a bad file or light, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Param(_) | Self::Material { .. } | Self::Light { .. } | Self::Geometry { .. } => 2,
-            Self::Load { .. } => 3,
-            Self::Memory { .. } | Self::Cancelled(_) => 1,
+            Self::Load { .. } | Self::Unsound(_) => 3,
+            Self::Memory { .. } | Self::NotFinite { .. } | Self::Cancelled(_) => 1,
         }
     }
 }
