@@ -27,6 +27,12 @@ const AXIS: ParamInfo = ParamInfo::whole(
     1.0,
     "0: lobes about the mirror direction r; 1: about o(r), what captures most of each lobe",
 );
+const COSINE: ParamInfo = ParamInfo::switch(
+    "cosine",
+    true,
+    "1: n·wi inside the mean over the azimuth, which keeps the energy of every view; 0: outside the integral as n·r, as \
+     eqs. 29 and 31 are printed",
+);
 const ELEVATIONS: ParamInfo = ParamInfo::whole(
     "elevations",
     [2.0, 64.0],
@@ -50,6 +56,8 @@ pub struct Params {
     pub lobes: usize,
     /// May axes lean off the mirror direction?
     pub off_specular: bool,
+    /// Is n·wi inside the mean over the azimuth, rather than n·r outside the integral?
+    pub cosine: bool,
     /// Elevations in a stack.
     pub elevations: usize,
     /// Intervals per cube edge; 0 takes what the tolerance needs.
@@ -57,7 +65,7 @@ pub struct Params {
 }
 
 impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[DIMENSIONS, LOBES, AXIS, ELEVATIONS, SIZE];
+    const INFO: &'static [ParamInfo] = &[DIMENSIONS, LOBES, AXIS, COSINE, ELEVATIONS, SIZE];
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
@@ -66,6 +74,7 @@ impl steradian_base::Params for Params {
             dimensions: get(&DIMENSIONS),
             lobes: get(&LOBES),
             off_specular: get(&AXIS) == 1,
+            cosine: get(&COSINE) == 1,
             elevations: get(&ELEVATIONS),
             size: get(&SIZE),
         })
@@ -76,6 +85,7 @@ impl steradian_base::Params for Params {
             (DIMENSIONS, self.dimensions),
             (LOBES, self.lobes),
             (AXIS, usize::from(self.off_specular)),
+            (COSINE, usize::from(self.cosine)),
             (ELEVATIONS, self.elevations),
             (SIZE, self.size),
         ];

@@ -5,9 +5,11 @@ use super::bake::Params;
 use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
-use steradian_base::Task;
-use steradian_brdf::SharedBrdf;
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+use steradian_base::{Task, brief};
 use steradian_brdf::fit::radial::{Plan, RadialFit, RadialLobe, Rings, Shape, Views};
+use steradian_brdf::{Brdf, Domain, Info, Lobe, Sample, SharedBrdf};
 
 /// A reflectance and its lobes.
 pub struct Fitted {
@@ -23,7 +25,16 @@ impl Fitted {
     pub fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let shape = if p.dimensions == 2 { Shape::Scaled } else { Shape::Stack };
         let plan = Plan { shape, stack: p.elevations, lobes: p.lobes, mirror: !p.off_specular };
-        let fit = RadialFit::new(&*m.brdf, plan, task)?;
+        let fit = if p.cosine {
+            RadialFit::new(&*m.brdf, plan, task)?
+        } else {
+            let slug = LobeMaps::CARD.slug;
+            RadialFit::new(
+                &CosineOutside::new(&m.brdf).map_err(|why| BakeError::Material { slug, why })?,
+                plan,
+                task,
+            )?
+        };
         Ok(Self { spec: m.brdf.spec(), brdf: Some(m.brdf.clone()), fit })
     }
 
@@ -34,6 +45,59 @@ impl Fitted {
                 format!("the error of {} cannot be measured here: give the reflectance again", self.spec);
             BakeError::Material { slug: LobeMaps::CARD.slug, why }
         })
+    }
+}
+
+/// f n·r for f n·wi: what STAR04's eqs 29 and 31 put under the integral, "assuming that the BRDF is fairly specular".
+#[derive(Debug)]
+struct CosineOutside(SharedBrdf);
+
+impl CosineOutside {
+    /// Refuses reflectances whose f has no bound at the horizon, as those that are given with their cosine.
+    fn new(brdf: &SharedBrdf) -> Result<Self, String> {
+        let f = |z: f64, phi: f64, wo: f64| {
+            let s = (1.0 - z * z).sqrt();
+            let wo = DVec3::new((1.0 - wo * wo).sqrt(), 0.0, wo);
+            brdf.eval(DVec3::new(s * phi.cos(), s * phi.sin(), z), wo).into_iter().fold(0.0, f64::max)
+        };
+        // Like 1/n·wi it grows a thousandfold, like the root of that (Ward 1992) by 32.
+        let grows = |(phi, wo)| f(1e-5, phi, wo) > 100.0 * f(1e-2, phi, wo).max(1e-6);
+        let around = (0..16).flat_map(|k| [0.05, 0.3, 0.8].map(|wo| (TAU * f64::from(k) / 16.0, wo)));
+        if brdf.domain() == Domain::Sphere || around.into_iter().any(grows) {
+            return Err(format!(
+                "f of {} has no bound at the horizon without its cosine: leave the parameter cosine at 1",
+                brief(&brdf.spec())
+            ));
+        }
+        Ok(Self(brdf.clone()))
+    }
+}
+
+impl Brdf for CosineOutside {
+    fn info(&self) -> &'static Info {
+        self.0.info()
+    }
+    fn spec(&self) -> String {
+        self.0.spec()
+    }
+    fn held(&self) -> Option<Vec<f64>> {
+        self.0.held()
+    }
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.f_cos(wi, wo).map(|f| f / wi.z)
+    }
+    fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        // n·r = n·wo.
+        if wi.z > 0.0 { self.0.eval(wi, wo).map(|f| f * wo.z) } else { [0.0; 3] }
+    }
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        self.0.lobes(wo)
+    }
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        self.0.sample(wo, u)
+    }
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.0.pdf(wi, wo)
     }
 }
 
