@@ -9,6 +9,7 @@ use crate::Beam;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use steradian_base::{Cancelled, Task};
 use steradian_sphere::{Layout, SphereImage};
 
 /// An RGB cube map with shared edges.
@@ -101,16 +102,29 @@ pub fn face_position(d: [f32; 3]) -> (usize, f32, f32) {
 impl EdgeCube {
     /// Samples of `f`, in parallel; `size` ≥ 1.
     pub fn from_fn(size: usize, f: impl Fn(DVec3) -> [f64; 3] + Sync) -> Self {
+        // A task that nobody else holds is not cancelled.
+        Self::try_from_fn(size, &Task::quiet(), f).unwrap_or_default()
+    }
+
+    /// The same for functions that take long: it may be cancelled between rows.
+    pub fn try_from_fn(
+        size: usize,
+        task: &Task,
+        f: impl Fn(DVec3) -> [f64; 3] + Sync,
+    ) -> Result<Self, Cancelled> {
         let size = size.max(1);
         let n = size + 1;
         let row = |r: usize| {
-            let f = &f;
-            (0..n).map(move |i| {
+            task.check()?;
+            let texel = |i: usize| {
                 let [r, g, b] = f(direction(size, r / n, i, r % n));
                 [r as f32, g as f32, b as f32, 1.0]
-            })
+            };
+            Ok((0..n).map(texel).collect::<Vec<_>>())
         };
-        Self { size, texels: (0..6 * n).into_par_iter().flat_map_iter(row).collect() }
+        let rows: Vec<Vec<[f32; 4]>> =
+            (0..6 * n).into_par_iter().map(row).collect::<Result<_, Cancelled>>()?;
+        Ok(Self { size, texels: rows.concat() })
     }
 
     /// Each sample is the mean of `image` over the quadrilateral that it stands for: the four half-size texels

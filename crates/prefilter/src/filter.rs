@@ -63,7 +63,7 @@ pub fn filter(
     let (order, tail) = order(source, &k, 0.25 * tolerance);
     let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
     if tail > tolerance.max(angular::ERROR) {
-        let cube = EdgeCube::from_fn(size, |d| angular::convolve_at(tree, kernel, d));
+        let cube = EdgeCube::try_from_fn(size, task, |d| angular::convolve_at(tree, kernel, d))?;
         return Ok(Filtered { cube, way: Way::Angular, tail: angular::ERROR, interpolation, clipped: 0.0 });
     }
     task.check()?;

@@ -10,13 +10,18 @@ use super::probes::{self, Probe};
 use crate::{PointsBuf, Radiance};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Certificate, Known, Spread, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
 use steradian_prefilter::Tree;
 use steradian_sphere::Frame;
 
-/// Probe points of each kind.
+/// Probe points of each kind, and the fewest where each is expensive; powers of two.
 const PROBES: usize = 256;
+const FEWEST: usize = 16;
+/// Evaluations of the reflectance that all probes together may take, about: some three processor seconds. Lobes about a point take a few
+/// thousand each, ridges such as a fibre's highlight as many as they are longer than wide, millions where n is 1e5.
+const EVALUATIONS: u64 = 20_000_000;
 
 /// What the error is, in a certificate's words.
 const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
@@ -247,8 +252,31 @@ pub fn measure_model(
     task: &Task,
     shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
 ) -> Result<Errors, Cancelled> {
-    let probes = probes::all(PROBES, 0.0, tree, &m.lobes);
+    let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);
     compare(&probes, |frame, wo| radiance(tree, m, frame, wo), task, shade)
+}
+
+/// How many probes of each kind [`EVALUATIONS`] allow. Fewer of them make the stated error an upper one all the same.
+fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelled> {
+    let evaluations = AtomicU64::new(0);
+    let count = |_, _| {
+        evaluations.fetch_add(1, Ordering::Relaxed);
+        [0.0; 3]
+    };
+    let counted = Model { whole: m.whole, lobes: m.lobes, f_cos: &count };
+    let few = probes::all(FEWEST / 2, 0.0, tree, &m.lobes);
+    let at = |p: &Probe| {
+        task.check()?;
+        radiance(tree, &counted, &p.frame, p.wo);
+        Ok(())
+    };
+    few.par_iter().try_for_each(at)?;
+    let mut probes = PROBES;
+    let taken = evaluations.into_inner();
+    while probes > FEWEST && taken * probes as u64 / (FEWEST / 2) as u64 > EVALUATIONS {
+        probes /= 2;
+    }
+    Ok(probes)
 }
 
 /// As [`measure`], for a reflectance so sharp that its integral is `exact(frame, wo)`: at so many probes that lamps of
@@ -271,9 +299,13 @@ fn compare(
 ) -> Result<Errors, Cancelled> {
     let at = |p: &Probe| {
         task.check()?;
+        task.advance(1);
         Ok(exact(&p.frame, p.wo))
     };
-    let exact: Vec<_> = probes.par_iter().map(at).collect::<Result<_, _>>()?;
+    task.begin("certificate", probes.len() as u64);
+    let exact: Result<Vec<_>, Cancelled> = probes.par_iter().map(at).collect();
+    task.end();
+    let exact = exact?;
     let seen = shaded(probes, shade).into_iter().zip(exact);
     let look = |(p, (shaded, exact)): (&Probe, _)| {
         let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
@@ -321,6 +353,20 @@ mod tests {
             below += usize::from(stated < 0.1 * all.sqrt());
         }
         assert!(below < 12 && sum < 1.2, "{below} {sum}");
+    }
+
+    /// Lobes about a point are looked at from all probes, a ridge that is far longer than wide from fewer.
+    #[test]
+    fn expensive_reflectance_is_probed_at_fewer_points() {
+        let image = crate::shared::lights::furnace().environment.unwrap().image.clone();
+        let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
+        let probes = |lobe: Lobe| {
+            let m = Model { whole: true, lobes: &|_| vec![lobe], f_cos: &|_, _| [1.0; 3] };
+            affordable(&tree, &m, &Task::quiet()).unwrap()
+        };
+        assert_eq!(probes(Lobe::Axis { axis: DVec3::Z, width: 0.003 }), PROBES);
+        let ridge = probes(Lobe::Arc { normal: DVec3::X, width: 0.003 });
+        assert!((FEWEST..PROBES).contains(&ridge), "{ridge}");
     }
 
     /// A room that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
