@@ -112,3 +112,47 @@ fn no_mesh_and_no_light_are_faults() {
     let dark = "[[mesh]]\nshape='sphere'\nmaterial='a'\n[material.a]\nbrdf='lambert'\n";
     assert!(parse(dark).unwrap_err().why.contains("no light"));
 }
+
+/// Whatever is written, it is a scene of finite numbers or an error of one line, and soon.
+#[test]
+fn damaged_files_end_well() {
+    let mut damage = steradian_testkit::Mutator::new(1);
+    let other = b"material = { brdf = \"ggx:alpha=0.1\", params = { a = 1 } }\n[[light.point]]\nposition = [1, 2, 3]\n";
+    for _ in 0..if steradian_testkit::full() { 1_000_000 } else { 10_000 } {
+        let text = damage.damage(GOOD.as_bytes(), other);
+        let text = String::from_utf8_lossy(&text);
+        let start = std::time::Instant::now();
+        match parse(&text) {
+            Ok(s) => {
+                assert!(s.meshes.iter().all(|m| m.transform.is_finite()), "{text}");
+                let disks = s.light.disks.iter().all(|d| d.radiance.iter().all(|v| v.is_finite()));
+                assert!(disks && s.light.rotation.is_finite(), "{text}");
+            }
+            Err(e) => assert_eq!(e.to_string().lines().count(), 1, "{e}"),
+        }
+        assert!(start.elapsed().as_secs() < 2, "{text}");
+    }
+}
+
+/// Texts that are deep, long, or make every message long.
+#[test]
+fn hostile_files_end_soon() {
+    let many = |n: usize, one: &dyn Fn(usize) -> String| (0..n).map(one).collect::<String>();
+    let meshes = many(20_000, &|i| format!("[[mesh]]\nshape=\"sphere\"\nmaterial=\"m{i}\"\n"));
+    let materials = many(20_000, &|i| format!("[material.m{i}]\nbrdf=\"lambert\"\n"));
+    let light = "[light]\nenvironment=\"sky\"\n";
+    for (text, good) in [
+        (format!("a = {}", "[".repeat(1 << 20)), false),
+        (format!("a = {}", "{a=".repeat(1 << 20)), false),
+        (format!("{}a = 1", "a.".repeat(1 << 20)), false),
+        (many(100_000, &|i| format!("[a{i}]\n")), false),
+        (format!("{meshes}{materials}{light}"), true),
+        (format!("{meshes}{light}").replace("m19999", "other") + &materials, false),
+    ] {
+        let start = std::time::Instant::now();
+        let read = parse(&text);
+        assert!(start.elapsed().as_secs() < 2, "{} bytes took {:?}", text.len(), start.elapsed());
+        assert_eq!(read.is_ok(), good, "{:?}", read.err());
+        assert!(read.err().is_none_or(|e| e.to_string().len() < 2000));
+    }
+}
