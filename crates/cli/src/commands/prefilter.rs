@@ -2,13 +2,13 @@
 
 mod asked;
 mod beside;
-pub mod engines;
 mod files;
 mod gltf;
 mod method;
 mod packing;
 mod plan;
 mod report;
+mod snippet;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
@@ -16,7 +16,6 @@ use crate::inputs::{self, Adjust};
 use crate::layouts::{self, Target};
 use beside::Beside;
 use clap::Args;
-use engines::Engine;
 pub use files::{filament_numbers, irradiance};
 use packing::Packed;
 use plan::{Filter, Kernel, Plan};
@@ -27,6 +26,7 @@ use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::{FileLayout, Profile};
 use steradian_prefilter::{Deviation, FilteredImage, Sampled, Zonal, deviation, filter_image, mirror_image};
 use steradian_sphere::Layout;
+use steradian_verify::engines::{ENGINES, Engine};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
@@ -54,7 +54,7 @@ pub struct Options {
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
     sigma: Option<f64>,
     /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
-    #[arg(long, value_name = "NAME", value_parser = Engine::parse)]
+    #[arg(long, value_name = "NAME", value_parser = engine)]
     profile: Option<&'static Engine>,
     /// Side of level 0; of a lat-long image the width, or WIDTHxHEIGHT [default: 256, or the profile's]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
@@ -113,6 +113,11 @@ fn kernel_name(text: &str) -> Result<String, String> {
     let name = text.to_ascii_lowercase().replace('_', "-");
     let found = KERNELS.into_iter().find(|k| *k == name);
     found.map(String::from).ok_or_else(|| steradian_render::scenefile::unknown("kernel", text, &KERNELS))
+}
+
+fn engine(text: &str) -> Result<&'static Engine, String> {
+    let names = ENGINES.map(|e| e.name);
+    Engine::find(text).ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
 }
 
 fn unit(text: &str) -> Result<f64, String> {
@@ -205,7 +210,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         clock.lap("dumping");
     }
     let format = plan.with_format(&o).format;
-    let snippet = o.profile.map(|e| engines::snippet(e, &name).replace("rgb9e5", format.name()));
+    let snippet = o.profile.map(|e| snippet::snippet(e, &name).replace("rgb9e5", format.name()));
     let made = report::Made { levels: &levels, beside: &beside, written: &written };
     let mut document = report::report(&o, &plan, &job, &made, clock, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {

@@ -1,28 +1,21 @@
 //! `steradian verify`: what a prefiltered file of any tool really holds, level by level.
 //!
-//! Each level is placed as the profile says and compared with the light filtered exactly. First its orientation is
-//! found ([`orient`]), then the kernel, width and scale that explain it best ([`fit`]), then how far it is from what
-//! the profile expects, and from what it was found to hold.
+//! The comparison is [`steradian_verify`]'s; here are files, words and the exit code.
 
 mod decode;
-mod fit;
-mod laws;
-mod level;
-mod orient;
 mod report;
-mod rings;
-mod samples;
 
+use super::prefilter::{filament_numbers, irradiance};
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
 use clap::Args;
 use decode::{Held, Reading};
-use fit::{Family, Kernel};
-use laws::Consumer;
-use level::{Bench, Checked};
+use report::Summary;
 use steradian_light::load::{FileLayout, Profile};
-use steradian_prefilter::Zonal;
+use steradian_render::scenefile::unknown;
+use steradian_verify::laws::Consumer;
+use steradian_verify::{Coefficients, Family, Input, Kernel, check};
 
 /// Options of `steradian verify`.
 #[derive(Debug, Args)]
@@ -31,7 +24,7 @@ pub struct Options {
     #[arg(value_name = "FILE")]
     file: String,
     /// Whose file: bevy, three, filament, gltf, khronos, godot, unreal, blender, raw, cmgen or cmft
-    #[arg(short, long, value_name = "NAME", value_parser = Consumer::parse)]
+    #[arg(short, long, value_name = "NAME", value_parser = consumer)]
     profile: Consumer,
     /// The light that it was made from: image or sky spec
     #[arg(short, long, value_name = "ENV")]
@@ -42,7 +35,8 @@ pub struct Options {
     /// Perceptual roughness of a file of one level [default: what the file says, else 0]
     #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = roughness)]
     perceptual_roughness: Option<f64>,
-    /// Largest relative RMS error of a level against what the profile expects; above it the command exits with 4
+    /// Largest relative RMS error of a level against what the profile expects; above it, as with any fault, the command
+    /// exits with 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Arrangement of the file: latlong, cross, strip, octahedral, … [default: by its shape]
@@ -62,9 +56,13 @@ pub struct Options {
     light_exposure: f64,
 }
 
+fn consumer(text: &str) -> Result<Consumer, String> {
+    Consumer::find(text).ok_or_else(|| unknown("profile", text, &Consumer::names()))
+}
+
 fn family(text: &str) -> Result<Family, String> {
-    let names = ["ggx", "lambert", "charlie", "phong", "beckmann", "gaussian"];
-    Family::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("kernel", text, &names))
+    let names = Family::ALL.map(Family::name);
+    Family::from_name(text).ok_or_else(|| unknown("kernel", text, &names))
 }
 
 fn roughness(text: &str) -> Result<f64, String> {
@@ -78,7 +76,7 @@ fn layout(text: &str) -> Result<FileLayout, String> {
 
 fn convention(text: &str) -> Result<&'static Profile, String> {
     let names: Vec<&str> = steradian_light::load::PROFILES.iter().map(|p| p.name).collect();
-    Profile::find(text).ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
+    Profile::find(text).ok_or_else(|| unknown("profile", text, &names))
 }
 
 /// The kernel that each level should hold.
@@ -126,34 +124,37 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     };
     let lights = inputs::light(&o.environment, &adjust, context)?;
     let wanted = expected(&o, &held);
-    let bench = Bench::new(&lights, &wanted, context)?;
-    let mut levels: Vec<Checked> = Vec::new();
-    for (image, placed) in held.levels.iter().zip(bench.place(&held.levels, &wanted, context)?) {
-        context.task.check()?;
-        levels.push(bench.check(image, placed));
-    }
-    bench.finish(&lights, &mut levels, context)?;
-    let sh = held.sh.as_deref().map(|sh| level::Coefficients::compare(sh, o.profile.name, &bench));
     let read = o.light_profile.unwrap_or_else(Profile::own);
-    let summary = report::Summary::new(&o.profile, &levels, sh.as_ref(), read);
-    let worst = levels.iter().map(|l| l.nominal.rms).fold(0.0, f64::max);
+    let input = Input {
+        levels: &held.levels,
+        expected: &wanted,
+        law: o.profile.law,
+        lights: &lights,
+        read,
+        step: held.step,
+    };
+    let report = check(&input, &context.task)?;
+    let irradiance = held.sh.as_deref().map(|sh| {
+        let light = inputs::coefficients(&lights, 2);
+        let want = if o.profile.name == "gltf" { irradiance(&light) } else { filament_numbers(&light) };
+        Coefficients::compare(sh, &want)
+    });
+    let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().into_owned());
+    let summary =
+        Summary { file: name, consumer: &o.profile, report: &report, irradiance, tolerance: o.tolerance };
     if context.common.json {
-        let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().into_owned());
-        let document = report::json(name, &o.profile, &levels, sh.as_ref(), &summary, worst, o.tolerance);
-        context.print_json(document)?;
+        context.print_json(summary.json())?;
     } else {
-        context.print(&report::text(&o.profile, &levels, sh.as_ref(), &summary))?;
+        context.print(&summary.text())?;
+    }
+    let (faults, worst) = (summary.faults(), report.worst());
+    if !faults.is_empty() {
+        return Err(Failure::missed(faults.join("; ")));
     }
     match o.tolerance {
         Some(t) if worst > t => Err(Failure::missed(format!(
-            "relative RMS error {worst:.2e} is above {t:.2e}: {}",
-            summary.line()
+            "relative RMS error {worst:.2e} is above {t:.2e}; no fault has a name"
         ))),
         _ => Ok(()),
     }
-}
-
-/// Kernels as the filters take them.
-fn zonal(lobes: &[steradian_prefilter::Lobe]) -> Vec<&dyn Zonal> {
-    lobes.iter().map(|l| l as &dyn Zonal).collect()
 }

@@ -1,7 +1,6 @@
 //! What is refused before any work: options that would be ignored, outputs that cannot be written, maps too large.
 
 use super::beside::{DIFFUSE, has_diffuse, has_sheen};
-use super::engines::Files;
 use super::plan::{Plan, has_roughness};
 use super::{BRDF, Options};
 use crate::context::Context;
@@ -10,6 +9,7 @@ use crate::failure::{Failure, Outcome};
 use crate::textures;
 use steradian_formats::TexelFormat;
 use steradian_sphere::Layout;
+use steradian_verify::engines::Files;
 
 /// A part of files' names: it names no folder.
 pub fn file_name(text: &str) -> Result<String, String> {

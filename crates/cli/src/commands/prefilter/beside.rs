@@ -1,6 +1,5 @@
 //! What an engine's files hold beside the specular levels: diffuse light, sheen, the light as it is.
 
-use super::engines::{Engine, Files};
 use super::plan::{Filter, Kernel, Plan, microfacet};
 use super::{Job, Level};
 use crate::context::Context;
@@ -8,6 +7,7 @@ use crate::failure::Failure;
 use steradian_prefilter::Lobe;
 use steradian_sphere::Layout;
 use steradian_sphere::sh::ShRgb;
+use steradian_verify::engines::{Engine, Files};
 
 /// Texels a side of the faces of diffuse cubes.
 pub const DIFFUSE: usize = 32;

@@ -1,7 +1,6 @@
 //! The files of `steradian prefilter`.
 
 use super::beside::Beside;
-use super::engines::{Engine, Files};
 use super::gltf::gltf;
 use super::packing::Packed;
 use super::plan::Plan;
@@ -19,6 +18,7 @@ use steradian_formats::{
 };
 use steradian_sphere::SphereImage;
 use steradian_sphere::sh::ShRgb;
+use steradian_verify::engines::{Engine, Files};
 
 /// A file, and what its format could not hold.
 pub struct Written {

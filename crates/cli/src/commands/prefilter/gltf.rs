@@ -1,7 +1,6 @@
 //! The files of the glTF extension EXT_lights_image_based: RGBD faces and irradiance coefficients.
 
 use super::Level;
-use super::engines::Engine;
 use super::files::{Written, irradiance};
 use crate::layouts;
 use serde_json::json;
@@ -9,6 +8,7 @@ use std::path::Path;
 use steradian_formats::packed::encode_rgbd;
 use steradian_formats::{Channel, FormatError, Raster, WriteOptions, WriteReport, write_atomic, write_image};
 use steradian_sphere::sh::ShRgb;
+use steradian_verify::engines::Engine;
 
 /// Writes them.
 pub fn gltf(

@@ -1,7 +1,6 @@
 //! Levels as they lie in files, and what the format of their texels changes.
 
 use super::beside::Beside;
-use super::engines::{Engine, Files};
 use super::plan::Plan;
 use super::{BRDF, Level, Options};
 use crate::context::Context;
@@ -9,6 +8,7 @@ use std::path::Path;
 use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
 use steradian_formats::{FormatError, StoredTexture, TexelFormat, TextureLevels, WriteReport};
 use steradian_sphere::{Layout, SphereImage};
+use steradian_verify::engines::{Engine, Files};
 
 /// The textures of the output, encoded once. Lat-long images and PNG faces are none.
 #[derive(Default)]

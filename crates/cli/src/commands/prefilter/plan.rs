@@ -1,6 +1,5 @@
 //! What is to be made: the kernels of the levels, their sizes, and the arrangement.
 
-use super::engines::{Engine, Files};
 use super::{BRDF, Options, asked};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -10,6 +9,7 @@ use std::sync::Arc;
 use steradian_brdf::NormalKernel;
 use steradian_prefilter::{Lobe, Radial, Zonal};
 use steradian_sphere::Layout;
+use steradian_verify::engines::{Engine, Files};
 
 /// What one map holds.
 #[derive(Clone)]
@@ -117,7 +117,7 @@ impl Plan {
 }
 
 pub fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
-    let raw = || Engine::parse("raw").map_err(Failure::failed);
+    let raw = || Engine::find("raw").ok_or_else(|| Failure::failed("the profile raw is missing"));
     let engine = o.profile.map_or_else(raw, Ok)?;
     let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if matches!(engine.files, Files::LatLong { cube: None, .. }) {

@@ -1,12 +1,12 @@
 //! What was made, as JSON and in words.
 
 use super::beside::Beside;
-use super::engines::Curve;
 use super::plan::{Kernel, Plan};
 use super::{Job, Level, Options, files};
 use crate::context::Context;
 use serde_json::{Map, Value, json};
 use std::time::Instant;
+use steradian_verify::engines::Curve;
 
 /// Where the time goes: parts that follow one another, and so add up to all of it.
 pub struct Clock {

@@ -18,6 +18,8 @@ pub struct Held {
     pub metadata: Vec<(String, String)>,
     /// Nine irradiance coefficients, as they are in the file.
     pub sh: Option<Vec<[f64; 3]>>,
+    /// Step of values that are stored divided by their largest channel; 0 elsewhere.
+    pub step: f64,
 }
 
 /// How the file is read.
@@ -54,7 +56,7 @@ pub fn decode(spec: &str, reading: &Reading, context: &mut Context) -> Result<He
             .map(|m| Ok(inputs::texture_map(path, &texture, m, &options)?.image))
             .collect::<Result<_, Failure>>()?;
         let sh = texture.get("sh").and_then(coefficients);
-        return Ok(Held { levels, metadata: texture.metadata, sh });
+        return Ok(Held { levels, metadata: texture.metadata, sh, step: 0.0 });
     }
     context.note_input(path);
     let loaded = load::load(path, &options).map_err(|e| match Failure::from(e) {
@@ -65,7 +67,7 @@ pub fn decode(spec: &str, reading: &Reading, context: &mut Context) -> Result<He
         f => f,
     })?;
     loaded.report.warnings.iter().for_each(|w| context.warn(format_args!("{spec}: {w}")));
-    Ok(Held { levels: vec![loaded.image], metadata: loaded.report.metadata, sh: None })
+    Ok(Held { levels: vec![loaded.image], metadata: loaded.report.metadata, sh: None, step: 0.0 })
 }
 
 /// Nine lines of three numbers.
@@ -84,7 +86,7 @@ fn folder(dir: &Path, reading: &Reading, context: &mut Context) -> Result<Held, 
     }
     names.sort();
     let options = reading.options(context);
-    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None };
+    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None, step: 0.0 };
     for m in 0..16 {
         let faces = format!("m{m}_px.");
         let whole = format!("_level{m}.");
@@ -149,7 +151,7 @@ fn gltf(path: &Path, reading: &Reading, context: &mut Context) -> Result<Held, F
     let levels =
         light["specularImages"].as_array().ok_or_else(|| bad("holds no light of EXT_lights_image_based"))?;
     let options = reading.options(context);
-    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None };
+    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None, step: 1.0 / 255.0 };
     for (m, faces) in levels.iter().enumerate() {
         let faces = faces.as_array().filter(|f| f.len() == 6);
         let faces = faces.ok_or_else(|| bad(&format!("level {m} has not six images")))?;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
 /// Texels a side of the cubes that are compared.
@@ -12,7 +12,8 @@ const BETTER: f64 = 0.6;
 /// Residuals below this tell nothing.
 const NOISE: f64 = 2e-4;
 
-const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
+/// The faces in order.
+pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
 
 /// What happened to the directions of a map: the light of world direction d is found at …
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +27,9 @@ pub enum Turn {
 /// A turn and how well it explains the map: 1 − correlation.
 #[derive(Debug, Clone)]
 pub struct Found {
+    /// The turn.
     pub turn: Turn,
+    /// 1 − correlation with it undone.
     pub residual: f64,
     /// The residual of the map as it is.
     pub straight: f64,
@@ -126,6 +129,62 @@ pub fn residual(turn: &Turn, file: &SphereImage, world: &SphereImage) -> f64 {
     if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
 }
 
+/// Correlation of the details of a map with the world's, under the symmetry of the cube or the turn that suits it best;
+/// `None` where the world has no detail. What any light has, brighter above than below, is not detail: what bands 0 to
+/// 2 of a surface's shading can follow is taken out.
+pub fn detail(file: &SphereImage, world: &SphereImage) -> Option<f64> {
+    let side = SIDE.min(world.height).max(1);
+    let directions = directions(side);
+    let smooth = smooth_basis(&directions);
+    let w = without(&features(world, side), &smooth);
+    if norm(&w) < 0.02 * (w.len() as f64).sqrt() {
+        return None;
+    }
+    let fine = |turn: &Turn| without(&features(&turn.undo(file), side), &smooth);
+    let likeness = |f: &[f64]| {
+        let all = norm(f) * norm(&w);
+        if all > 0.0 { f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / all } else { 0.0 }
+    };
+    let found = find(file, world).turn;
+    let turns = symmetries().into_iter().map(Turn::Axes).chain([found]);
+    turns.map(|t| likeness(&fine(&t))).reduce(f64::max)
+}
+
+/// Orthonormal functions over some directions that span bands 0 to 2.
+fn smooth_basis(directions: &[DVec3]) -> Vec<Vec<f64>> {
+    let mut out: Vec<Vec<f64>> = Vec::new();
+    let of = |f: fn(DVec3) -> f64| directions.iter().map(|d| f(*d)).collect::<Vec<f64>>();
+    let all: [fn(DVec3) -> f64; 9] = [
+        |_| 1.0,
+        |d| d.x,
+        |d| d.y,
+        |d| d.z,
+        |d| d.x * d.y,
+        |d| d.y * d.z,
+        |d| d.z * d.x,
+        |d| d.x * d.x - d.z * d.z,
+        |d| d.y * d.y,
+    ];
+    for f in all {
+        let rest = without(&of(f), &out);
+        let n = norm(&rest);
+        if n > 1e-9 {
+            out.push(rest.iter().map(|v| v / n).collect());
+        }
+    }
+    out
+}
+
+/// What is left of `v` beside the span of an orthonormal basis.
+fn without(v: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
+    let mut out = v.to_vec();
+    for b in basis {
+        let part: f64 = out.iter().zip(b).map(|(v, b)| v * b).sum();
+        out.iter_mut().zip(b).for_each(|(v, b)| *v -= part * b);
+    }
+    out
+}
+
 fn directions(side: usize) -> Vec<DVec3> {
     let texel = |k: usize| {
         let (face, j, i) = (k / (side * side), k / side % side, k % side);
@@ -213,7 +272,7 @@ fn about_y(file: &SphereImage, w: &[f64], directions: &[DVec3], side: usize) -> 
         .map(|k| ((k % 120) as f64 * 3.0, k >= 120, score(turned((k % 120) as f64 * 3.0, k >= 120))))
         .collect();
     let mut best = coarse.into_iter().fold((0.0, false, f64::INFINITY), |a, b| if b.2 < a.2 { b } else { a });
-    for step in [1.0, 0.3, 0.1] {
+    for step in [1.0, 0.3, 0.1, 0.03] {
         for side in [-1.0, 1.0] {
             loop {
                 let next = (best.0 + side * step, best.1, score(turned(best.0 + side * step, best.1)));
@@ -275,25 +334,42 @@ impl Turn {
         }
     }
 
-    /// For the report: where the light of world direction (x, y, z) is found.
-    pub fn json(&self) -> Value {
+    /// The world direction whose light the file should hold at `d`, of texels of `file`.
+    pub fn world(&self, file: &SphereImage, d: DVec3) -> DVec3 {
         match self {
-            Self::Axes(g) => {
-                json!({"name": self.name(), "map": map_name(*g), "matrix": g.transpose().to_cols_array()})
-            }
+            Self::Axes(g) => g.transpose() * d,
             Self::Faces(from) => {
-                let faces: Vec<Value> = from
-                    .iter()
-                    .enumerate()
-                    .map(|(f, (world, q))| json!({"face": FACES[f], "holds": FACES[*world], "turned": TURNS[*q]}))
-                    .collect();
-                json!({"name": self.name(), "faces": faces})
+                let at = file.position(d);
+                let n = file.width as f64;
+                let (face, q) = from[at.face];
+                let (x, y) = if q & 4 != 0 { (at.y, at.x) } else { (at.x, at.y) };
+                let x = if q & 1 != 0 { n - x } else { x };
+                let y = if q & 2 != 0 { n - y } else { y };
+                Layout::Cube.direction(file.width, file.width, Position { face, x, y }).unwrap_or(d)
+            }
+        }
+    }
+
+    /// The direction at which the file holds the light of the world's `d`.
+    pub fn file(&self, file: &SphereImage, d: DVec3) -> DVec3 {
+        match self {
+            Self::Axes(g) => *g * d,
+            Self::Faces(from) => {
+                let at = file.position(d);
+                let n = file.width as f64;
+                let face = from.iter().position(|f| f.0 == at.face).unwrap_or(at.face);
+                let q = from[face].1;
+                let x = if q & 1 != 0 { n - at.x } else { at.x };
+                let y = if q & 2 != 0 { n - at.y } else { at.y };
+                let (x, y) = if q & 4 != 0 { (y, x) } else { (x, y) };
+                Layout::Cube.direction(file.width, file.width, Position { face, x, y }).unwrap_or(d)
             }
         }
     }
 }
 
-const TURNS: [&str; 8] = [
+/// What a face's eight turns are called.
+pub const TURNS: [&str; 8] = [
     "no",
     "mirrored left to right",
     "upside down (mirrored top to bottom)",
@@ -334,7 +410,7 @@ fn axes_name(g: DMat3) -> String {
 }
 
 /// g (x, y, z) as text, for symmetries of the cube.
-fn map_name(g: DMat3) -> String {
+pub fn map_name(g: DMat3) -> String {
     let term = |row: DVec3| {
         let parts = [(row.x, "x"), (row.y, "y"), (row.z, "z")];
         match parts.iter().find(|(v, _)| v.abs() > 1.0 - 1e-9) {

@@ -45,7 +45,12 @@ impl Curve {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Files {
     /// A KTX2 cube for specular light, another for diffuse light.
-    Ktx2 { specular: &'static str, diffuse: Option<&'static str> },
+    Ktx2 {
+        /// Name of the specular light's; {} is the input's.
+        specular: &'static str,
+        /// Of the diffuse light's.
+        diffuse: Option<&'static str>,
+    },
     /// `sheen.ktx2` beside them.
     Khronos,
     /// KTX1 and `sh.txt`.
@@ -53,20 +58,34 @@ pub enum Files {
     /// A glTF file and PNGs.
     Gltf,
     /// The light as it is, lat-long, and for `cube` a DDS cube beside it: the consumer filters by itself.
-    LatLong { image: &'static str, half: bool, cube: Option<&'static str> },
+    LatLong {
+        /// Name of the image.
+        image: &'static str,
+        /// Half floats?
+        half: bool,
+        /// Name of the cube.
+        cube: Option<&'static str>,
+    },
 }
 
 /// How a consumer's file differs from ours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Engine {
+    /// The name that commands take.
     pub name: &'static str,
+    /// One line: whose, and what is particular.
     pub doc: &'static str,
+    /// Which files.
     pub files: Files,
+    /// Texels.
     pub format: TexelFormat,
+    /// Is the texture compressed?
     pub zstd: bool,
     /// Default size of level 0 and of the last level.
     pub size: usize,
+    /// The last level.
     pub last: usize,
+    /// From levels to perceptual roughness.
     pub curve: Curve,
     /// The consumer looks a world direction d up under this times d in a cube.
     pub lookup: DMat3,
@@ -184,10 +203,8 @@ pub static ENGINES: [Engine; 9] = [
 
 impl Engine {
     /// The profile of a name.
-    pub fn parse(text: &str) -> Result<&'static Self, String> {
-        let names = ENGINES.map(|e| e.name);
-        let found = ENGINES.iter().find(|e| e.name.eq_ignore_ascii_case(text));
-        found.ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
+    pub fn find(name: &str) -> Option<&'static Self> {
+        ENGINES.iter().find(|e| e.name.eq_ignore_ascii_case(name))
     }
 
     /// A cube or a lat-long image over world directions, as the file holds it. Texels change places only (of a
@@ -217,81 +234,6 @@ impl Engine {
     /// The name by which readers undo the arrangement.
     pub fn recorded(&self) -> &'static str {
         if self.name == "raw" { "steradian" } else { self.name }
-    }
-}
-
-/// What to paste.
-pub fn snippet(engine: &Engine, name: &str) -> String {
-    match engine.name {
-        "bevy" => format!(
-            "commands.spawn((Camera3d::default(), EnvironmentMapLight {{\n    \
-             diffuse_map: asset_server.load(\"{name}_diffuse_rgb9e5_zstd.ktx2\"),\n    \
-             specular_map: asset_server.load(\"{name}_specular_rgb9e5_zstd.ktx2\"),\n    \
-             intensity: 1000.0, // radiance 1 in the map is this many cd/m2\n    ..default()\n}}));\n"
-        ),
-        "three" => format!(
-            "import {{ read }} from 'three/addons/libs/ktx-parse.module.js';\n\
-             const ktx = read(new Uint8Array(await (await fetch('{name}_pmrem.ktx2')).arrayBuffer()));\n\
-             const faces = [0, 1, 2, 3, 4, 5].map(f => ({{ width: ktx.pixelWidth, height: ktx.pixelWidth,\n  \
-             mipmaps: ktx.levels.map((l, m) => {{ const n = ktx.pixelWidth >> m;\n    \
-             const b = l.levelData.slice(f * n * n * 8, (f + 1) * n * n * 8);\n    \
-             return {{ data: new Uint16Array(b.buffer), width: n, height: n }}; }}) }}));\n\
-             const env = new THREE.CompressedCubeTexture(faces, THREE.RGBAFormat, THREE.HalfFloatType);\n\
-             Object.assign(env, {{ isPMREMTexture: true, mapping: THREE.CubeReflectionMapping, generateMipmaps: false,\n  \
-             minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter,\n  \
-             colorSpace: THREE.LinearSRGBColorSpace, needsUpdate: true }});\n\
-             scene.environment = env;\n"
-        ),
-        "filament" => format!(
-            "// buffer: the bytes of {name}/{name}_ibl.ktx\n\
-             auto* ibl = new image::Ktx1Bundle(buffer, size);\n\
-             float3 sh[9]; ibl->getSphericalHarmonics(sh);\n\
-             auto* texture = ktxreader::Ktx1Reader::createTexture(engine, ibl, false);\n\
-             auto* light = IndirectLight::Builder().reflections(texture).irradiance(3, sh).intensity(30000).build(*engine);\n"
-        ),
-        "gltf" => format!(
-            "// the light of {name}.gltf, with its images, goes into a scene as\n\
-             \"scenes\": [{{ \"extensions\": {{ \"EXT_lights_image_based\": {{ \"light\": 0 }} }} }}]\n"
-        ),
-        "khronos" => "// diffuse.ktx2: E/pi; specular.ktx2: GGX, lod = perceptual roughness x (levels - 1); sheen.ktx2: Charlie;\n\
-             // outputLUT.png: F0 * R + G at (n.v, perceptual roughness), row 0 at 0\n".into(),
-        "godot" => format!(
-            "# {name}.exr in the project's folder\n\
-             var sky_material := PanoramaSkyMaterial.new()\n\
-             sky_material.panorama = load(\"res://{name}.exr\")\n\
-             var sky := Sky.new()\n\
-             sky.sky_material = sky_material\n\
-             var environment := Environment.new()\n\
-             environment.background_mode = Environment.BG_SKY\n\
-             environment.sky = sky\n\
-             $WorldEnvironment.environment = environment\n"
-        ),
-        "unreal" => format!(
-            "# in the editor's Python console; {name}.hdr (lat-long) or {name}.dds (cube) becomes a TextureCube\n\
-             import unreal\n\
-             task = unreal.AssetImportTask()\n\
-             task.set_editor_property('filename', '{name}.hdr')\n\
-             task.set_editor_property('destination_path', '/Game/Light')\n\
-             task.set_editor_property('automated', True)\n\
-             unreal.AssetToolsHelpers.get_asset_tools().import_asset_tasks([task])\n\
-             cube = unreal.load_asset('/Game/Light/{name}')\n\
-             for light in unreal.GameplayStatics.get_all_actors_of_class(\n        \
-             unreal.EditorLevelLibrary.get_editor_world(), unreal.SkyLight):\n    \
-             component = light.get_editor_property('light_component')\n    \
-             component.set_editor_property('source_type', unreal.SkyLightSourceType.SLS_SPECIFIED_CUBEMAP)\n    \
-             component.set_editor_property('cubemap', cube)\n"
-        ),
-        "blender" => format!(
-            "import bpy\n\
-             world = bpy.context.scene.world or bpy.data.worlds.new('World')\n\
-             bpy.context.scene.world = world\n\
-             world.use_nodes = True\n\
-             nodes, links = world.node_tree.nodes, world.node_tree.links\n\
-             image = nodes.new('ShaderNodeTexEnvironment')\n\
-             image.image = bpy.data.images.load('//{name}.exr')\n\
-             links.new(image.outputs['Color'], nodes['Background'].inputs['Color'])\n"
-        ),
-        _ => format!("steradian sample {name}_specular.ktx2 --level 1 --directions d.csv\n"),
     }
 }
 
@@ -341,15 +283,15 @@ mod tests {
     #[test]
     fn consumers_find_world_directions() {
         let cube = SphereImage::from_fn(Layout::Cube, 4, 4, |d| [d.x as f32, d.y as f32, d.z as f32]);
-        let bevy = Engine::parse("bevy").unwrap().arrange(&cube);
+        let bevy = Engine::find("bevy").unwrap().arrange(&cube);
         // World +Z is looked up as −Z.
         assert!(bevy.nearest(-DVec3::Z)[2] > 0.9);
-        let three = Engine::parse("three").unwrap().arrange(&cube);
+        let three = Engine::find("three").unwrap().arrange(&cube);
         assert!(three.nearest(-DVec3::X)[0] > 0.9 && three.nearest(DVec3::Z)[2] > 0.9);
-        let gltf = Engine::parse("gltf").unwrap().arrange(&cube);
+        let gltf = Engine::find("gltf").unwrap().arrange(&cube);
         assert_eq!(gltf.texel(4, 0, 2)[0], cube.texel(4, 3, 2)[0]);
         // Unreal's X Y Z are our x z y: its +Z face shows our +Y.
-        let unreal = Engine::parse("unreal").unwrap().arrange(&cube);
+        let unreal = Engine::find("unreal").unwrap().arrange(&cube);
         assert!(unreal.nearest(DVec3::Z)[1] > 0.9 && unreal.nearest(DVec3::Y)[2] > 0.9);
     }
 
@@ -364,7 +306,7 @@ mod tests {
         let cases: [(&str, &dyn Fn(DVec3) -> f64); 3] =
             [("godot", &godot), ("unreal", &unreal), ("blender", &cycles)];
         for (name, u) in cases {
-            let file = Engine::parse(name).unwrap().arrange(&image);
+            let file = Engine::find(name).unwrap().arrange(&image);
             for k in 0..40 {
                 let phi = 0.7 + k as f64;
                 let d = DVec3::new(0.8 * phi.cos(), 0.6, 0.8 * phi.sin());

@@ -1,0 +1,58 @@
+//! What a prefiltered file really holds: levels of any tool's file against the light that they were made from.
+//!
+//! [`check`] takes levels as images over world directions, the kernels that they should hold, and the light; it gives
+//! a [`Report`]. Where a level is off, hypotheses are compared: another orientation, exchanged channels, another
+//! curve or kernel, reduced or clipped light, a factor, an encoding. Each is the exact filter of that hypothesis at a
+//! few hundred texels of every level; free numbers are fitted to one half of the texels and judged on the other. One
+//! is named as the cause only where it explains clearly more than the others do; else the report says that nothing
+//! does, and which come nearest.
+//!
+//! Conventions of engines ([`engines`]) and what their levels hold ([`laws`]) are here too.
+
+pub mod engines;
+mod kernel;
+pub mod laws;
+mod light;
+mod measure;
+mod model;
+mod report;
+mod rings;
+mod samples;
+mod scale;
+mod search;
+mod texture;
+pub mod turn;
+mod words;
+
+pub use kernel::{Family, Kernel};
+pub use light::{Alteration, Reading};
+pub use measure::{Coefficients, Error};
+pub use report::{Encoding, Fault, Level, Nearest, Report};
+pub use scale::Scale;
+pub use words::factor;
+
+use steradian_base::{Cancelled, Task};
+use steradian_light::Lights;
+use steradian_light::load::Profile;
+use steradian_sphere::SphereImage;
+
+/// What is compared.
+pub struct Input<'a> {
+    /// Level by level, over world directions as the file's profile has them.
+    pub levels: &'a [SphereImage],
+    /// What each should hold.
+    pub expected: &'a [Kernel],
+    /// The curve that `expected` follows, where there is one.
+    pub law: laws::Law,
+    /// The light.
+    pub lights: &'a Lights,
+    /// The convention by which the light was read, to name a turn by.
+    pub read: &'static Profile,
+    /// Step of the texels' values where they are whole numbers times max(1, largest channel) of it; 0 for floats.
+    pub step: f64,
+}
+
+/// Compares levels with the light.
+pub fn check(input: &Input<'_>, task: &Task) -> Result<Report, Cancelled> {
+    search::run(input, task)
+}

@@ -1,0 +1,127 @@
+//! What was found, as data.
+
+use crate::kernel::Kernel;
+use crate::light::{Alteration, Reading};
+use crate::measure::Error;
+use crate::scale::Scale;
+use crate::turn::Turn;
+use steradian_sphere::Layout;
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// Every level is turned; in words, what other convention of the light that comes of.
+    Turned(Turn, Vec<&'static str>),
+    /// Channel c of the file holds channel `.0[c]` of the light.
+    Channels([usize; 3]),
+    /// The levels follow another curve.
+    Curve(String),
+    /// Levels hold other kernels: level and what it holds.
+    Kernels(Vec<(usize, Kernel)>),
+    /// The light was altered before it was filtered.
+    Light(Alteration),
+    /// A factor lies on the light, per level where it differs by level.
+    Scale(Scale, Vec<f64>),
+    /// Values are encoded, or decoded, once too often.
+    Encoded(Encoding),
+    /// Texels that are no numbers, or black where light should be.
+    Damaged {
+        /// Which level.
+        level: usize,
+        /// Not a number, or infinite.
+        invalid: usize,
+        /// Black.
+        black: usize,
+    },
+    /// Texels at the format's largest value.
+    Limited {
+        /// Which level.
+        level: usize,
+        /// The value.
+        limit: f32,
+        /// How many.
+        texels: usize,
+    },
+    /// The texels along the faces' borders are off by this.
+    Seams(f64),
+    /// Errors of this size that change from texel to texel and follow nothing of the light.
+    Noise(f64),
+    /// Values are whole numbers of 1/255, linear or encoded, and off by this.
+    Coarse(Encoding, f64),
+    /// Nothing of the light's detail is in the file.
+    OtherLight,
+    /// Off by this, and nothing explains it clearly.
+    Unexplained(f64, Vec<Nearest>),
+    /// Beside what has a name, this remains.
+    Remains(f64),
+}
+
+/// A hypothesis that explains something, but not clearly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nearest {
+    /// Its faults.
+    pub faults: Vec<Fault>,
+    /// What it leaves, relative RMS.
+    pub residual: f64,
+}
+
+/// How values were changed by a transfer function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// Not at all.
+    Linear,
+    /// sRGB's curve lies on linear values.
+    Encoded,
+    /// Linear values were decoded as if they were sRGB's.
+    Decoded,
+}
+
+/// One level.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// Its layout.
+    pub layout: Layout,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// What it should hold.
+    pub expected: Kernel,
+    /// What it holds.
+    pub found: Kernel,
+    /// Factors per channel.
+    pub scale: [f64; 3],
+    /// Relative residual of the samples, as expected and as found.
+    pub expected_residual: f64,
+    /// As found.
+    pub residual: f64,
+    /// Against what is expected.
+    pub error: Error,
+    /// Against what was found.
+    pub error_as_found: Error,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// Level by level.
+    pub levels: Vec<Level>,
+    /// How all are turned.
+    pub turn: Turn,
+    /// What is wrong; empty where all is as expected.
+    pub faults: Vec<Fault>,
+    /// How the light's texels were read, where that is clear.
+    pub reading: Option<Reading>,
+}
+
+impl Report {
+    /// Is all as expected?
+    pub fn is_right(&self) -> bool {
+        self.faults.is_empty()
+    }
+
+    /// The largest relative RMS error of a level against what is expected.
+    pub fn worst(&self) -> f64 {
+        self.levels.iter().map(|l| l.error.rms).fold(0.0, f64::max)
+    }
+}
