@@ -154,11 +154,11 @@ pub(super) mod tests {
         }
         let (a, b) = (super::super::project(&image, 10), super::super::project_direct(&fine, 10));
         for (a, b) in a.c.iter().flatten().zip(b.c.iter().flatten()) {
-            assert!((a - b).abs() < 1e-3, "{a} {b}");
+            assert!((a - b).abs() < 2e-3, "{a} {b}");
         }
         let cube = synthesize(&sh, Layout::Cube, 128, 128);
         for (a, b) in sh.c.iter().flatten().zip(super::super::project(&cube, 8).c.iter().flatten()) {
-            assert!((a - b).abs() < 1e-3, "{a} {b}");
+            assert!((a - b).abs() < 2e-3, "{a} {b}");
         }
     }
 }

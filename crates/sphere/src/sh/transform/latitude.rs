@@ -246,10 +246,7 @@ impl<T: Real> Kernel for Terms<'_, T> {
                 [sign.fma(plus[0], minus[0]), sign.fma(plus[1], minus[1])],
                 [minus[0].sub(sign.mul(plus[0])), minus[1].sub(sign.mul(plus[1]))],
             );
-            terms[k] = [
-                c.mul(sum[0]).sub(s.mul(difference[1])),
-                c.mul(sum[1]).add(s.mul(difference[0])),
-            ];
+            terms[k] = [c.mul(sum[0]).sub(s.mul(difference[1])), c.mul(sum[1]).add(s.mul(difference[0]))];
         }
         let (rings, places) = (plan.rings, plan.samples.places());
         for k in 0..rings {

@@ -3,8 +3,8 @@
 use super::analysis::Analysis;
 use super::fold::Cells;
 use super::fourier::{Buffers, Fourier, RowBlock};
-use super::latitude::{Latitude, Sequences};
 use super::kernel::{CELL, Part, Real, Scratch, aligned};
+use super::latitude::{Latitude, Sequences};
 use super::pool::Pool;
 use super::rings::BLOCK;
 use super::synthesis::Synthesis;

@@ -209,7 +209,8 @@ fn integrated(order: usize, width: usize, height: usize, plane: &[f64]) -> Vec<f
 /// Every order on every image, up to bands that repeat several times between the texels.
 #[test]
 fn cells_are_integrals_over_texels() {
-    let cases = [(5, 12, 7), (9, 12, 7), (23, 8, 4), (23, 5, 3), (11, 1, 1), (11, 3, 2), (20, 2, 1), (2, 9, 40)];
+    let cases =
+        [(5, 12, 7), (9, 12, 7), (23, 8, 4), (23, 5, 3), (11, 1, 1), (11, 3, 2), (20, 2, 1), (2, 9, 40)];
     for (order, width, height) in cases {
         let planes: [Vec<f64>; 3] =
             std::array::from_fn(|k| (0..width * height).map(|i| ((i * (k + 2)) as f64).sin()).collect());
