@@ -99,7 +99,7 @@ fn level(light: &Sampled, lobe: &Lobe, name: &str, shape: (Layout, usize, usize)
     let run = || filter_image(light, lobe, shape, TOLERANCE, &Task::quiet()).expect("nobody cancels");
     let (t, made) = (seconds(run), run());
     let e = deviation(light, lobe, &made.image, 200);
-    let brute = seconds(|| light.brute_force(lobe, 1.0, DVec3::new(0.4, 0.8, -0.2).normalize()));
+    let brute = seconds(|| light.brute_force(lobe, DVec3::new(0.4, 0.8, -0.2).normalize()));
     let texels = (6 * shape.1 * shape.2) as f64;
     println!(
         "| {name} | {:.1} | {} | {} | {:.1e} | {:.1e} | {:+.1e} | {:.1e} | {:.0} |",

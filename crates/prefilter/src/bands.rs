@@ -6,34 +6,16 @@ use std::f64::consts::PI;
 
 /// The smallest order whose bound of the relative RMS error is at most `limit` (or all bands), and that bound.
 ///
-/// What bands above F hold is at most max_{l>F}|k_l|² (∫base² − Σ_{l≤F} base_l²) of the image that the samples stand
-/// for (Ramamoorthi & Hanrahan 2002, eq. 5.19 in spirit). The sum over samples holds more: its spectrum repeats
-/// mirrored about l = rows, and very sharp kernels see that.
+/// What bands above F hold is at most max_{l>F}|k_l|² (∫base² − Σ_{l≤F} base_l²) (Ramamoorthi & Hanrahan 2002, eq. 5.19
+/// in spirit).
 ///
 /// Errors are relative to the result of the kernel `whole`, of which `k` may be a part, without the brightest texels:
 /// they fill little of the map.
 pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (usize, f64) {
-    let (top, rows) = (light.order(), light.image.height);
-    let bands = light.base_bands();
+    let (top, bands) = (light.order(), light.base_bands());
     let result: f64 = whole.iter().zip(bands).map(|(k, b)| k * k * b).sum();
     if result <= 0.0 {
         return (0, 0.0);
-    }
-    let last = k[k.len().saturating_sub(16)..].iter().fold(0.0, |m: f64, k| m.max(k.abs()));
-    let mixed = bands.iter().sum::<f64>() / rows as f64;
-    // above[l]: energy of bands above l that the image itself does not have.
-    let mut repeated = 0.0;
-    let mut above = vec![0.0; top + 1];
-    for l in (0..=3 * rows).rev() {
-        if l <= top {
-            above[l] = repeated;
-        }
-        if l >= rows {
-            // Beyond 2 · rows the repetitions along the rings of all latitudes mix.
-            let mirrored = (2 * rows).checked_sub(l).and_then(|l| bands.get(l));
-            let energy = bands.get(l).or(mirrored).copied().unwrap_or(if l > 2 * rows { mixed } else { 0.0 });
-            repeated += k.get(l).map_or(last, |k| k.abs()).powi(2) * energy;
-        }
     }
     let mut peak = vec![0.0_f64; k.len()];
     for l in (1..k.len()).rev() {
@@ -42,23 +24,13 @@ pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (u
     let mut left = light.base_energy();
     let mut tail = 0.0;
     for l in 0..=top {
-        // From l = rows on the samples' bands are repetitions, which are counted above.
-        if l < rows {
-            left = (left - bands[l]).max(0.0);
-        }
-        tail = ((peak[l].powi(2) * left + above[l]) / result).sqrt();
+        left = (left - bands[l]).max(0.0);
+        tail = (peak[l].powi(2) * left / result).sqrt();
         if tail <= limit {
             return (l, tail);
         }
     }
     (top, tail)
-}
-
-/// About how much Σ K Ω varies with the direction, by the kernel's bands at the sampling frequency: a sharp kernel
-/// meets some texels and misses others. (Ways that divide by the sum as it is do not care.)
-pub(crate) fn unevenness(k: &[f64], rows: usize) -> f64 {
-    let at = (2 * rows).min(k.len().saturating_sub(16));
-    4.0 * k[at..].iter().take(16).fold(0.0, |m: f64, k| m.max(k.abs())) / k[0].abs().max(f64::MIN_POSITIVE)
 }
 
 /// Part of the tolerance that the bright texels' bands left out may use.
@@ -105,6 +77,7 @@ pub(crate) fn with_sparks(
 
 /// Rough costs in nanoseconds of one core, for choosing between ways; only their ratios count.
 pub(crate) mod cost {
+    use crate::cell::nodes_for;
     use crate::split::Split;
     use steradian_sphere::SphereImage;
 
@@ -125,10 +98,12 @@ pub(crate) mod cost {
         12.0 * (beams * texels) as f64
     }
 
-    /// The direct sum over what is near, at so many texels.
-    pub(crate) fn near(image: &SphereImage, split: &Split<'_>, texels: usize) -> f64 {
+    /// The direct sum over what is near, at so many texels of a map; those of the image are `ratio` times as wide as
+    /// the kernel.
+    pub(crate) fn near(image: &SphereImage, split: &Split<'_>, ratio: f64, texels: usize) -> f64 {
         let rows = split.reach() / std::f64::consts::PI * image.height as f64;
         let near = 0.25 * split.reach2() * image.planes[0].len() as f64;
-        texels as f64 * (300.0 + 50.0 * 2.0 * rows + 2.2 * near)
+        let (nodes, core) = if ratio > 1.0 { (4.0, 8000.0) } else { (nodes_for(ratio) as f64, 0.0) };
+        texels as f64 * (300.0 + core + nodes * nodes * (50.0 * 2.0 * rows + 2.2 * near))
     }
 }

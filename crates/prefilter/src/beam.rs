@@ -1,5 +1,7 @@
 //! Small bright lights apart from the image: suns, directional lights, and the brightest texels.
 
+use crate::Cell;
+use crate::cell::nodes_for;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -10,33 +12,35 @@ use steradian_sphere::quadrature::gauss_legendre;
 type Rule = (Vec<f64>, Vec<f64>);
 
 /// Gauss–Legendre rules of 1 … 64 nodes, made once.
-fn rule(n: usize) -> &'static Rule {
+pub(crate) fn rule(n: usize) -> &'static Rule {
     static RULES: [OnceLock<Rule>; 64] = [const { OnceLock::new() }; 64];
     let n = n.clamp(1, 64);
     RULES[n - 1].get_or_init(|| gauss_legendre(n))
 }
 
-/// A disk of constant radiance, or a direction where `radius` is 0.
+/// A disk of constant radiance, a direction where `radius` is 0, or a texel's cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Unit direction towards its centre.
     pub direction: DVec3,
-    /// Angular radius, radians.
+    /// Angular radius, radians; of a cell that of the disk of its solid angle.
     pub radius: f64,
     /// ∫ L dω, W m⁻².
     pub flux: [f64; 3],
+    /// The texel whose cell it fills instead of a disk.
+    pub cell: Option<Cell>,
 }
 
 impl From<&DiskLight> for Beam {
     fn from(d: &DiskLight) -> Self {
         let flux = d.radiance.map(|l| l * d.solid_angle());
-        Self { direction: d.direction.normalize(), radius: d.angular_radius, flux }
+        Self { direction: d.direction.normalize(), radius: d.angular_radius, flux, cell: None }
     }
 }
 
 impl From<&DirectionalLight> for Beam {
     fn from(d: &DirectionalLight) -> Self {
-        Self { direction: d.direction.normalize(), radius: 0.0, flux: d.irradiance }
+        Self { direction: d.direction.normalize(), radius: 0.0, flux: d.irradiance, cell: None }
     }
 }
 
@@ -44,11 +48,27 @@ impl Beam {
     /// A disk as large as a texel of solid angle `omega`.
     pub fn texel(direction: DVec3, omega: f64, flux: [f64; 3]) -> Self {
         // omega = 2π(1 − cos ρ)
-        Self { direction, radius: (1.0 - omega / (2.0 * PI)).clamp(-1.0, 1.0).acos(), flux }
+        Self { direction, radius: (1.0 - omega / (2.0 * PI)).clamp(-1.0, 1.0).acos(), flux, cell: None }
     }
 
-    /// The mean over the disk of `f`, which varies over angles of about `scale` there.
+    /// A texel.
+    pub fn cell(cell: Cell, flux: [f64; 3]) -> Self {
+        Self { cell: Some(cell), ..Self::texel(cell.centre(), cell.solid_angle(), flux) }
+    }
+
+    /// The mean over the disk or cell of `f`, which varies over angles of about `scale` there.
     pub fn mean<const C: usize>(&self, scale: f64, f: impl Fn(DVec3) -> [f64; C]) -> [f64; C] {
+        if let Some(cell) = self.cell {
+            // Beyond the sizes for which numbers of nodes are known, in proportion.
+            let ratio = cell.size() / scale;
+            let n = nodes_for(ratio).max((3.0 * ratio).min(24.0) as usize);
+            let mut sum = [0.0; C];
+            cell.nodes(n, &mut |d, w| {
+                let v = f(d);
+                (0..C).for_each(|c| sum[c] += w * v[c]);
+            });
+            return sum;
+        }
         let ratio = self.radius / scale;
         if ratio < 1.0 / 32.0 {
             return f(self.direction);
@@ -73,8 +93,11 @@ impl Beam {
     }
 
     /// Directions and weights (of sum 1) over the disk: Gauss–Legendre in the height 1 − cos θ, in which the area
-    /// is uniform, and equal steps around. `rings` ≤ 64.
+    /// is uniform, and equal steps around. `rings` ≤ 64. Of a cell, `rings` nodes along each side.
     pub(crate) fn nodes(&self, rings: usize, around: usize, mut put: impl FnMut(DVec3, f64)) {
+        if let Some(cell) = self.cell {
+            return cell.nodes(rings, &mut put);
+        }
         let frame = Frame::from_normal(self.direction);
         let s = (0.5 * self.radius).sin();
         let height = 2.0 * s * s;
@@ -90,7 +113,7 @@ impl Beam {
         }
     }
 
-    /// Coefficients of the disk relative to those of its centre: b_l = (P_{l−1}(cos ρ) − P_{l+1}(cos ρ)) /
+    /// Coefficients of the disk (not of a cell, which has no such factors) relative to those of its centre: b_l = (P_{l−1}(cos ρ) − P_{l+1}(cos ρ)) /
     /// ((2l+1)(1 − cos ρ)), 1 for a direction. ∫ of P_l over the cap, divided by the cap's area.
     pub fn spread(&self, order: usize) -> Vec<f64> {
         let s = (0.5 * self.radius).sin();
@@ -123,7 +146,12 @@ mod tests {
 
     #[test]
     fn the_mean_over_a_disk_is_exact_for_low_bands() {
-        let beam = Beam { direction: DVec3::new(0.3, 0.7, -0.2).normalize(), radius: 0.4, flux: [1.0; 3] };
+        let beam = Beam {
+            direction: DVec3::new(0.3, 0.7, -0.2).normalize(),
+            radius: 0.4,
+            flux: [1.0; 3],
+            cell: None,
+        };
         let b = beam.spread(2);
         let mut centre = [0.0; 9];
         sh::eval(2, beam.direction, &mut centre);
@@ -141,7 +169,7 @@ mod tests {
 
     #[test]
     fn the_spread_of_a_small_disk_joins_its_series() {
-        let at = |radius| Beam { direction: DVec3::Y, radius, flux: [1.0; 3] }.spread(10)[10];
+        let at = |radius| Beam { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(10)[10];
         // The switch is at radius²/2 · 110 = 1e-3.
         let (a, b) = (at(4.263e-3), at(4.265e-3));
         let slope = 0.25 * 110.0 * 4.264e-3 * 2e-6;

@@ -301,7 +301,7 @@ mod tests {
             [(DVec3::new(1.0, 1.0, 1.0), 0.0), (DVec3::new(1.0, 0.2, 0.99), 0.1), (DVec3::Y, 0.6)]
         {
             let mut cube = EdgeCube::from_fn(16, |_| [0.0; 3]);
-            cube.add(&Beam { direction: direction.normalize(), radius, flux: [2.0, 1.0, 0.0] });
+            cube.add(&Beam { direction: direction.normalize(), radius, flux: [2.0, 1.0, 0.0], cell: None });
             let n = 200_000;
             let mut flux = 0.0;
             for k in 0..n {

@@ -180,12 +180,15 @@ fn beams_at(source: &Source, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let beyond = (kernel.support().min(3.2)).cos();
     for b in &source.beams {
         let x = d.dot(b.direction);
-        // A beam beyond the support by more than its radius gives nothing (chord ≤ angle).
-        if x < beyond - b.radius {
+        // A beam beyond the support by more than its radius, or a cell's half diagonal, gives nothing (chord ≤ angle).
+        if x < beyond - 2.0 * b.radius {
             continue;
         }
         let scale = kernel.width().max((2.0 * (1.0 - x)).max(0.0).sqrt());
-        let [v] = b.mean(scale, |wi| [kernel.value(d.dot(wi))]);
+        let v = match b.cell {
+            Some(cell) => cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle(),
+            None => b.mean(scale, |wi| [kernel.value(d.dot(wi))])[0],
+        };
         (0..3).for_each(|c| sum[c] += b.flux[c] * v);
     }
     sum

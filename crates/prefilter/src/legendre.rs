@@ -10,11 +10,6 @@ pub(crate) fn moments(points: &[(f64, f64)], order: usize) -> Vec<f64> {
     run(Moments { points, order })
 }
 
-/// Σ_l c_l P_l(x) for every x.
-pub(crate) fn series(c: &[f64], x: &[f64]) -> Vec<f64> {
-    run(Series { c, x })
-}
-
 /// P_{l+1} = a_l x P_l − b_l P_{l−1}: a_l and −b_l.
 fn steps(order: usize) -> Vec<[f64; 2]> {
     (0..=order).map(|l| l as f64).map(|l| [(2.0 * l + 1.0) / (l + 1.0), -l / (l + 1.0)]).collect()
@@ -60,41 +55,6 @@ impl Kernel for Moments<'_> {
     }
 }
 
-struct Series<'a> {
-    c: &'a [f64],
-    x: &'a [f64],
-}
-
-impl Kernel for Series<'_> {
-    type Output = Vec<f64>;
-
-    #[inline(always)]
-    fn run<A: Arch>(self) -> Vec<f64> {
-        let lanes = A::F64::LANES;
-        let width = GROUP * lanes;
-        let steps = steps(self.c.len());
-        let mut out = vec![0.0; self.x.len()];
-        let (mut x, mut values) = (vec![0.0; width], vec![0.0; width]);
-        for (points, out) in self.x.chunks(width).zip(out.chunks_mut(width)) {
-            x[..points.len()].copy_from_slice(points);
-            let x: [A::F64; GROUP] = std::array::from_fn(|g| A::F64::load(&x[g * lanes..]));
-            let zero = A::F64::splat(0.0);
-            let (mut p, mut before, mut sum) = ([A::F64::splat(1.0); GROUP], [zero; GROUP], [zero; GROUP]);
-            for (c, [a, b]) in self.c.iter().zip(&steps) {
-                let (c, a, b) = (A::F64::splat(*c), A::F64::splat(*a), A::F64::splat(*b));
-                for g in 0..GROUP {
-                    sum[g] = c.fma(p[g], sum[g]);
-                    let next = a.mul(x[g]).fma(p[g], b.mul(before[g]));
-                    (before[g], p[g]) = (p[g], next);
-                }
-            }
-            sum.iter().enumerate().for_each(|(g, s)| s.store(&mut values[g * lanes..]));
-            out.copy_from_slice(&values[..out.len()]);
-        }
-        out
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,9 +64,6 @@ mod tests {
         let points: Vec<(f64, f64)> =
             (0..77).map(|k| ((f64::from(k) * 0.7).sin(), f64::from(k % 5))).collect();
         let m = moments(&points, 40);
-        let x: Vec<f64> = points.iter().map(|p| p.0).collect();
-        let c: Vec<f64> = (0..41).map(|l| 1.0 / f64::from(l + 1)).collect();
-        let s = series(&c, &x);
         let p = |l: usize, x: f64| {
             let (mut before, mut p) = (0.0, 1.0);
             for l in 0..l {
@@ -118,10 +75,6 @@ mod tests {
         for l in 0..=40 {
             let direct: f64 = points.iter().map(|(x, w)| w * p(l, *x)).sum();
             assert!((m[l] - direct).abs() < 1e-11, "{l}: {} {direct}", m[l]);
-        }
-        for (s, x) in s.iter().zip(&x) {
-            let direct: f64 = c.iter().enumerate().map(|(l, c)| c * p(l, *x)).sum();
-            assert!((s - direct).abs() < 1e-12);
         }
     }
 }

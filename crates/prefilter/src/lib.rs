@@ -7,6 +7,7 @@
 pub mod angular;
 mod bands;
 mod beam;
+mod cell;
 mod cells;
 mod cone;
 mod deviation;
@@ -35,9 +36,9 @@ mod synthesis;
 mod texels;
 mod tree;
 mod ways;
-mod weights;
 
 pub use beam::Beam;
+pub use cell::Cell;
 pub use cone::Cone;
 pub use deviation::{Deviation, deviation};
 pub use edge_cube::EdgeCube;

@@ -9,9 +9,8 @@ use crate::measure::finish;
 use crate::rows::for_rows;
 use crate::sampled::{Sampled, beams_at};
 use crate::synthesis::synthesize;
-use crate::texels::{NOTHING, Scratch, Texels};
+use crate::texels::{Scratch, Texels};
 use crate::ways::{self, Frequency, Near, Plan};
-use crate::weights::Weights;
 use crate::{Beam, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -81,6 +80,9 @@ pub struct FilteredImage {
 /// What interpolation and single precision add to any bound.
 const ROUNDING: f64 = 2e-6;
 
+/// What quadrature over the cells of texels adds.
+const NODES: f64 = 2e-5;
+
 /// Layout, width and height of an image.
 type Shape = (Layout, usize, usize);
 
@@ -94,18 +96,27 @@ pub fn filter_image(
 ) -> Result<FilteredImage, Cancelled> {
     task.check()?;
     let (layout, width, height) = shape;
-    let k = ways::coefficients(light, kernel, tolerance);
+    let k = ways::coefficients(kernel);
     let plan = ways::plan(light, kernel, &k, layout.faces() * width * height, tolerance);
     task.check()?;
     let (mut image, way, predicted) = match plan {
         Plan::Frequency(p) => by_frequency(light, kernel, &k, p, shape, tolerance),
-        Plan::Near(p) => by_parts(light, kernel, &k, &p, shape, tolerance, task)?,
-        Plan::All => (by_sums(light, kernel, k[0], shape, task)?, Way::All, 0.0),
+        Plan::Near(p) => by_parts(light, kernel, &p, shape, tolerance, task)?,
+        Plan::All => (by_sums(light, kernel, shape, task)?, Way::All, 0.0),
     };
     task.check()?;
     let (energy_out, clipped) = finish(&mut image, !light.has_negative());
     let energy_in = light.flux().map(|f| f * k[0]);
-    Ok(FilteredImage { image, way, predicted: predicted + ROUNDING, clipped, energy_in, energy_out })
+    Ok(FilteredImage {
+        image,
+        way,
+        predicted: predicted
+            + ROUNDING
+            + if matches!(way, Way::Frequency { beams: 0, .. }) { 0.0 } else { NODES },
+        clipped,
+        energy_in,
+        energy_out,
+    })
 }
 
 fn by_frequency(
@@ -118,21 +129,18 @@ fn by_frequency(
 ) -> (SphereImage, Way, f64) {
     let Frequency { order, merged, tail } = plan;
     let k_used = &k[..=order.min(k.len() - 1)];
-    let weights = Weights::new(light.image.height, k_used);
     let mut image = synthesize(&light.spectrum(order, merged), k_used, shape, tolerance);
     let direct: &[Beam] = if merged { &[] } else { light.sparks() };
-    let (suns, even) = (light.suns(), weights.are_one());
-    if !(direct.is_empty() && suns.is_empty() && even) {
+    let suns = light.suns();
+    if !(direct.is_empty() && suns.is_empty()) {
         for_rows(&mut image, |row, texels| {
             let width = texels[0].len();
             row.sums(direct, kernel);
             for i in 0..width {
                 let Some(d) = row.direction(i) else { continue };
-                let scale = if even { 1.0 } else { weights.at(d.y.clamp(-1.0, 1.0).acos()) };
                 let suns = beams_at(suns, kernel, d);
                 for c in 0..3 {
-                    let sum = f64::from(texels[c][i]) + row.sum(c, i);
-                    texels[c][i] = (sum * scale + suns[c]) as f32;
+                    texels[c][i] = (f64::from(texels[c][i]) + row.sum(c, i) + suns[c]) as f32;
                 }
             }
         });
@@ -143,68 +151,41 @@ fn by_frequency(
 fn by_parts(
     light: &Sampled,
     kernel: &dyn Zonal,
-    k: &[f64],
     plan: &Near<'_>,
     shape: Shape,
     tolerance: f64,
     task: &Task,
 ) -> Result<(SphereImage, Way, f64), Cancelled> {
     let far = &plan.far[..=plan.order.min(plan.far.len() - 1)];
-    // Σ of the far part over all texels, which the image is divided by, from the same bands as the image.
-    let rest = Weights::sums(light.image.height, far);
-    // Where weights are small its errors grow.
     let mut image = synthesize(&light.spectrum(plan.order, plan.merged), far, shape, 0.1 * tolerance);
     task.check()?;
     let near = Texels::new(&light.image);
     let direct: &[Beam] = if plan.merged { &[] } else { light.sparks() };
+    let scale = 0.25 * plan.split.reach();
     for_texels(&mut image, |scratch, d, texel| {
-        let (mut sum, weight) = near.near(&plan.split, kernel, d, scratch);
+        let mut sum = near.near(&plan.split, kernel, d, scratch);
         for b in direct {
-            let w = plan.split.far_value(d.dot(b.direction));
+            let [w] = b.mean(scale, |wi| [plan.split.far_value(d.dot(wi))]);
             (0..3).for_each(|c| sum[c] += w * b.flux[c]);
         }
-        let (weight, suns) =
-            (weight + rest.at(d.y.clamp(-1.0, 1.0).acos()), beams_at(light.suns(), kernel, d));
-        // Far narrower than a texel no weight is left: what it would see is the nearest one.
-        let nearest = light.image.nearest(d);
+        let suns = beams_at(light.suns(), kernel, d);
         for (c, t) in texel.into_iter().enumerate() {
-            let mean = if weight > NOTHING { (f64::from(*t) + sum[c]) / weight } else { nearest[c].into() };
-            *t = (mean * k[0] + suns[c]) as f32;
+            *t = (f64::from(*t) + sum[c] + suns[c]) as f32;
         }
     });
     Ok((image, Way::Near { order: plan.order, reach: plan.split.reach() }, plan.predicted))
 }
 
-fn by_sums(
-    light: &Sampled,
-    kernel: &dyn Zonal,
-    k0: f64,
-    (layout, width, height): Shape,
-    task: &Task,
-) -> Result<SphereImage, Cancelled> {
-    /// Directions that pass over the light together.
-    const TOGETHER: usize = 1024;
-    let mut image = SphereImage::new(layout, width, height);
+fn by_sums(light: &Sampled, kernel: &dyn Zonal, shape: Shape, task: &Task) -> Result<SphereImage, Cancelled> {
+    let mut image = SphereImage::new(shape.0, shape.1, shape.2);
     let sums = Texels::new(&light.image);
-    let mut places = Vec::new();
-    for row in 0..layout.faces() * height {
-        for i in 0..width {
-            if let Some(d) = layout.texel_direction(width, height, row / height, i, row % height) {
-                places.push((row * width + i, d));
-            }
+    for_texels(&mut image, |scratch, d, texel| {
+        if task.check().is_ok() {
+            let (sum, suns) = (sums.all(kernel, d, scratch), beams_at(light.suns(), kernel, d));
+            texel.into_iter().enumerate().for_each(|(c, t)| *t = (sum[c] + suns[c]) as f32);
         }
-    }
-    for some in places.chunks(TOGETHER) {
-        task.check()?;
-        let directions: Vec<DVec3> = some.iter().map(|p| p.1).collect();
-        for (&(k, d), (sum, weight)) in some.iter().zip(sums.all(kernel, &directions)) {
-            let (suns, nearest) = (beams_at(light.suns(), kernel, d), light.image.nearest(d));
-            for c in 0..3 {
-                let mean = if weight > NOTHING { sum[c] / weight } else { nearest[c].into() };
-                image.planes[c][k] = (mean * k0 + suns[c]) as f32;
-            }
-        }
-    }
+    });
+    task.check()?;
     Ok(image)
 }
 

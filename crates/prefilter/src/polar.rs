@@ -1,7 +1,7 @@
 //! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole, and the
 //! transforms of lat-long grids save the change of basis.
 
-use crate::Beam;
+use crate::{Beam, source};
 use glam::{DMat3, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 use steradian_sphere::sh::{self, Basis, ShRgb};
@@ -9,8 +9,13 @@ use steradian_sphere::sh::{self, Basis, ShRgb};
 /// Beams that are summed together.
 const BLOCK: usize = 16;
 
-/// Adds flux · b_l · Y_lm(x, z, y) of every beam, with b_l the spread of its disk.
+/// Adds flux · b_l · Y_lm(x, z, y) of every disk, with b_l its spread, and exact integrals over cells.
 pub(crate) fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
+    for (plan, planes) in source::cells(to.order, beams) {
+        let more = plan.analyze_polar(planes.each_ref().map(Vec::as_slice));
+        to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
+    }
+    let beams: Vec<Beam> = beams.iter().filter(|b| b.cell.is_none()).copied().collect();
     if beams.is_empty() {
         return;
     }
@@ -67,13 +72,24 @@ mod tests {
     #[test]
     fn both_bases_hold_the_same_function() {
         let beams = [
-            Beam { direction: DVec3::new(0.2, 0.7, -0.5).normalize(), radius: 0.0, flux: [1.0, 0.5, -0.2] },
-            Beam { direction: DVec3::new(-0.9, 0.1, 0.3).normalize(), radius: 0.3, flux: [0.3, 2.0, 1.0] },
+            Beam {
+                direction: DVec3::new(0.2, 0.7, -0.5).normalize(),
+                radius: 0.0,
+                flux: [1.0, 0.5, -0.2],
+                cell: None,
+            },
+            Beam::cell(crate::Cell::texel(3, 1, 7, 5), [0.3, -1.0, 0.2]),
+            Beam {
+                direction: DVec3::new(-0.9, 0.1, 0.3).normalize(),
+                radius: 0.3,
+                flux: [0.3, 2.0, 1.0],
+                cell: None,
+            },
         ];
         let mut polar = ShRgb::zero(9);
         add_beams(&mut polar, &beams);
         let mut world = ShRgb::zero(9);
-        crate::source::add_beams(&mut world, &beams);
+        source::add_beams(&mut world, &beams);
         let back = to_world(&polar);
         for (a, b) in world.c.iter().flatten().zip(back.c.iter().flatten()) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");

@@ -50,7 +50,7 @@ impl Pursuit {
         task: &Task,
     ) -> Result<Self, Cancelled> {
         let order = light.order.min(weight.len().saturating_sub(1));
-        let spread = Beam { direction: DVec3::Y, radius, flux: [1.0; 3] }.spread(order);
+        let spread = Beam { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(order);
         let weight = weight[..=order].to_vec();
         let k: Vec<f64> = weight.iter().zip(&spread).map(|(w, b)| w * b * b).collect();
         let at = |i: usize| {
@@ -148,6 +148,7 @@ impl Pursuit {
             direction: *direction,
             radius: self.radius,
             flux,
+            cell: None,
         };
         used.iter().zip(flux).map(beam).collect()
     }
@@ -312,6 +313,7 @@ mod tests {
                 direction: DVec3::new(x, y, z).normalize(),
                 radius: 0.004,
                 flux: [f, 0.8 * f, 0.5 * f],
+                cell: None,
             })
             .to_vec();
         let mut light = ShRgb::zero(order);

@@ -1,9 +1,11 @@
 //! Unit directions of an image's rows of texels, and sums of a kernel over directional lights there, many texels at a
 //! time.
 
+use crate::cell::nodes_for;
 use crate::{Beam, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use steradian_simd::{Arch, Kernel, run};
 use steradian_sphere::{Layout, SphereImage};
 
@@ -49,7 +51,8 @@ impl Row {
         self.sums[c][i]
     }
 
-    /// Σ flux · K(d · beam) at every texel, as if beams were points.
+    /// Σ flux · mean of K over the beam at every texel; disks as if they were points, cells by the product of two
+    /// Gauss–Legendre rules, and one by one where that would take too many nodes.
     pub(crate) fn sums(&mut self, beams: &[Beam], kernel: &dyn Zonal) {
         let n = self.x.len();
         for sum in &mut self.sums {
@@ -58,17 +61,49 @@ impl Row {
         }
         self.s2.resize(n, 0.0);
         self.weights.resize(n, 0.0);
-        let farthest = (0.5 * kernel.support()).sin().powi(2) as f32;
         for beam in beams {
-            let of = [&self.x, &self.y, &self.z].map(Vec::as_slice);
-            run(Squares { of, from: beam.direction, out: &mut self.s2 });
-            if self.s2.iter().all(|s2| *s2 > farthest) {
+            let size = beam.cell.map_or(0.0, |c| c.size());
+            let farthest = (0.5 * (kernel.support() + size).min(PI)).sin().powi(2) as f32;
+            self.distances(beam.direction);
+            let nearest = self.s2.iter().fold(f32::INFINITY, |m, s2| m.min(*s2));
+            if nearest > farthest {
                 continue;
             }
-            kernel.fill(&self.s2, &mut self.weights);
-            for (sum, flux) in self.sums.iter_mut().zip(beam.flux) {
-                sum.iter_mut().zip(&self.weights).for_each(|(sum, w)| *sum += flux * f64::from(*w));
+            let Some(cell) = beam.cell else {
+                self.add(beam.flux, 1.0, kernel);
+                continue;
+            };
+            let near = 2.0 * f64::from(nearest).sqrt() - 0.75 * size;
+            let ratio = size / kernel.width().max(0.5 * near);
+            if ratio <= 1.0 {
+                cell.nodes(nodes_for(ratio), &mut |d, w| {
+                    self.distances(d);
+                    self.add(beam.flux, w, kernel);
+                });
+                continue;
             }
+            for i in 0..n {
+                if let Some(d) = self.direction(i)
+                    && self.s2[i] <= farthest
+                {
+                    let w = cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle();
+                    (0..3).for_each(|c| self.sums[c][i] += w * beam.flux[c]);
+                }
+            }
+        }
+    }
+
+    fn distances(&mut self, from: DVec3) {
+        let of = [&self.x, &self.y, &self.z].map(Vec::as_slice);
+        run(Squares { of, from, out: &mut self.s2 });
+    }
+
+    /// Adds the kernel at the distances, times a flux and a weight.
+    fn add(&mut self, flux: [f64; 3], weight: f64, kernel: &dyn Zonal) {
+        kernel.fill(&self.s2, &mut self.weights);
+        for (sum, flux) in self.sums.iter_mut().zip(flux) {
+            let flux = weight * flux;
+            sum.iter_mut().zip(&self.weights).for_each(|(sum, w)| *sum += flux * f64::from(*w));
         }
     }
 }
@@ -137,7 +172,9 @@ mod tests {
             direction: d.normalize(),
             radius: 0.0,
             flux: [3.0, 0.2, 1.0],
+            cell: None,
         });
+        let beams = [beams[0], beams[1], Beam::cell(crate::Cell::texel(3, 2, 9, 6), [0.3, 2.0, 0.0])];
         for (layout, w, h) in
             [(Layout::Cube, 7, 7), (Layout::Cube, 1, 1), (Layout::LatLong, 8, 4), (Layout::SphereMap, 9, 9)]
         {

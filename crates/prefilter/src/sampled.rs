@@ -1,13 +1,12 @@
-//! Light as samples at texel centres, prepared for filtering into images.
+//! Light prepared for filtering into images.
 //!
-//! A filtered map is Σ L w Ω / Σ w Ω over all texels, each taken at its centre with its exact solid angle Ω: the
-//! sum that any checker would write down. (The rooms' [`crate::Source`] takes texels as constant over their cells
-//! instead.)
+//! A filtered map holds ∫ L K dω at its texels' centres, with L constant over each texel's exact cell, as everywhere (see
+//! "Conventions" in ARCHITECTURE.md).
 
+use crate::cell::step_scale;
 use crate::source::{self, Statistics, sparks};
 use crate::synthesis::precision;
-use crate::texels::NOTHING;
-use crate::{Beam, Zonal, polar};
+use crate::{Beam, Cell, Zonal, polar};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -75,10 +74,9 @@ impl Sampled {
         let statistics = Statistics::of(&image);
         let sparks = sparks(&image, &statistics);
         let whole: Vec<[f32; 3]> = sparks.iter().map(|s| s.cap(&mut image)).collect();
-        // The texel's excess is at its centre, as everything is.
-        beams.extend(sparks.iter().map(|s| Beam { radius: 0.0, ..s.beam }));
+        beams.extend(sparks.iter().map(|s| s.beam));
         let capped = statistics.without(&image, &sparks, &whole);
-        let order = order(image.height, &capped, kernels, tolerance);
+        let order = order(&capped, kernels, tolerance);
         let (width, height) = (image.width, image.height);
         let plan = ShTransform::with_precision(order, width, height, Grid::Cells, precision(tolerance));
         let mut spectrum = ColumnsRgb::default();
@@ -195,31 +193,37 @@ impl Sampled {
         out
     }
 
-    /// The filtered value in direction `d` by summing every texel in double precision; suns beside.
-    pub fn brute_force(&self, kernel: &dyn Zonal, k0: f64, d: DVec3) -> [f64; 3] {
-        let image = &self.image;
-        let (width, height) = (image.width, image.height);
-        let (mut sum, mut weight) = ([0.0; 3], 0.0);
-        let columns: Vec<[f64; 2]> = (0..width).map(|i| azimuth(i, width)).collect();
-        for j in 0..height {
-            let omega = image.layout.solid_angle(width, height, 0, 0, j);
-            let (s, c) = (PI * (j as f64 + 0.5) / height as f64).sin_cos();
-            let (mut row, mut row_weight) = ([0.0; 3], 0.0);
-            for (i, [cos, sin]) in columns.iter().enumerate() {
-                let w = kernel.value(d.x * s * cos + d.y * c + d.z * s * sin);
-                row_weight += w;
-                let k = j * width + i;
-                (0..3).for_each(|c| row[c] += w * f64::from(image.planes[c][k]));
+    /// The same light in texels so narrow that a sum over their centres is about that over their cells: a sixteenth of the
+    /// kernel's width leaves 2e-4, if that takes no more than 1024 rows.
+    pub(crate) fn divided(&self, kernel: &dyn Zonal) -> Self {
+        let (width, height) = (self.image.width, self.image.height);
+        let size = PI / (height as f64).min(0.5 * width as f64);
+        let n = ((16.0 * size / kernel.width()).ceil() as usize).min(1024 / height).max(1);
+        let mut image = SphereImage::new(Layout::LatLong, width * n, height * n);
+        for (to, from) in image.planes.iter_mut().zip(&self.image.planes) {
+            for (k, to) in to.iter_mut().enumerate() {
+                *to = from[k / (width * n) / n * width + k % (width * n) / n];
             }
-            weight += omega * row_weight;
-            (0..3).for_each(|c| sum[c] += omega * row[c]);
         }
-        let suns = beams_at(self.suns(), kernel, d);
-        let nearest = image.nearest(d);
-        std::array::from_fn(|c| {
-            let mean = if weight > NOTHING { sum[c] / weight } else { nearest[c].into() };
-            k0 * mean + suns[c]
-        })
+        Self {
+            image,
+            beams: self.beams.clone(),
+            spectrum: self.spectrum.clone(),
+            bands: self.bands.clone(),
+            ..*self
+        }
+    }
+
+    /// ∫ L K about `d` by integrals over every texel's cell in double precision; suns beside.
+    pub fn brute_force(&self, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+        let (width, height) = (self.image.width, self.image.height);
+        let mut sum = beams_at(self.suns(), kernel, d);
+        let most = step_scale(kernel);
+        for k in 0..width * height {
+            let w = Cell::texel(k % width, k / width, width, height).integral(kernel, d, most);
+            (0..3).for_each(|c| sum[c] += w * f64::from(self.image.planes[c][k]));
+        }
+        sum
     }
 }
 
@@ -240,7 +244,9 @@ pub(crate) fn beams_at(beams: &[Beam], kernel: &dyn Zonal, d: DVec3) -> [f64; 3]
     let mut sum = [0.0; 3];
     for b in beams {
         let x = d.dot(b.direction);
-        let v = if b.radius == 0.0 {
+        let v = if let Some(cell) = b.cell {
+            cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle()
+        } else if b.radius == 0.0 {
             kernel.value(x)
         } else {
             let scale = kernel.width().max((2.0 * (1.0 - x)).max(0.0).sqrt());
@@ -256,8 +262,8 @@ pub(crate) const TAIL: f64 = 0.05;
 
 /// The smallest order whose tail cannot matter, for any of the kernels: what bands above F of the capped image can
 /// hold is at most max_{l>F}|k_l| √(∫L² − L_0²), beside a result of at least k_0 L_0, with L_0² = |∫L|²/4π.
-fn order(rows: usize, capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
-    let top = MAX_ORDER.min(2 * rows.max(2));
+fn order(capped: &Capped, kernels: &[&dyn Zonal], tolerance: f64) -> usize {
+    let top = MAX_ORDER;
     let mean2 = capped.flux.iter().map(|f| f * f).sum::<f64>() / (4.0 * PI);
     let contrast = if mean2 > 0.0 { ((capped.energy - mean2).max(0.0) / mean2).sqrt() } else { 1.0 };
     let needed = |kernel: &&dyn Zonal| {

@@ -3,14 +3,13 @@
 //! A truncated series rings around a small bright light. So the brightest texels keep only what the others have,
 //! and their excess becomes a [`Beam`] that filters treat exactly, as they treat suns and directional lights.
 
-use crate::Beam;
-use glam::DVec3;
+use crate::{Beam, Cell};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
 use steradian_simd::{Arch, Kernel};
-use steradian_sphere::layout::Position;
-use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::sh::{self, Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Rows of the image that filters see at most: they blur, so larger images are first reduced, area-exact.
@@ -79,7 +78,7 @@ impl Source {
         self.spectrum.order
     }
 
-    /// Coefficients of base and beams together, up to `order` ≤ the spectrum's; disks in closed form.
+    /// Coefficients of base and beams together, up to `order` ≤ the spectrum's.
     pub fn coefficients(&self, order: usize) -> ShRgb {
         let order = order.min(self.order());
         let mut all =
@@ -89,10 +88,14 @@ impl Source {
     }
 }
 
-/// Adds the coefficients of disks: flux · b_l · Y_lm(centre).
+/// Adds the coefficients of small lights: flux · b_l · Y_lm(centre) of disks, exact integrals over cells.
 pub fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
+    for (plan, planes) in cells(to.order, beams) {
+        let more = plan.analyze(planes.each_ref().map(Vec::as_slice));
+        to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
+    }
     let mut y = vec![0.0; sh::count(to.order)];
-    for beam in beams {
+    for beam in beams.iter().filter(|b| b.cell.is_none()) {
         sh::eval(to.order, beam.direction, &mut y);
         for (l, b) in beam.spread(to.order).into_iter().enumerate() {
             for k in l * l..(l + 1) * (l + 1) {
@@ -100,6 +103,27 @@ pub fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
             }
         }
     }
+}
+
+/// For each size of image that cells are texels of, a transform and the image that holds those alone.
+pub(crate) fn cells(order: usize, beams: &[Beam]) -> Vec<(ShTransform, [Vec<f64>; 3])> {
+    let mut images: Vec<([usize; 2], [Vec<f64>; 3])> = Vec::new();
+    for (beam, cell) in beams.iter().filter_map(|b| Some((b, b.cell?))) {
+        let whole = |[a, b]: [f64; 2], circle: f64| (circle / (b - a)).round().max(1.0) as usize;
+        let size = [whole(cell.phi, 2.0 * PI), whole(cell.theta, PI)];
+        let place = |[a, _]: [f64; 2], circle: f64, n: usize| {
+            ((a / circle * n as f64).round().max(0.0) as usize).min(n - 1)
+        };
+        let (i, j) = (place(cell.phi.map(|p| p + PI), 2.0 * PI, size[0]), place(cell.theta, PI, size[1]));
+        let known = images.iter().position(|i| i.0 == size).unwrap_or(images.len());
+        if known == images.len() {
+            images.push((size, std::array::from_fn(|_| vec![0.0; size[0] * size[1]])));
+        }
+        let omega = cell.solid_angle();
+        (0..3).for_each(|c| images[known].1[c][j * size[0] + i] += beam.flux[c] / omega);
+    }
+    let plan = |[w, h]: [usize; 2]| ShTransform::new(order, w, h, Grid::Cells);
+    images.into_iter().map(|(size, planes)| (plan(size), planes)).collect()
 }
 
 fn bands(spectrum: &ShRgb, beams: &[Beam]) -> Vec<f64> {
@@ -242,7 +266,7 @@ impl Spark {
 /// The brightest texels.
 pub(crate) fn sparks(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
     let width = image.width;
-    let dimmest = BEAM_CONTRAST * s.positive / (4.0 * std::f64::consts::PI);
+    let dimmest = BEAM_CONTRAST * s.positive / (4.0 * PI);
     let omega = |j: usize| image.layout.solid_angle(width, image.height, 0, 0, j);
     let value = |k: usize| image.planes.iter().map(|p| f64::from(p[k]).max(0.0)).sum::<f64>();
     let mut bright: Vec<(usize, f64)> = Vec::new();
@@ -261,18 +285,18 @@ pub(crate) fn sparks(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
 /// The texel at `k`, of which the part `keep` stays.
 fn spark(image: &SphereImage, k: usize, keep: f64) -> Spark {
     let (i, j) = (k % image.width, k / image.width);
-    let at = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
-    let d = image.layout.direction(image.width, image.height, at).unwrap_or(DVec3::Y);
+    let cell = Cell::texel(i, j, image.width, image.height);
     let omega = image.layout.solid_angle(image.width, image.height, 0, 0, j);
     let l = image.texel(0, i, j);
     let kept = l.map(|l| if l > 0.0 { (f64::from(l) * keep) as f32 } else { l });
     let flux = std::array::from_fn(|c| f64::from(l[c] - kept[c]) * omega);
-    Spark { k, kept, beam: Beam::texel(d, omega, flux) }
+    Spark { k, kept, beam: Beam::cell(cell, flux) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use steradian_light::DiskLight;
 
     #[test]
@@ -299,7 +323,7 @@ mod tests {
         let image = SphereImage::from_fn(Layout::LatLong, 32, 16, |_| [1.0; 3]);
         let s = Source::of(Some(image), Vec::new(), 8, &Task::quiet()).unwrap();
         assert!(s.beams.is_empty());
-        assert!((s.base_energy - 12.0 * std::f64::consts::PI).abs() < 1e-5);
+        assert!((s.base_energy - 12.0 * PI).abs() < 1e-5);
         assert!(s.bands[1..].iter().all(|b| *b < 1e-20 * s.bands[0]), "{:?}", s.bands);
     }
 

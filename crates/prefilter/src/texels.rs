@@ -1,41 +1,54 @@
-//! Sums over the texels of a lat-long image, each at its centre: all of them, or those around a direction.
+//! Sums over the texels of a lat-long image, each constant over its cell: all of them, or those around a direction.
 //!
-//! With ρ = sin and y = cos of the direction's polar angle, a texel at azimuth distance Δφ in row j has
-//! s² = sin²(θ/2) = ((ρ − s_j)² + (y − c_j)²)/4 + ρ s_j sin²(Δφ/2): a sum of squares, which keeps its digits in single
-//! precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in blocks that begin with a register;
-//! long rows are summed in double precision.
+//! A texel's part is the kernel's mean over its cell: at its centre where the kernel hardly varies over it, else by a
+//! product of Gauss–Legendre rules; cells about which a kernel narrower than a texel turns are divided further
+//! ([`Cell::leaves`]).
+//!
+//! With ρ = sin and y = cos of the direction's polar angle, what is at azimuth distance Δφ and polar angle θ has
+//! s² = sin²(angle/2) = ((ρ − sin θ)² + (y − cos θ)²)/4 + ρ sin θ sin²(Δφ/2): a sum of squares, which keeps its digits
+//! in single precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in blocks that begin with a
+//! register; long rows are summed in double precision.
 
-use crate::Zonal;
+use crate::beam::rule;
+use crate::cell::{nodes_for, step_scale};
 use crate::split::{Split, step};
+use crate::{Cell, Zonal};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::mem::take;
 use steradian_simd::{Arch, Kernel, Vector, run};
 use steradian_sphere::SphereImage;
 
-/// A sum of weights that is none: what is left of a kernel far narrower than the texels, looking between them. The far
-/// part's rounding is below it.
-pub(crate) const NOTHING: f64 = 1e-13;
+/// Around the axis of a kernel narrower than a texel, cells within so many of their sizes are divided further.
+const CORE: f64 = 4.0;
+/// Nodes along a cell's side at most.
+const MOST: usize = 24;
 
 /// An image and its rows.
 pub(crate) struct Texels<'a> {
     image: &'a SphereImage,
-    /// sin θ, cos θ and solid angle of each row.
+    /// sin θ and cos θ of each row's middle, and its texels' solid angle.
     rows: Vec<[f64; 3]>,
+    /// The longer side of the texels at the equator, radians.
+    size: f64,
 }
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    /// sin²(Δφ/2).
+    /// sin²(Δφ/2), for each place within a texel.
     turns: Vec<f32>,
+    /// Places within a texel, from −½ to ½ of its width.
+    places: Vec<f64>,
     spans: Vec<Span>,
     s2: Vec<f32>,
     weights: Vec<f32>,
+    /// Of divided texels: solid angles, and where each texel begins.
+    omegas: Vec<f64>,
+    texels: Vec<(usize, usize)>,
 }
 
-/// Texels side by side in a row.
+/// Texels side by side in a row, at one node of each.
 #[derive(Clone, Copy)]
 struct Span {
     row: usize,
@@ -45,6 +58,10 @@ struct Span {
     /// s² = base + slope sin²(Δφ/2).
     base: f32,
     slope: f32,
+    /// Which of the places within a texel.
+    place: usize,
+    /// The node's share of the solid angle.
+    omega: f32,
 }
 
 /// Texels of a block: no register holds more.
@@ -74,79 +91,161 @@ impl<'a> Texels<'a> {
             let (s, c) = (PI * (j as f64 + 0.5) / height as f64).sin_cos();
             [s, c, image.layout.solid_angle(width, height, 0, 0, j)]
         };
-        Self { image, rows: (0..height).map(row).collect() }
+        let size = PI / (height.max(1) as f64).min(0.5 * width.max(1) as f64);
+        Self { image, rows: (0..height).map(row).collect(), size }
     }
 
-    /// Σ L K Ω and Σ K Ω over all texels, for every direction. A few rows at a time serve all directions, so that the
-    /// image passes through memory once.
-    pub(crate) fn all(&self, kernel: &dyn Zonal, directions: &[DVec3]) -> Vec<([f64; 3], f64)> {
-        const ROWS: usize = 16;
-        let farthest = (0.5 * kernel.support()).sin().powi(2);
-        let width = self.image.width;
-        let first = -(width as i64 / 2);
-        let place = |d: &DVec3| {
-            let (place, mut turns) = (self.place(*d), Vec::new());
-            self.turns(first, width, place.beyond, &mut turns);
-            (place, turns)
-        };
-        let places: Vec<(Place, Vec<f32>)> = directions.par_iter().map(place).collect();
-        let starts: Vec<usize> = (0..self.rows.len()).step_by(ROWS).collect();
-        let block = |scratch: &mut Scratch, &start: &usize| -> Vec<([f64; 3], f64)> {
-            let end = (start + ROWS).min(self.rows.len());
-            let sum = |(place, turns): &(Place, Vec<f32>)| {
-                scratch.spans.clear();
-                for row in start..end {
-                    let (base, slope) = self.distance(place, row);
-                    if base <= farthest {
-                        let (base, slope) = (base as f32, slope as f32);
-                        scratch.spans.push(Span { row, first, len: width, base, slope });
-                    }
-                }
-                self.sum(kernel, place, (first, turns), scratch, None)
-            };
-            places.iter().map(sum).collect()
-        };
-        let blocks: Vec<_> = starts.par_iter().map_init(Scratch::default, block).collect();
-        let mut all = vec![([0.0; 3], 0.0); directions.len()];
-        for block in &blocks {
-            for (to, (sum, weight)) in all.iter_mut().zip(block) {
-                to.1 += weight;
-                (0..3).for_each(|c| to.0[c] += sum[c]);
-            }
-        }
-        all
+    /// The longer side of a texel.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
     }
 
-    /// Σ L K χ Ω and Σ K χ Ω.
+    /// Σ L ∫K over all texels.
+    pub(crate) fn all(&self, kernel: &dyn Zonal, d: DVec3, scratch: &mut Scratch) -> [f64; 3] {
+        self.around(None, kernel, d, scratch)
+    }
+
+    /// Σ L ∫Kχ.
     pub(crate) fn near(
         &self,
         split: &Split<'_>,
         kernel: &dyn Zonal,
         d: DVec3,
         scratch: &mut Scratch,
-    ) -> ([f64; 3], f64) {
-        let place = self.place(d);
-        let height = self.rows.len();
-        let middle = place.rho.atan2(place.y) / PI * height as f64 - 0.5;
-        let reach = split.reach() / PI * height as f64;
-        let first = (middle - reach).ceil().max(0.0) as usize;
-        let last = ((middle + reach).floor().max(0.0) as usize).min(height - 1);
+    ) -> [f64; 3] {
+        self.around(Some(split), kernel, d, scratch)
+    }
+
+    fn around(
+        &self,
+        split: Option<&Split<'_>>,
+        kernel: &dyn Zonal,
+        d: DVec3,
+        scratch: &mut Scratch,
+    ) -> [f64; 3] {
+        let (place, height) = (self.place(d), self.rows.len());
+        let reach = split.map_or(kernel.support().min(PI), Split::reach);
+        let most = split.map_or(f64::INFINITY, |s| 0.25 * s.reach()).min(step_scale(kernel));
+        let width = kernel.width();
+        let core = if self.size > width { CORE * self.size } else { 0.0 };
+        let theta = place.rho.atan2(place.y);
+        let row = |theta: f64| (theta / PI * height as f64).floor().max(0.0) as usize;
+        let (first, last) = (row(theta - reach), row(theta + reach).min(height - 1));
+        let farthest = (0.5 * (reach + self.size).min(PI)).sin().powi(2);
         scratch.spans.clear();
+        scratch.places.clear();
+        scratch.texels.clear();
+        scratch.omegas.clear();
+        scratch.s2.clear();
         for j in first..=last {
-            let (base, slope) = self.distance(&place, j);
-            let room = (0.25 * split.reach2() - base) / slope.max(1e-300);
-            if room >= 0.0 {
-                let (first, len) = self.columns(room, place.beyond);
-                scratch.spans.push(Span { row: j, first, len, base: base as f32, slope: slope as f32 });
+            let middle = PI * (j as f64 + 0.5) / height as f64;
+            let (base, slope) = self.distance(&place, [middle.sin(), middle.cos()]);
+            if base > farthest {
+                continue;
+            }
+            let (from, len) = self.columns((farthest - base) / slope.max(1e-300), place.beyond);
+            let mut hole = (from, 0);
+            if core > 0.0 {
+                let room = ((0.5 * core).min(1.0).powi(2) - base) / slope.max(1e-300);
+                if room >= 0.0 {
+                    hole = self.columns(room, place.beyond);
+                    hole = (hole.0.max(from), hole.1.min(len));
+                    self.divide(j, hole, place.column, d, width, most, scratch);
+                }
+            }
+            // No texel of the row is nearer than this.
+            let near = ((middle - theta).abs() - 0.5 * self.size).max(if core > 0.0 {
+                core - 0.5 * self.size
+            } else {
+                0.0
+            });
+            let ratio = self.size / width.max(0.5 * near).min(most);
+            let n = nodes_for(ratio).max((2.0 * ratio).min(MOST as f64) as usize);
+            let left = (from, (hole.0 - from).max(0) as usize);
+            let end = hole.0 + hole.1 as i64;
+            let right = (end, (from + len as i64 - end).max(0) as usize);
+            for (first, len) in if hole.1 == 0 { [(from, len), (0, 0)] } else { [left, right] } {
+                if len > 0 {
+                    self.spans(j, n, (first, len), &place, scratch);
+                }
             }
         }
+        let divided = self.divided(kernel, split, scratch);
         let first = scratch.spans.iter().map(|s| s.first).min().unwrap_or(0);
         let end = scratch.spans.iter().map(|s| s.first + s.len as i64).max().unwrap_or(0);
+        let columns = (end - first).max(0) as usize;
         let mut turns = take(&mut scratch.turns);
-        self.turns(first, (end - first).max(0) as usize, place.beyond, &mut turns);
-        let scale = (4.0 / split.reach2()) as f32;
-        let sum = self.sum(kernel, &place, (first, &turns), scratch, Some(scale));
+        turns.clear();
+        for x in &scratch.places {
+            self.turns(first, columns, place.beyond - x, &mut turns);
+        }
+        let scale = split.map(|s| (4.0 / s.reach2()) as f32);
+        let sum = self.sum(kernel, &place, (first, columns, &turns), scratch, scale);
         scratch.turns = turns;
+        std::array::from_fn(|c| sum[c] + divided[c])
+    }
+
+    /// Spans of row `j` at n × n nodes of each texel.
+    fn spans(&self, j: usize, n: usize, (first, len): (i64, usize), place: &Place, scratch: &mut Scratch) {
+        let (x, w) = rule(n);
+        let height = self.rows.len() as f64;
+        let row = |x: &f64| (PI * (j as f64 + 0.5 + 0.5 * x) / height).sin_cos();
+        let all: f64 = x.iter().zip(w).map(|(x, w)| w * row(x).0).sum();
+        for (xt, wt) in x.iter().zip(w) {
+            let (s, c) = row(xt);
+            let (base, slope) = self.distance(place, [s, c]);
+            for (xp, wp) in x.iter().zip(w) {
+                let at = scratch.places.iter().position(|p| *p == 0.5 * xp).unwrap_or_else(|| {
+                    scratch.places.push(0.5 * xp);
+                    scratch.places.len() - 1
+                });
+                let omega = (0.5 * wp * wt * s / all * self.rows[j][2]) as f32;
+                let (base, slope) = (base as f32, slope as f32);
+                scratch.spans.push(Span { row: j, first, len, base, slope, place: at, omega });
+            }
+        }
+    }
+
+    /// Nodes of texels that are divided further.
+    #[expect(clippy::too_many_arguments, reason = "a row, its columns, a direction and a kernel")]
+    fn divide(
+        &self,
+        j: usize,
+        (first, len): (i64, usize),
+        column: i64,
+        d: DVec3,
+        width: f64,
+        most: f64,
+        scratch: &mut Scratch,
+    ) {
+        let columns = self.image.width;
+        for k in 0..len as i64 {
+            let i = (column + first + k).rem_euclid(columns as i64) as usize;
+            scratch.texels.push((j * columns + i, scratch.omegas.len()));
+            let (s2, omegas) = (&mut scratch.s2, &mut scratch.omegas);
+            Cell::texel(i, j, columns, self.rows.len()).leaves(d, width, most, &mut |w, omega| {
+                s2.push((0.25 * w.distance_squared(d)) as f32);
+                omegas.push(omega);
+            });
+        }
+    }
+
+    /// Σ L ∫K, or Kχ, over the texels that were divided.
+    fn divided(&self, kernel: &dyn Zonal, split: Option<&Split<'_>>, scratch: &mut Scratch) -> [f64; 3] {
+        let Scratch { s2, weights, omegas, texels, .. } = scratch;
+        weights.resize(s2.len(), 0.0);
+        kernel.fill(s2, weights);
+        if let Some(split) = split {
+            let scale = (4.0 / split.reach2()) as f32;
+            weights.iter_mut().zip(&*s2).for_each(|(w, s2)| *w *= step(scale * s2));
+        }
+        let mut sum = [0.0; 3];
+        for (t, &(texel, from)) in texels.iter().enumerate() {
+            let to = texels.get(t + 1).map_or(omegas.len(), |t| t.1);
+            let nodes = weights[from..to].iter().zip(&omegas[from..to]);
+            let w: f64 = nodes.map(|(w, omega)| f64::from(*w) * omega).sum();
+            (0..3).for_each(|c| sum[c] += w * f64::from(self.image.planes[c][texel]));
+        }
         sum
     }
 
@@ -155,8 +254,7 @@ impl<'a> Texels<'a> {
         Place { rho: d.x.hypot(d.z), y: d.y, column: x.floor() as i64, beyond: x - x.floor() }
     }
 
-    fn distance(&self, p: &Place, j: usize) -> (f64, f64) {
-        let [s, c, _] = self.rows[j];
+    fn distance(&self, p: &Place, [s, c]: [f64; 2]) -> (f64, f64) {
         (0.25 * ((p.rho - s).powi(2) + (p.y - c).powi(2)), p.rho * s)
     }
 
@@ -176,18 +274,18 @@ impl<'a> Texels<'a> {
         (-(width as i64 / 2), width)
     }
 
-    /// Σ L w Ω and Σ w Ω over the spans, w = K or K χ with χ's argument `scale` s²; `turns` are sin²(Δφ/2) from column
-    /// `first` on.
+    /// Σ L w Ω over the spans, w = K or K χ with χ's argument `scale` s²; `turns` are sin²(Δφ/2) of so many columns from
+    /// `first` on, for each place within a texel.
     fn sum(
         &self,
         kernel: &dyn Zonal,
         place: &Place,
-        (first, turns): (i64, &[f32]),
+        (first, columns, turns): (i64, usize, &[f32]),
         scratch: &mut Scratch,
         scale: Option<f32>,
-    ) -> ([f64; 3], f64) {
+    ) -> [f64; 3] {
         let Scratch { spans, s2, weights, .. } = scratch;
-        let mut all = [0.0; 4];
+        let mut all = [0.0; 3];
         let mut rest = spans.as_slice();
         while !rest.is_empty() {
             let (batch, after) = rest.split_at(batch(rest));
@@ -195,9 +293,9 @@ impl<'a> Texels<'a> {
             let count = batch.iter().map(|s| s.padded()).sum();
             s2.resize(count, 0.0);
             weights.resize(count, 0.0);
-            run(Distances { spans: batch, turns, first, s2 });
+            run(Distances { spans: batch, turns, columns, first, s2 });
             kernel.fill(s2, weights);
-            run(Factors { spans: batch, rows: &self.rows, s2, weights, scale });
+            run(Factors { spans: batch, s2, weights, scale });
             let planes = self.image.planes.each_ref().map(Vec::as_slice);
             let more = run(Products {
                 spans: batch,
@@ -206,16 +304,15 @@ impl<'a> Texels<'a> {
                 column: place.column,
                 width: self.image.width,
             });
-            (0..4).for_each(|c| all[c] += more[c]);
+            (0..3).for_each(|c| all[c] += more[c]);
         }
-        ([all[0], all[1], all[2]], all[3])
+        all
     }
 
-    /// sin²(Δφ/2) of columns from `first` on.
+    /// Appends sin²(Δφ/2) of columns from `first` on.
     fn turns(&self, first: i64, len: usize, beyond: f64, out: &mut Vec<f32>) {
         let step = PI / self.image.width as f64;
         let h = |k: usize| step * ((first + k as i64) as f64 - beyond);
-        out.clear();
         if h(0).abs().max(h(len).abs()) < 0.25 {
             let square = |k: usize| {
                 let h = h(k) as f32;
@@ -244,6 +341,7 @@ fn batch(spans: &[Span]) -> usize {
 struct Distances<'a> {
     spans: &'a [Span],
     turns: &'a [f32],
+    columns: usize,
     first: i64,
     s2: &'a mut [f32],
 }
@@ -256,7 +354,7 @@ impl Kernel for Distances<'_> {
         let mut start = 0;
         for s in self.spans {
             let here = &mut self.s2[start..start + s.padded()];
-            let from = (s.first - self.first) as usize;
+            let from = s.place * self.columns + (s.first - self.first) as usize;
             let turns = &self.turns[from..from + s.len];
             for k in 0..s.len {
                 here[k] = s.base + s.slope * turns[k];
@@ -267,10 +365,9 @@ impl Kernel for Distances<'_> {
     }
 }
 
-/// Multiplies weights by the texels' solid angles, and by χ where a scale is given; what fills the blocks becomes 0.
+/// Multiplies weights by solid angles, and by χ where a scale is given; what fills the blocks becomes 0.
 struct Factors<'a> {
     spans: &'a [Span],
-    rows: &'a [[f64; 3]],
     s2: &'a [f32],
     weights: &'a mut [f32],
     scale: Option<f32>,
@@ -285,7 +382,7 @@ impl Kernel for Factors<'_> {
         for s in self.spans {
             let end = start + s.padded();
             let (weights, s2) = (&mut self.weights[start..end], &self.s2[start..end]);
-            let omega = self.rows[s.row][2] as f32;
+            let omega = s.omega;
             match self.scale {
                 Some(scale) => {
                     for k in 0..weights.len() {
@@ -304,7 +401,7 @@ impl Kernel for Factors<'_> {
     }
 }
 
-/// Σ w L per channel, and Σ w, over spans of an image whose columns begin again at their end.
+/// Σ w L per channel over spans of an image whose columns begin again at their end.
 struct Products<'a> {
     spans: &'a [Span],
     weights: &'a [f32],
@@ -317,13 +414,13 @@ struct Products<'a> {
 const LONG: usize = 128;
 
 impl Kernel for Products<'_> {
-    type Output = [f64; 4];
+    type Output = [f64; 3];
 
     #[inline(always)]
-    fn run<A: Arch>(self) -> [f64; 4] {
+    fn run<A: Arch>(self) -> [f64; 3] {
         let lanes = A::F32::LANES;
-        let mut all = [0.0_f64; 4];
-        let mut sums = [A::F32::splat(0.0); 4];
+        let mut all = [0.0_f64; 3];
+        let mut sums = [A::F32::splat(0.0); 3];
         let mut from = 0;
         for s in self.spans {
             let weights = &self.weights[from..from + s.padded()];
@@ -337,7 +434,6 @@ impl Kernel for Products<'_> {
                     for c in 0..3 {
                         sums[c] = w.fma(A::F32::load(&self.planes[c][at + k..]), sums[c]);
                     }
-                    sums[3] = sums[3].add(w);
                 }
             } else {
                 for k in 0..s.len {
@@ -347,7 +443,6 @@ impl Kernel for Products<'_> {
                     for c in 0..3 {
                         all[c] += w * f64::from(self.planes[c][texel]);
                     }
-                    all[3] += w;
                 }
             }
             if weights.len() >= LONG {
@@ -361,8 +456,8 @@ impl Kernel for Products<'_> {
 
 /// Adds the lanes of `sums` to `all`, and clears them.
 #[inline(always)]
-fn flush<A: Arch>(sums: &mut [A::F32; 4], all: &mut [f64; 4]) {
-    for c in 0..4 {
+fn flush<A: Arch>(sums: &mut [A::F32; 3], all: &mut [f64; 3]) {
+    for c in 0..3 {
         let mut lanes = [0.0_f32; BLOCK];
         sums[c].store(&mut lanes[..A::F32::LANES]);
         for v in lanes {

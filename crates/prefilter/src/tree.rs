@@ -296,7 +296,7 @@ mod tests {
                 [if d.angle_between(lamp) < 0.03 { bright } else { 0.5 }; 3]
             })
         };
-        let sun = Beam { direction: DVec3::Y, radius: 0.005, flux: [4.0; 3] };
+        let sun = Beam { direction: DVec3::Y, radius: 0.005, flux: [4.0; 3], cell: None };
         let tree = Tree::new(Some(&image(200.0)), &[sun], &Task::quiet()).unwrap();
         let peaks = tree.peaks(0.1, 2e-3, 9);
         let flux: f64 = image(200.0).integral()[0];

@@ -1,10 +1,10 @@
 //! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
 
+use crate::Zonal;
 use crate::bands::{self, cost, with_sparks};
 use crate::sampled::{MAX_ORDER, Sampled, TAIL};
 use crate::split::Split;
-use crate::texels::{NOTHING, Scratch, Texels};
-use crate::{Zonal, probe};
+use crate::texels::Texels;
 
 /// Part of the tolerance that a bound may take.
 const SHARE: f64 = 0.25;
@@ -40,33 +40,13 @@ pub(crate) struct Near<'a> {
     pub predicted: f64,
 }
 
-/// Bands that tell what a sum over samples holds: they repeat mirrored, the brightest of all, the mean, at 2 · rows.
-fn repeated(light: &Sampled) -> usize {
-    2 * light.image.height.max(MAX_ORDER / 2) + 64
+/// Coefficients of a kernel, some bands beyond the analysis' among them.
+pub(crate) fn coefficients(kernel: &dyn Zonal) -> Vec<f64> {
+    kernel.coefficients(BANDS)
 }
 
-/// Coefficients of a kernel up to where they cannot matter: beyond the analysis only where they are not small by then.
-pub(crate) fn coefficients(light: &Sampled, kernel: &dyn Zonal, tolerance: f64) -> Vec<f64> {
-    let k = kernel.coefficients(MAX_ORDER + 64);
-    let last = k[MAX_ORDER..].iter().fold(0.0, |m: f64, k| m.max(k.abs()));
-    if last <= 0.01 * TAIL * tolerance * k[0].abs() { k } else { kernel.coefficients(repeated(light)) }
-}
-
-/// Directions at which the weights of near texels are looked at.
-const PROBES: usize = 128;
-
-/// RMS of k_0 over the sum of weights, over directions. A kernel narrower than the texels gives little weight to any of
-/// them where it looks between them, and what the result is divided by raises the errors of the far part.
-fn thinness(texels: &Texels<'_>, kernel: &dyn Zonal, split: &Split<'_>, k0: f64, far: &[f64]) -> f64 {
-    let mut scratch = Scratch::default();
-    let square = |i: usize| {
-        let (_, near) = texels.near(split, kernel, probe::direction(i, PROBES), &mut scratch);
-        let weight = near + far[0];
-        // Where there is none the nearest texel is taken, and nothing divided.
-        if weight > NOTHING { (k0 / weight).powi(2) } else { 1.0 }
-    };
-    ((0..PROBES).map(square).sum::<f64>() / PROBES as f64).sqrt()
-}
+/// Highest band of coefficients.
+const BANDS: usize = MAX_ORDER + 64;
 
 /// The cheapest way within the tolerance; where none is, the sum over all texels if it is not too long, else the most
 /// exact one.
@@ -82,23 +62,19 @@ pub(crate) fn plan<'a>(
     let sparks = |merged: bool| if merged { 0 } else { light.sparks().len() };
     let of_sparks =
         |merged: bool| if merged && !light.sparks().is_empty() { bands::SPARKS * tolerance } else { 0.0 };
-    let tail = tail + bands::unevenness(k, light.image.height) + of_sparks(merged);
+    let tail = tail + of_sparks(merged);
     let limit = SHARE * tolerance;
     let enough = tail <= limit;
     let price = cost::series(order, texels) + cost::values(sparks(merged), texels);
-    let sums = Texels::new(&light.image);
     let mut best: Option<Near<'a>> = None;
     for (expected, split) in splits(light, kernel, texels) {
         if enough && expected >= price {
             break;
         }
-        let far = split.far(repeated(light));
-        let thin = thinness(&sums, kernel, &split, k[0], &far).max(1.0);
-        let (order, rest) = bands::order(light, &far, k, TAIL * tolerance / thin);
-        // From band = width on samples repeat around the axis as well, which sums of weights by latitude do not know.
-        let order = order.min(light.image.width.saturating_sub(1));
-        let (order, merged) = with_sparks(light, &far, k, order, texels, tolerance / thin);
-        let predicted = rest * thin + of_sparks(merged);
+        let far = split.far(BANDS);
+        let (order, rest) = bands::order(light, &far, k, TAIL * tolerance);
+        let (order, merged) = with_sparks(light, &far, k, order, texels, tolerance);
+        let predicted = rest + of_sparks(merged);
         let within = predicted <= limit;
         if within || best.as_ref().is_none_or(|b| predicted < b.predicted) {
             best = Some(Near { split, far, order, merged, predicted });
@@ -123,11 +99,15 @@ pub(crate) fn plan<'a>(
 /// Reaches of the near part and their costs, the cheapest first.
 fn splits<'a>(light: &Sampled, kernel: &'a dyn Zonal, texels: usize) -> Vec<(f64, Split<'a>)> {
     let top = light.order();
-    let mut all = Vec::new();
-    for order in [top, top / 2, top / 4].into_iter().filter(|&o| o >= 32) {
+    let (mut all, sums) = (Vec::new(), Texels::new(&light.image));
+    for order in (0..5).map(|k| top >> k).filter(|&o| o >= 32) {
         for turns in [10.0, 14.0, 20.0, 30.0, 40.0] {
             let split = Split::new(kernel, order, turns);
-            all.push((cost::near(&light.image, &split, texels) + cost::series(order, texels), split));
+            // χ has to change over more than a texel, or many nodes of each are needed.
+            if split.reach() >= 2.0 * sums.size() {
+                let near = cost::near(&light.image, &split, sums.size() / kernel.width(), texels);
+                all.push((near + cost::series(order, texels), split));
+            }
         }
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -145,7 +125,8 @@ mod tests {
     use steradian_light::{Environment, Lights};
     use steradian_sphere::{Layout, SphereImage};
 
-    /// Sheen ends in a rim at the horizon that a coarse light has no bands for: only the sum itself is within reach.
+    /// Sheen ends in a rim at the horizon that no series soon holds: where the tolerance is strict only the sum itself is
+    /// within reach.
     #[test]
     fn what_no_series_holds_is_summed() {
         let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {
@@ -153,11 +134,14 @@ mod tests {
         });
         let lights = Lights::from(Environment { image });
         let kernel = Lobe::charlie(0.02);
-        let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
-        let got = filter_image(&light, &kernel, (Layout::Cube, 12, 12), 2e-3, &Task::quiet()).unwrap();
-        assert_eq!(got.way, Way::All);
-        let e = deviation(&light, &kernel, &got.image, 200);
-        assert!(e.rms < 1e-6 && e.worst < 1e-5, "{e:?}");
+        for (tolerance, summed) in [(2e-3, false), (1e-6, true)] {
+            let light = Sampled::new(&lights, &[&kernel], tolerance, &Task::quiet()).unwrap();
+            let shape = (Layout::Cube, 6, 6);
+            let got = filter_image(&light, &kernel, shape, tolerance, &Task::quiet()).unwrap();
+            assert!(!summed || got.way == Way::All, "{:?}", got.way);
+            let e = deviation(&light, &kernel, &got.image, 60);
+            assert!(e.rms < 0.5 * tolerance, "{:?} {e:?}", got.way);
+        }
     }
 
     /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of them.

@@ -68,8 +68,9 @@ pub struct Options {
     /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels included
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
-    /// Texels of each level that are compared with the sum over all texels of the light
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 6)]
+    /// Texels of each level that are compared with the integral over all texels of the light: some spread evenly, most
+    /// where the level is bright
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64)]
     check: u16,
     /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
     /// per-face, box-mip, dual-paraboloid or frequency

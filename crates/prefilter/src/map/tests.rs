@@ -15,11 +15,10 @@ fn lights() -> Lights {
 }
 
 #[test]
-fn every_kernel_and_width_is_the_sum_over_texels() {
+fn every_kernel_and_width_is_the_integral_over_texels() {
     let lights = lights();
     for w in [0.01_f64, 0.02, 0.05, 0.15, 0.5, 1.0] {
-        // Compact kernels narrower than half a texel see one texel or none.
-        let compact = w.max(0.03);
+        let compact = w;
         let n = 2.0 / (compact * compact);
         for kernel in [
             Lobe::ggx(w),
@@ -89,7 +88,7 @@ fn enlarged_mirrors_are_not_negative_and_keep_the_flux() {
     }
 }
 
-/// The sum over texels divides by itself, whichever way it is taken.
+/// All that a kernel holds is met, whichever way it is taken.
 #[test]
 fn coarse_constants_stay() {
     let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [2.0, 1.0, 0.5]);
@@ -111,7 +110,7 @@ fn coarse_constants_stay() {
                 let got = filter_image(&light, &kernel, (layout, w, h), tolerance, &Task::quiet()).unwrap();
                 for (plane, l) in got.image.planes.iter().zip([2.0_f32, 1.0, 0.5]) {
                     let worst = plane.iter().map(|v| (v / l - 1.0).abs()).fold(0.0, f32::max);
-                    assert!(worst < 1e-5, "{kernel:?} {tolerance} {layout:?}: {worst:e} {:?}", got.way);
+                    assert!(worst < 3e-5, "{kernel:?} {tolerance} {layout:?}: {worst:e} {:?}", got.way);
                 }
             }
         }
@@ -137,17 +136,17 @@ fn turning_the_light_turns_the_map() {
     }
 }
 
-/// What a kernel far narrower than the texels sees is the nearest one, to the filter as to the sum that judges it.
+/// What a kernel far narrower than the texels sees is the texel there, to the filter as to the sum that judges it.
 #[test]
 fn a_needle_sees_the_nearest_texel() {
     let lights = lights();
-    for kernel in [Lobe::phong(1e9), Lobe::gaussian(1e-5)] {
+    for kernel in [Lobe::phong(1e9), Lobe::gaussian(3e-5)] {
         let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
         let got = filter_image(&light, &kernel, (Layout::Cube, 6, 6), 2e-3, &Task::quiet()).unwrap();
         let e = deviation(&light, &kernel, &got.image, 60);
         assert!(e.rms < 1e-3 && e.worst < 1e-2, "{kernel:?}: {e:?} {:?}", got.way);
         let d = DVec3::new(0.3, 0.2, 0.4).normalize();
-        let (exact, nearest) = (light.brute_force(&kernel, 1.0, d), light.image.nearest(d));
-        assert!((0..3).all(|c| (exact[c] - f64::from(nearest[c])).abs() < 1e-6), "{exact:?} {nearest:?}");
+        let (exact, nearest) = (light.brute_force(&kernel, d), light.image.nearest(d));
+        assert!((0..3).all(|c| (exact[c] - f64::from(nearest[c])).abs() < 1e-4), "{exact:?} {nearest:?}");
     }
 }

@@ -119,6 +119,15 @@ impl Method {
         tolerance: f64,
         task: &Task,
     ) -> Result<Made, Cancelled> {
+        let divided;
+        let light = match self {
+            Self::Brute | Self::Frequency => light,
+            // These take texels at their centres.
+            _ => {
+                divided = light.divided(kernel);
+                &divided
+            }
+        };
         match self {
             Self::Brute => brute(light, kernel, shape, task),
             Self::TruncatedAngular => truncated_angular(light, kernel, shape, 0.2 * tolerance, task),

@@ -158,7 +158,7 @@ pub(super) mod tests {
         }
         let cube = synthesize(&sh, Layout::Cube, 128, 128);
         for (a, b) in sh.c.iter().flatten().zip(super::super::project(&cube, 8).c.iter().flatten()) {
-            assert!((a - b).abs() < 2e-3, "{a} {b}");
+            assert!((a - b).abs() < 1e-3, "{a} {b}");
         }
     }
 }

@@ -107,7 +107,7 @@ fn one(parts: &[Beam]) -> Beam {
     let moment = |b: &Beam| b.direction.angle_between(direction).powi(2) + 0.5 * b.radius.powi(2);
     let second = parts.iter().map(|b| weight(b) * moment(b)).sum::<f64>() / all;
     let flux = std::array::from_fn(|c| parts.iter().map(|b| b.flux[c]).sum());
-    Beam { direction, radius: (2.0 * second).sqrt(), flux }
+    Beam { direction, radius: (2.0 * second).sqrt(), flux, cell: None }
 }
 
 #[cfg(test)]

@@ -139,6 +139,7 @@ fn load_beams(from: &TensorFile, name: &str) -> Result<Vec<Beam>, PartError> {
         direction: DVec3::new(b[0], b[1], b[2]).normalize_or(DVec3::Y),
         radius: b[3],
         flux: [b[4], b[5], b[6]],
+        cell: None,
     };
     Ok(v.chunks_exact(7).map(beam).collect())
 }

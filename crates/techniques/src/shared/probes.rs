@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn both_kinds_together_are_uniform() {
         let sun = DVec3::new(0.2, 0.9, -0.4).normalize();
-        let beam = Beam { direction: sun, radius: 0.005, flux: [1.0; 3] };
+        let beam = Beam { direction: sun, radius: 0.005, flux: [1.0; 3], cell: None };
         let tree = Tree::new(None, &[beam], &Task::quiet()).expect("nobody cancels");
         let mirror = |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.1 }];
         let cone = |wo: DVec3| vec![Lobe::Cone { axis: DVec3::X, cosine: -wo.x, width: 0.1 }];
