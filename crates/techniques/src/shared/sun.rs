@@ -56,7 +56,8 @@ impl Sun {
             for (y, wy) in &columns {
                 let omega = wx * wy * 0.5 * (b - a) * c.half * theta.sin();
                 let flux = c.radiance.map(|l| l * omega);
-                out.push(Beam { direction: c.direction(theta, c.half * y), radius: 0.0, flux });
+                let direction = c.direction(theta, c.half * y);
+                out.push(Beam { direction, radius: 0.0, flux, cell: None });
             }
         }
         out
