@@ -117,6 +117,7 @@ pub fn difference(got: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
 }
 
 /// A measured error.
+#[derive(Clone, Copy)]
 pub struct Found {
     /// Relative RMS error.
     pub error: f64,

@@ -84,8 +84,9 @@ fn batches_that_do_not_fit_give_zero() {
 #[test]
 fn shaders_are_valid() {
     for t in rooms(Check::Shader) {
-        for spec in t.card().specimens {
-            let room = shared(t, "furnace", spec).gpu();
+        // Under a sun rooms that take it apart have its functions too.
+        let both = |spec: &&'static str| ["furnace", "sunny"].map(|name| shared(t, name, spec).gpu());
+        for room in t.card().specimens.iter().flat_map(both) {
             let text = gpu::module(&room);
             let module = naga::front::wgsl::parse_str(&text)
                 .unwrap_or_else(|e| panic!("{}:\n{}", room.slug, e.emit_to_string(&text)));
