@@ -27,14 +27,17 @@ pub(crate) fn nodes_for(ratio: f64) -> usize {
     1 + UP_TO.iter().take_while(|r| ratio > **r).count()
 }
 
-/// Where a kernel ends in a step no rule converges quickly; cells are then divided to this size, radians, at which
-/// what they miss along the step adds up to about 1e-5.
+/// Where a kernel ends steeply no rule converges quickly; cells are then divided to this size, radians, at which what they
+/// miss along the rim adds up to about 1e-5.
 const STEP: f64 = 0.004;
 
-/// The scale that a kernel's steps ask for: infinite where it has none.
+/// The scale that a kernel's rim asks for: infinite where it has none. Sheen rises towards the horizon, and holds much
+/// within a hundredth of it.
 pub(crate) fn step_scale(kernel: &dyn Zonal) -> f64 {
-    let support = kernel.support();
-    if support >= PI || kernel.value((support - 1e-9).cos()).abs() < 1e-4 { f64::INFINITY } else { STEP }
+    let support = kernel.support().min(PI);
+    let at = |theta: f64| kernel.value(theta.cos()).abs();
+    let peak = (0..=64).map(|k| at(support * f64::from(k) / 64.0)).fold(0.0, f64::max);
+    if support < PI && at(support - 0.01) > 0.05 * peak { STEP } else { f64::INFINITY }
 }
 
 impl Cell {

@@ -125,23 +125,18 @@ mod tests {
     use steradian_light::{Environment, Lights};
     use steradian_sphere::{Layout, SphereImage};
 
-    /// Sheen ends in a rim at the horizon that no series soon holds: where the tolerance is strict only the sum itself is
-    /// within reach.
+    /// Sheen ends in a rim at the horizon that is far narrower than the kernel's distance from its axis.
     #[test]
-    fn what_no_series_holds_is_summed() {
+    fn a_rim_at_the_horizon_is_met() {
         let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {
             [1.0 + (7.0 * d.x).sin() as f32, if d.y > 0.3 { 4.0 } else { 0.2 }, 0.5 - 0.4 * d.z as f32]
         });
         let lights = Lights::from(Environment { image });
         let kernel = Lobe::charlie(0.02);
-        for (tolerance, summed) in [(2e-3, false), (1e-6, true)] {
-            let light = Sampled::new(&lights, &[&kernel], tolerance, &Task::quiet()).unwrap();
-            let shape = (Layout::Cube, 6, 6);
-            let got = filter_image(&light, &kernel, shape, tolerance, &Task::quiet()).unwrap();
-            assert!(!summed || got.way == Way::All, "{:?}", got.way);
-            let e = deviation(&light, &kernel, &got.image, 60);
-            assert!(e.rms < 0.5 * tolerance, "{:?} {e:?}", got.way);
-        }
+        let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
+        let got = filter_image(&light, &kernel, (Layout::Cube, 6, 6), 2e-3, &Task::quiet()).unwrap();
+        let e = deviation(&light, &kernel, &got.image, 60);
+        assert!(e.rms < 1e-3, "{:?} {e:?}", got.way);
     }
 
     /// Kernels far narrower than a texel look at few texels around it, and are still the sum over all of them.

@@ -34,7 +34,7 @@ fn every_kernel_and_width_is_the_integral_over_texels() {
                 assert!(got.image.planes.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
                 let e = deviation(&light, &kernel, &got.image, 40);
                 assert!(e.rms < 1e-3 && e.bias.abs() < 1e-3, "{kernel:?}: {e:?} {:?}", got.way);
-                assert!(e.worst < 1e-2, "{kernel:?}: {e:?} {:?}", got.way);
+                assert!(e.worst < 2e-2, "{kernel:?}: {e:?} {:?}", got.way);
             }
         }
     }
