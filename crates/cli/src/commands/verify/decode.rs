@@ -6,9 +6,12 @@ use crate::inputs;
 use crate::textures::{Container, planes};
 use serde_json::Value;
 use std::path::{Component, Path, PathBuf};
-use steradian_formats::{Raster, ReadOptions, read_image_with};
+use steradian_formats::{Raster, ReadOptions, read_image_with, read_text};
 use steradian_light::load::{self, FileLayout, LoadOptions, Profile};
 use steradian_sphere::SphereImage;
+
+/// Bytes that a text beside images may have.
+const TEXT: u64 = 4 << 20;
 
 /// What a file holds.
 pub struct Held {
@@ -112,7 +115,7 @@ fn folder(dir: &Path, reading: &Reading, context: &mut Context) -> Result<Held, 
             dir.display()
         )));
     }
-    held.sh = std::fs::read_to_string(dir.join("sh.txt")).ok().as_deref().and_then(coefficients);
+    held.sh = read_text(&dir.join("sh.txt"), TEXT, "coefficients").ok().as_deref().and_then(coefficients);
     Ok(held)
 }
 
@@ -144,8 +147,7 @@ fn faces_of_textures(
 /// The light of `EXT_lights_image_based`: RGBD images and irradiance coefficients.
 fn gltf(path: &Path, reading: &Reading, context: &mut Context) -> Result<Held, Failure> {
     let bad = |why: &str| Failure::input(format!("{}: {why}", path.display()));
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Failure::input(format!("{}: cannot read: {e}", path.display())))?;
+    let text = read_text(path, TEXT, "a glTF document beside its images")?;
     let document: Value = serde_json::from_str(&text).map_err(|e| bad(&format!("is no JSON: {e}")))?;
     let light = &document["extensions"]["EXT_lights_image_based"]["lights"][0];
     let levels =

@@ -145,6 +145,10 @@ impl Part for Stack {
         if shape[0] < 3 || shape[1] != HEAD + components {
             return Err(bad("curve"));
         }
+        // Suns were disks once, under another name: such a bake would be shaded without them.
+        if from.tensors.contains_key(&format!("{prefix}.disks")) {
+            return Err(bad("disks"));
+        }
         let suns = load_suns(from, &format!("{prefix}.suns"))?;
         let halves = Bundle::is_half(from, &format!("{prefix}.maps00"));
         Ok(Self { centre, stride: HEAD + components, curve, levels, suns, halves })
