@@ -29,6 +29,10 @@ const CLEARLY: f64 = 0.3;
 /// A hypothesis that leaves more than this, or than this part of what the file is off by, explains nothing.
 const LEAVES: f64 = 0.04;
 const LEAVES_OF_ALL: f64 = 0.15;
+/// … nor does one that leaves more than this, however far off the file is.
+const LEAVES_MOST: f64 = 0.12;
+/// Residuals above this never count as nothing, however much the light's texels leave open.
+const MOST_OPEN: f64 = 0.01;
 /// Correlation of the details of file and light below which they are of two lights.
 const SAME_LIGHT: f64 = 0.35;
 
@@ -250,7 +254,9 @@ impl<'a, 'b> Search<'a, 'b> {
                 .flat_map(|(_, a)| read.iter().map(|(_, b)| apart(&bench.samples[m], &a[m], &b[m])));
             out.open[m] = spans.fold(0.0, f64::max).hypot(bench.rounding[m]);
         }
-        let mean = out.open.iter().map(|o| o * o).sum::<f64>() / n.max(1) as f64;
+        // Of a level that is not filtered the reading that fits best is taken: it opens nothing for the others.
+        let filtered = (0..n).filter(|&m| expected[m].zonal().is_some());
+        let mean = filtered.map(|m| out.open[m].powi(2)).sum::<f64>() / n.max(1) as f64;
         out.floor = FLOOR.hypot(0.7 * mean.sqrt());
         let mut residuals = Vec::new();
         for (r, columns) in read {
@@ -317,7 +323,7 @@ impl<'a, 'b> Search<'a, 'b> {
     /// Does a hypothesis with hardly a free number leave nothing?
     fn explained(&self) -> bool {
         let best = self.best();
-        best.score.residual < 1.2 * self.floor && best.free <= 3
+        best.score.residual < 1.2 * self.floor.min(MOST_OPEN) && best.free <= 3
     }
 
     /// Turns that suit the levels better than none.
@@ -636,7 +642,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let kinds = best.kinds();
         let rival = ranked.iter().find(|h| !kinds.within(h.kinds()));
         let ahead = rival.is_none_or(|r| r.cost(self.floor) - best.cost(self.floor) > CLEARLY);
-        ahead && best.score.residual < LEAVES.hypot(1.5 * self.floor).max(LEAVES_OF_ALL * all)
+        ahead && best.score.residual < LEAVES.max((LEAVES_OF_ALL * all).min(LEAVES_MOST))
     }
 
     /// What an error that no hypothesis explains is like.
