@@ -1,7 +1,7 @@
 //! Unit directions of an image's rows of texels, and sums of a kernel over directional lights there, many texels at a
 //! time.
 
-use crate::cell::nodes_for;
+use crate::cell::{nodes_for, step_scale};
 use crate::{Beam, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -61,6 +61,7 @@ impl Row {
         }
         self.s2.resize(n, 0.0);
         self.weights.resize(n, 0.0);
+        let rim = step_scale(kernel);
         for beam in beams {
             let size = beam.cell.map_or(0.0, |c| c.size());
             let farthest = (0.5 * (kernel.support() + size).min(PI)).sin().powi(2) as f32;
@@ -75,18 +76,23 @@ impl Row {
             };
             let near = 2.0 * f64::from(nearest).sqrt() - 0.75 * size;
             let ratio = size / kernel.width().max(0.5 * near);
+            // Which texels take the cell one by one: all, or those for which the kernel's rim crosses it.
+            let crossed = |s2: &f32| {
+                rim.is_finite() && (2.0 * f64::from(*s2).sqrt().asin() - kernel.support()).abs() < size
+            };
+            let alone: Vec<bool> =
+                self.s2.iter().map(|s2| *s2 <= farthest && (ratio > 1.0 || crossed(s2))).collect();
             if ratio <= 1.0 {
                 cell.nodes(nodes_for(ratio), &mut |d, w| {
                     self.distances(d);
+                    // Beyond every support.
+                    self.s2.iter_mut().zip(&alone).filter(|(_, a)| **a).for_each(|(s2, _)| *s2 = 1.0);
                     self.add(beam.flux, w, kernel);
                 });
-                continue;
             }
-            for i in 0..n {
-                if let Some(d) = self.direction(i)
-                    && self.s2[i] <= farthest
-                {
-                    let w = cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle();
+            for i in (0..n).filter(|i| alone[*i]) {
+                if let Some(d) = self.direction(i) {
+                    let w = cell.integral(kernel, d, rim) / cell.solid_angle();
                     (0..3).for_each(|c| self.sums[c][i] += w * beam.flux[c]);
                 }
             }

@@ -279,7 +279,9 @@ mod tests {
 
     #[test]
     fn both_ways_are_the_sum() {
-        steradian_testkit::on_every_isa(sums);
+        steradian_testkit::on_every_isa(|| {
+            sums();
+        });
     }
 
     fn sums() {
