@@ -60,7 +60,6 @@ impl Source {
 
     /// A base image and beams that [`Source::of`] split, as they were saved.
     pub fn prepared(base: Option<SphereImage>, beams: Vec<Beam>, order: usize) -> Self {
-        let order = base.as_ref().map_or(order, |b| order.min(2 * b.height.max(2)));
         let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project(b, order));
         Self::assembled(base, beams, spectrum)
     }
