@@ -82,8 +82,11 @@ pub const LAWS: [Named; 8] = [
     ("unity (m = L r (1.7 - 0.7 r))", |m, l| Curve::Unity.roughness(m, l)),
 ];
 
+/// A wrong list: its name, and the roughness of level m of 0 … last by a curve.
+pub type Slip = (&'static str, fn(Shape, usize, usize) -> f64);
+
 /// Lists that come of counting levels wrongly, of a curve r(m, L).
-pub const SLIPS: [(&str, fn(Shape, usize, usize) -> f64); 6] = [
+pub const SLIPS: [Slip; 6] = [
     ("the list of one more level without its last one", |r, m, l| r(m, l + 1)),
     ("the list of one more level without its first one", |r, m, l| r(m + 1, l + 1)),
     ("the list of two more levels without the last two", |r, m, l| r(m, l + 2)),

@@ -94,7 +94,7 @@ pub fn is_noise(got: &SphereImage, want: &SphereImage, sound: &[bool]) -> bool {
     let e: Vec<f64> = (0..n).map(error).collect();
     let mean = e.iter().sum::<f64>() / n as f64;
     let variance = e.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n as f64;
-    let inner = |k: &usize| k % w + 2 < w && k % w > 0;
+    let inner = |k: &usize| k % w + 2 < w && !k.is_multiple_of(w);
     let mut near = (0.0, 0.0);
     let mut detail = (0.0, 0.0, 0.0);
     for k in (0..n).filter(inner) {
