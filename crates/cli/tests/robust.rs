@@ -28,13 +28,13 @@ fn chequered(dir: &Path, name: &str, a: f32, b: f32) {
         let v = if (k + k / 8) % 2 == 0 { a } else { b };
         (0..3).for_each(|_| bytes.extend(v.to_le_bytes()));
     }
-    fs::write(dir.join(name), bytes).unwrap();
+    fs::write(dir.join(name), bytes).expect("written");
 }
 
 fn folder() -> tempfile::TempDir {
     let d = tempfile::tempdir().expect("a folder");
     fs::write(d.path().join("p.csv"), "nx,ny,nz,vx,vy,vz,x,y,z\n0,1,0,0,1,0,0,1,0\n1,0,0,1,1,0,1,0,0\n")
-        .unwrap();
+        .expect("written");
     chequered(d.path(), "strong.pfm", 1e38, -1e38);
     chequered(d.path(), "bound.pfm", 9e29, -9e29);
     chequered(d.path(), "fine.pfm", 1e25, 1e20);
