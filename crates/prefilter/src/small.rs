@@ -1,9 +1,10 @@
 //! Inputs that fill no register, or just more than one: on every instruction set.
 
-use crate::legendre::moments;
+use crate::kernel::legendre::moments;
+use crate::kernel::profile;
+use crate::light::source::Statistics;
 use crate::shrm::{Grid, Plan, Term, global, pairs};
-use crate::source::Statistics;
-use crate::{Beam, Lobe, Zonal, angular, profile};
+use crate::{Beam, Lobe, Zonal, angular};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
@@ -84,7 +85,7 @@ fn rows_of_few_texels() {
         for size in [0, 1, 2, 3, 7, 8, 9, 17] {
             for layout in [Layout::Cube, Layout::LatLong] {
                 let mut image = SphereImage::new(layout, size, size);
-                crate::rows::for_rows(&mut image, |row, [r, _, _]| {
+                crate::image::rows::for_rows(&mut image, |row, [r, _, _]| {
                     row.sums(&beams, &Lobe::lambert());
                     for i in 0..size {
                         let d = row.direction(i).expect("all texels have one");

@@ -11,7 +11,7 @@
 
 use super::grid::each;
 use super::{Card, Cost, Made, Shape};
-use crate::kernel::quadrature;
+use crate::kernel::zonal::quadrature;
 use crate::{Sampled, Zonal};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -5,7 +5,7 @@
 //! ones directly, and chooses F by the tolerance.
 
 use super::{Card, Cost, Made, Shape, reach};
-use crate::map::Way;
+use crate::image::map::Way;
 use crate::{Sampled, Zonal, filter_image};
 use steradian_base::{Cancelled, Task};
 

@@ -2,7 +2,7 @@
 
 use super::Cost;
 use crate::Zonal;
-use crate::kernel::quadrature;
+use crate::kernel::zonal::quadrature;
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};

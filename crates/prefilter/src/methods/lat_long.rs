@@ -14,7 +14,7 @@
 
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, band_limit, reach};
-use crate::sampled::beams_at;
+use crate::light::sampled::beams_at;
 use crate::{Sampled, Zonal};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;

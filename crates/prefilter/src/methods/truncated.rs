@@ -7,7 +7,7 @@
 use super::grid::each;
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, reach};
-use crate::sampled::{azimuth, beams_at};
+use crate::light::sampled::{azimuth, beams_at};
 use crate::{Sampled, Zonal};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -123,7 +123,7 @@ pub(super) fn harmonics(p: usize, d: DVec3) -> Vec<f64> {
 pub fn cube(columns: &ColumnsRgb, size: usize) -> EdgeCube {
     let size = size.max(1);
     let n = size + 1;
-    let at = |k: usize| crate::edge_cube::direction(size, k / (n * n), k % n, k / n % n);
+    let at = |k: usize| crate::cube::edge_cube::direction(size, k / (n * n), k % n, k / n % n);
     let directions: Vec<DVec3> = (0..6 * n * n).map(at).collect();
     let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; directions.len()]);
     PointSynthesis::new(columns, &[], ERROR).at(&directions, planes.each_mut().map(Vec::as_mut_slice));
@@ -134,12 +134,7 @@ pub fn cube(columns: &ColumnsRgb, size: usize) -> EdgeCube {
 
 /// A function from its coefficients at every texel centre of a layout, to about 1e-6 of its range.
 pub fn image(columns: &ColumnsRgb, (layout, width, height): (Layout, usize, usize)) -> SphereImage {
-    crate::synthesis::synthesize(
-        columns,
-        &vec![1.0; columns.order() + 1],
-        (layout, width, height),
-        0.5 * ERROR,
-    )
+    crate::image::synthesize(columns, &vec![1.0; columns.order() + 1], (layout, width, height), 0.5 * ERROR)
 }
 
 const ERROR: f64 = 1e-6;

@@ -1,7 +1,7 @@
 //! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole, and the
 //! transforms of lat-long grids save the change of basis.
 
-use crate::{Beam, source};
+use super::{Beam, source};
 use glam::{DMat3, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 use steradian_sphere::sh::{self, Basis, ShRgb};

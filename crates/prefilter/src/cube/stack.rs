@@ -1,8 +1,9 @@
 //! One light, many kernels: a stack of cubes from one spectrum, as three-dimensional prefiltered maps need them (Kautz &
 //! McCool 2000; Kautz, Vázquez, Heidrich & Seidel 2000).
 
-use crate::edge_cube::{self, EdgeCube};
-use crate::{Source, polar};
+use super::edge_cube::{self, EdgeCube};
+use crate::Source;
+use crate::light::polar;
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};

@@ -1,7 +1,7 @@
 //! From coefficients about the pole y to images in any layout: by the transform itself where the image is lat-long,
 //! else by [`PointSynthesis`].
 
-use crate::polar;
+use crate::light::polar;
 use glam::DVec3;
 use steradian_sphere::sh::{ColumnsRgb, Grid, PointSynthesis, Precision, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};

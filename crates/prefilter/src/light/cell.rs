@@ -1,7 +1,7 @@
 //! A texel of a lat-long light: a rectangle in θ and φ, over which the light is constant.
 
+use super::beam::rule;
 use crate::Zonal;
-use crate::beam::rule;
 use glam::DVec3;
 use std::f64::consts::PI;
 

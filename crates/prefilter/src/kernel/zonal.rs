@@ -4,7 +4,7 @@
 //! √(4π/(2l+1)). Ramamoorthi & Hanrahan (2002) write ρ̂_l for the coefficient in the orthonormal basis, so
 //! k_l = Λ_l ρ̂_l with Λ_l = √(4π/(2l+1)).
 
-use crate::{legendre, profile};
+use super::{legendre, profile};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 use steradian_sphere::quadrature::gauss_legendre;

@@ -4,8 +4,8 @@
 //! then synthesis; small bright lights are added exactly, direction by direction. Where the order that the
 //! tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
-use crate::edge_cube::{self, EdgeCube};
-use crate::synthesis::at_points;
+use super::edge_cube::{self, EdgeCube};
+use crate::image::at_points;
 use crate::{Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
 use rayon::prelude::*;

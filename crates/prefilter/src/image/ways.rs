@@ -1,10 +1,10 @@
 //! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
 
+use super::bands::{self, cost, with_sparks};
+use super::texels::Texels;
 use crate::Zonal;
-use crate::bands::{self, cost, with_sparks};
-use crate::sampled::{MAX_ORDER, Sampled, TAIL};
-use crate::split::Split;
-use crate::texels::Texels;
+use crate::kernel::split::Split;
+use crate::light::sampled::{MAX_ORDER, Sampled, TAIL};
 
 /// Part of the tolerance that a bound may take.
 const SHARE: f64 = 0.25;

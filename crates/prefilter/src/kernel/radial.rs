@@ -1,8 +1,8 @@
 //! A kernel of any shape, given by its values: of a measured reflectance, say.
 
-use crate::cells::Cells;
-use crate::kernel::Zonal;
-use crate::legendre;
+use super::cells::Cells;
+use super::legendre;
+use super::zonal::Zonal;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_sphere::quadrature::gauss_legendre;
 

@@ -5,12 +5,12 @@
 //! each direction, and the texels near it are summed ([`Way::Near`]). The brightest texels are summed exactly where
 //! the series would ring. Where neither is sure to meet the tolerance all texels are summed, if they are few.
 
-use crate::measure::finish;
-use crate::rows::for_rows;
-use crate::sampled::{Sampled, beams_at};
-use crate::synthesis::synthesize;
-use crate::texels::{Scratch, Texels};
-use crate::ways::{self, Frequency, Near, Plan};
+use super::measure::finish;
+use super::rows::for_rows;
+use super::synthesize;
+use super::texels::{Scratch, Texels};
+use super::ways::{self, Frequency, Near, Plan};
+use crate::light::sampled::{Sampled, beams_at};
 use crate::{Beam, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;

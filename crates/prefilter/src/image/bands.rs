@@ -1,7 +1,7 @@
 //! Which bands a filtered image needs: kernel tail × measured spectrum of the light.
 
 use crate::Sampled;
-use crate::sampled::MAX_ORDER;
+use crate::light::sampled::MAX_ORDER;
 use std::f64::consts::PI;
 
 /// The smallest order whose bound of the relative RMS error is at most `limit` (or all bands), and that bound.
@@ -77,8 +77,8 @@ pub(crate) fn with_sparks(
 
 /// Rough costs in nanoseconds of one core, for choosing between ways; only their ratios count.
 pub(crate) mod cost {
-    use crate::cell::nodes_for;
-    use crate::split::Split;
+    use crate::kernel::split::Split;
+    use crate::light::cell::nodes_for;
     use steradian_sphere::SphereImage;
 
     /// A synthesis up to `order` at so many texels: Legendre sums over a grid of 2F rows, its Fourier transforms, and

@@ -1,7 +1,7 @@
 //! Small bright lights apart from the image: suns, directional lights, and the brightest texels.
 
+use super::cell::nodes_for;
 use crate::Cell;
-use crate::cell::nodes_for;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::OnceLock;

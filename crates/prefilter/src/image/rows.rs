@@ -1,7 +1,7 @@
 //! Unit directions of an image's rows of texels, and sums of a kernel over directional lights there, many texels at a
 //! time.
 
-use crate::cell::{nodes_for, step_scale};
+use crate::light::cell::{nodes_for, step_scale};
 use crate::{Beam, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -170,7 +170,7 @@ impl Kernel for Squares<'_> {
 mod tests {
     use super::*;
     use crate::Lobe;
-    use crate::sampled::beams_at;
+    use crate::light::sampled::beams_at;
 
     #[test]
     fn rows_hold_the_directions_and_sums_of_their_texels() {

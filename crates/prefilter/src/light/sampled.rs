@@ -3,10 +3,11 @@
 //! A filtered map holds ∫ L K dω at its texels' centres, with L constant over each texel's exact cell, as everywhere (see
 //! "Conventions" in ARCHITECTURE.md).
 
-use crate::cell::step_scale;
-use crate::source::{self, Statistics, sparks};
-use crate::synthesis::precision;
-use crate::{Beam, Cell, Zonal, polar};
+use super::cell::step_scale;
+use super::polar;
+use super::source::{self, Statistics, sparks};
+use crate::image::precision;
+use crate::{Beam, Cell, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;

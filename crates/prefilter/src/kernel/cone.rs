@@ -8,7 +8,7 @@
 //!
 //! and α ≤ π/2 suffices. Near d the kernel of α > 0 is pointed (cosⁿα (1 + n θ tan α)), so its bands fall like a power.
 
-use crate::legendre;
+use super::legendre;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 use steradian_sphere::quadrature::gauss_legendre;

@@ -2,8 +2,8 @@
 //!
 //! Those of microfacet models are seen with n = wo = r, K ∝ D(n·h)/4 · ⟨n·wi⟩₊ with n·h = cos(θ/2).
 
-use crate::kernel::{GgxMirror, Power, Zonal, quadrature};
-use crate::profile;
+use super::profile;
+use super::zonal::{GgxMirror, Power, Zonal, quadrature};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A normalised kernel.

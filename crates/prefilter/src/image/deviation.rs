@@ -1,8 +1,8 @@
 //! How far a filtered image is from the integral over all texels of the light.
 
+use super::texels::{Scratch, Texels};
 use crate::Zonal;
-use crate::sampled::{Sampled, beams_at};
-use crate::texels::{Scratch, Texels};
+use crate::light::sampled::{Sampled, beams_at};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_sphere::SphereImage;

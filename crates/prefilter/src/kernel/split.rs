@@ -3,8 +3,8 @@
 //! K χ reaches a few texels and is summed directly; K (1 − χ) is as smooth as χ, however sharp K is, and goes through
 //! frequency space.
 
+use super::zonal::quadrature;
 use crate::Zonal;
-use crate::kernel::quadrature;
 
 /// The two parts.
 pub(crate) struct Split<'a> {

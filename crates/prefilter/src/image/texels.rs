@@ -9,9 +9,9 @@
 //! in single precision. Kernels are evaluated for many texels at once ([`Zonal::fill`]), in blocks that begin with a
 //! register; long rows are summed in double precision.
 
-use crate::beam::rule;
-use crate::cell::{nodes_for, step_scale};
-use crate::split::{Split, step};
+use crate::kernel::split::{Split, step};
+use crate::light::beam::rule;
+use crate::light::cell::{nodes_for, step_scale};
 use crate::{Cell, Zonal};
 use glam::DVec3;
 use std::f64::consts::PI;

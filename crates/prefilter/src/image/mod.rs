@@ -1,0 +1,15 @@
+//! Light convolved with a kernel as images in any layout, for other programs.
+
+mod bands;
+mod deviation;
+pub mod map;
+pub(crate) mod measure;
+pub(crate) mod rows;
+mod synthesis;
+mod texels;
+mod ways;
+
+pub(crate) use synthesis::{at_points, precision, synthesize};
+
+pub use deviation::{Deviation, deviation};
+pub use map::{FilteredImage, filter_image, mirror_image};
