@@ -7,6 +7,7 @@ mod files;
 mod params;
 mod provenance;
 mod task;
+mod unknown;
 
 pub use brief::brief;
 pub use certificate::{Certificate, Known, Spread};
@@ -14,3 +15,4 @@ pub use files::open_file;
 pub use params::{ParamError, ParamInfo, ParamValues, Params};
 pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};
+pub use unknown::unknown;

@@ -4,23 +4,20 @@ use crate::bakefile::BakeFile;
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::model::complete;
-use crate::textures::{self, Container};
 use clap::Args;
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_base::{ParamValues, brief};
+use steradian_base::{ParamValues, brief, unknown};
 use steradian_brdf::{Files, SharedBrdf, parse_with};
-use steradian_formats::{Raster, ReadOptions, TextureLevels, read_image, read_image_with};
-use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
-use steradian_light::{DiskLight, Environment, Lights};
+use steradian_formats::{Container, Raster, ReadOptions, TextureLevels, read_image, read_image_with};
+use steradian_light::load::{Arrangement, FileLayout, LoadOptions, Loaded, Profile, load_files};
+use steradian_light::{Lights, adjust as placed};
 use steradian_prefilter::source::add_beams;
 use steradian_prefilter::{Beam, Cosine, Zonal};
-use steradian_render::scenefile::unknown;
 use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
-use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::AnyTechnique;
 
 /// The light of commands that are given none.
@@ -31,10 +28,10 @@ pub const DEFAULT_SKY: &str = "sky";
 pub struct Adjust {
     /// Arrangement of the file: latlong, angular, sphere-map, octahedral, cross, strip, paraboloid, … [default:
     /// what the file records, else by its shape]
-    #[arg(long, value_name = "NAME", value_parser = layout)]
+    #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     pub layout: Option<FileLayout>,
     /// Convention of the file: openexr, usd, cmgen, three, bevy, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = profile)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
     pub profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
@@ -47,7 +44,7 @@ pub struct Adjust {
 impl Adjust {
     /// The rotation.
     pub fn rotation(&self) -> DMat3 {
-        DMat3::from_rotation_y(self.rotate.to_radians())
+        placed::about_y(self.rotate)
     }
 
     /// The factor on radiance.
@@ -56,25 +53,9 @@ impl Adjust {
     }
 }
 
-fn layout(text: &str) -> Result<FileLayout, String> {
-    const NAMES: [&str; 10] = [
-        "latlong",
-        "cube",
-        "angular",
-        "sphere-map",
-        "octahedral",
-        "cross",
-        "vertical-cross",
-        "strip",
-        "vertical-strip",
-        "paraboloid",
-    ];
-    FileLayout::from_name(text).ok_or_else(|| unknown("layout", text, &NAMES))
-}
-
-fn profile(text: &str) -> Result<&'static Profile, String> {
-    let names: Vec<&str> = steradian_light::load::PROFILES.iter().map(|p| p.name).collect();
-    Profile::find(text).ok_or_else(|| unknown("profile", text, &names))
+/// The size of a face of an output, as `--size` says.
+pub fn side(size: (usize, usize), arrangement: Arrangement) -> Result<(usize, usize), Failure> {
+    arrangement.side(size).map_err(|e| Failure::usage(format!("--size: {e}")))
 }
 
 /// A finite number.
@@ -123,20 +104,13 @@ pub fn is_sky(spec: &str) -> bool {
     steradian_light::sky::is_name(spec)
 }
 
-/// Size of the images of skies.
-const SKY_SIZE: (usize, usize) = (1024, 512);
-
 /// The lights of a sky spec.
 fn sky(spec: &str) -> Result<Lights, Failure> {
-    sky_of(spec, SKY_SIZE)
+    Lights::of_sky(spec, SKY_SIZE).map_err(Failure::usage)
 }
 
-/// The lights of a sky spec with an image of `size`.
-pub fn sky_of(spec: &str, size: (usize, usize)) -> Result<Lights, Failure> {
-    let sky = steradian_light::sky::by_name(spec, size.0, size.1).map_err(Failure::usage)?;
-    let environment = Some(Arc::new(Environment { image: sky.image }));
-    Ok(Lights { environment, disks: sky.sun.into_iter().collect(), ..Lights::default() })
-}
+/// Size of the images of skies.
+const SKY_SIZE: (usize, usize) = (1024, 512);
 
 /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
 /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
@@ -204,17 +178,17 @@ pub fn texture_map(
     options: &LoadOptions,
 ) -> Result<Loaded, Failure> {
     let name = path.display();
-    let Some(texels) = t.levels.get(level) else {
+    if level >= t.levels.len() {
         return Err(Failure::usage(format!(
             "{name}: has no level {level}; there are 0 to {}",
             t.levels.len() - 1
         )));
-    };
+    }
     let (w, h) = t.size(level);
     let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
     let recorded = t.get("steradian.profile").and_then(Profile::find);
     let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
-    let mut raster = Raster::rgb(w, h * t.faces, textures::planes(texels));
+    let mut raster = Raster::rgb(w, h * t.faces, t.planes(level));
     raster.metadata = t.metadata.clone();
     Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
 }
@@ -223,7 +197,7 @@ pub fn texture_map(
 pub fn light(spec: &str, adjust: &Adjust, context: &mut Context) -> Result<Lights, Failure> {
     let mut lights =
         if is_sky(spec) { sky(spec)? } else { map(spec, adjust, 0, context)?.into_environment().into() };
-    turn(&mut lights, adjust);
+    lights.adjust(adjust.rotate, adjust.gain());
     // What a file holds was checked when it was read; exposure may make more of it.
     lights.check().map_err(|e| Failure::input(format!("{}: {e}", brief(spec))))?;
     Ok(lights)
@@ -236,52 +210,9 @@ pub fn light_of(
     adjust: &Adjust,
     context: &mut Context,
 ) -> Result<Lights, Failure> {
-    let mut lights = map_of(files, spec, adjust, 0, context)?.into_environment().into();
-    turn(&mut lights, adjust);
+    let mut lights: Lights = map_of(files, spec, adjust, 0, context)?.into_environment().into();
+    lights.adjust(adjust.rotate, adjust.gain());
     Ok(lights)
-}
-
-/// Turns and scales lights.
-fn turn(lights: &mut Lights, adjust: &Adjust) {
-    let (rotation, gain) = (adjust.rotation(), adjust.gain());
-    if let Some(e) = lights.environment.take() {
-        let mut image = Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image;
-        if adjust.rotate != 0.0 {
-            image = rotate_y(&image, adjust.rotate, rotation);
-        }
-        scale(&mut image, gain);
-        lights.environment = Some(Arc::new(Environment { image }));
-    }
-    for d in &mut lights.disks {
-        d.direction = (rotation * d.direction).normalize();
-        d.radiance = d.radiance.map(|c| c * gain);
-    }
-    for d in &mut lights.directionals {
-        d.direction = (rotation * d.direction).normalize();
-        d.irradiance = d.irradiance.map(|c| c * gain);
-    }
-}
-
-/// Multiplies every texel.
-pub fn scale(image: &mut SphereImage, gain: f64) {
-    if gain != 1.0 {
-        image.planes.iter_mut().flatten().for_each(|v| *v = (f64::from(*v) * gain) as f32);
-    }
-}
-
-/// Rotation about +Y. Lat-long images turn by whole texels where the angle allows: nothing is resampled then.
-pub fn rotate_y(image: &SphereImage, degrees: f64, rotation: DMat3) -> SphereImage {
-    let texels = degrees / 360.0 * image.width as f64;
-    if image.layout != Layout::LatLong || (texels - texels.round()).abs() > 1e-6 {
-        return image.rotate(rotation);
-    }
-    // Rotation by φ about +Y takes azimuth atan2(z, x) to itself less φ: the columns move to the left.
-    let shift = (texels.round() as i64).rem_euclid(image.width as i64) as usize;
-    let mut out = image.clone();
-    for plane in &mut out.planes {
-        plane.chunks_exact_mut(image.width).for_each(|row| row.rotate_left(shift));
-    }
-    out
 }
 
 /// SH coefficients of everything distant in `lights` up to `order`: texel sums of the image, disks and directional
@@ -463,65 +394,4 @@ pub fn dominant(sh: &ShRgb) -> Option<DVec3> {
     }
     let y = |i: usize| 0.2126 * sh.c[0][i] + 0.7152 * sh.c[1][i] + 0.0722 * sh.c[2][i];
     DVec3::new(y(3), y(1), y(2)).try_normalize()
-}
-
-/// The image of lights; a black one where there is none.
-pub fn environment_image(lights: Lights) -> SphereImage {
-    let black = || SphereImage::new(Layout::LatLong, 64, 32);
-    lights.environment.map_or_else(black, |e| Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image)
-}
-
-/// The image of `lights` with its disks drawn into it: a texel holds the part of each disk that covers it.
-pub fn with_disks(lights: &Lights) -> SphereImage {
-    let black = || SphereImage::new(Layout::LatLong, 1024, 512);
-    let mut image = lights.environment.as_ref().map_or_else(black, |e| e.image.clone());
-    for d in &lights.disks {
-        splat(&mut image, d);
-    }
-    image
-}
-
-/// Adds a disk to the texels that it covers, by 8 × 8 points in each, scaled so that its flux is exact.
-fn splat(image: &mut SphereImage, disk: &DiskLight) {
-    use steradian_sphere::layout::Position;
-    const N: usize = 8;
-    let (w, h) = (image.width, image.height);
-    let cosine = disk.angular_radius.cos();
-    let reach = disk.angular_radius + 4.0 * std::f64::consts::PI / h as f64;
-    let mut covered: Vec<(usize, f64)> = Vec::new();
-    let mut flux = 0.0;
-    for j in 0..h {
-        let omega = image.layout.solid_angle(w, h, 0, 0, j);
-        for i in 0..w {
-            let inside = |k: usize| {
-                let x = i as f64 + ((k % N) as f64 + 0.5) / N as f64;
-                let y = j as f64 + ((k / N) as f64 + 0.5) / N as f64;
-                image
-                    .layout
-                    .direction(w, h, Position { face: 0, x, y })
-                    .is_some_and(|d| d.dot(disk.direction) >= cosine)
-            };
-            let centre = Position { face: 0, x: i as f64 + 0.5, y: j as f64 + 0.5 };
-            let near =
-                image.layout.direction(w, h, centre).is_some_and(|d| d.angle_between(disk.direction) < reach);
-            if !near {
-                continue;
-            }
-            let part = (0..N * N).filter(|k| inside(*k)).count() as f64 / (N * N) as f64;
-            if part > 0.0 {
-                covered.push((image.index(0, i, j), part));
-                flux += part * omega;
-            }
-        }
-    }
-    if covered.is_empty() {
-        // Smaller than the grid of points: the texel that holds its centre takes it all.
-        let (f, i, j) = image.texel_of(disk.direction);
-        covered.push((image.index(f, i, j), 1.0));
-        flux = image.layout.solid_angle(w, h, f, i, j);
-    }
-    let scale = disk.solid_angle() / flux;
-    for (k, part) in covered {
-        (0..3).for_each(|c| image.planes[c][k] += (disk.radiance[c] * part * scale) as f32);
-    }
 }

@@ -12,7 +12,6 @@ mod elevation;
 mod engine;
 mod failure;
 mod inputs;
-mod layouts;
 mod looks;
 mod model;
 mod progress;

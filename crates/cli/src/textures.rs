@@ -1,84 +1,10 @@
-//! Texture containers by content: KTX2, KTX1 and DDS, read and written.
+//! Textures as outputs: provenance, and what a format could not hold.
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use std::io::Read;
 use std::path::Path;
-use steradian_formats::{
-    FormatError, Limits, Supercompression, TexelFormat, TextureLevels, WriteReport, read_dds, read_ktx1,
-    read_ktx2, write_dds, write_ktx1, write_ktx2_as,
-};
-use steradian_render::scenefile::unknown;
+use steradian_formats::{Container, TexelFormat, TextureLevels, WriteReport};
 use steradian_sphere::SphereImage;
-
-/// A container of texture levels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Container {
-    Ktx2,
-    Ktx1,
-    Dds,
-}
-
-/// Extensions of the containers.
-pub const EXTENSIONS: [&str; 3] = ["ktx2", "ktx", "dds"];
-
-impl Container {
-    /// By the first bytes of a file.
-    pub fn of_file(path: &Path) -> Option<Self> {
-        let mut head = [0u8; 7];
-        steradian_base::open_file(path).and_then(|(mut f, _)| f.read_exact(&mut head)).ok()?;
-        match &head {
-            b"\xabKTX 20" => Some(Self::Ktx2),
-            b"\xabKTX 11" => Some(Self::Ktx1),
-            _ if head.starts_with(b"DDS ") => Some(Self::Dds),
-            _ => None,
-        }
-    }
-
-    /// By a file's extension.
-    pub fn of_name(path: &Path) -> Option<Self> {
-        match path.extension()?.to_string_lossy().to_lowercase().as_str() {
-            "ktx2" => Some(Self::Ktx2),
-            "ktx" => Some(Self::Ktx1),
-            "dds" => Some(Self::Dds),
-            _ => None,
-        }
-    }
-
-    /// Reads a file.
-    pub fn read(self, path: &Path, limits: &Limits) -> Result<TextureLevels, FormatError> {
-        match self {
-            Self::Ktx2 => read_ktx2(path, limits),
-            Self::Ktx1 => read_ktx1(path, limits),
-            Self::Dds => read_dds(path, limits),
-        }
-    }
-
-    /// Writes a file; what its format cannot hold is counted.
-    pub fn write(
-        self,
-        path: &Path,
-        texture: &TextureLevels,
-        format: TexelFormat,
-    ) -> Result<WriteReport, FormatError> {
-        match self {
-            Self::Ktx2 => write_ktx2_as(path, texture, format, Supercompression::None),
-            Self::Ktx1 => write_ktx1(path, texture, format),
-            Self::Dds => write_dds(path, texture, format),
-        }
-    }
-}
-
-/// The texel format of a name.
-pub fn texel_format(text: &str) -> Result<TexelFormat, String> {
-    let names = TexelFormat::ALL.map(TexelFormat::name);
-    TexelFormat::from_name(text).ok_or_else(|| unknown("format", text, &names))
-}
-
-/// The three planes of texels that lie as R G B A.
-pub fn planes(texels: &[f32]) -> [Vec<f32>; 3] {
-    std::array::from_fn(|c| texels.iter().skip(c).step_by(4).copied().collect())
-}
 
 /// Writes a cube map as a texture of one level, with provenance where the container has room.
 pub fn write_cube(
@@ -123,35 +49,5 @@ pub fn check_format(format: Option<TexelFormat>, path: &Path) -> Outcome {
             f.name()
         ))),
         _ => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn containers_are_told_by_content() {
-        let dir = tempfile::tempdir().unwrap();
-        let t = TextureLevels {
-            width: 2,
-            height: 2,
-            faces: 6,
-            levels: vec![vec![0.5; 96]],
-            metadata: Vec::new(),
-        };
-        for (name, container) in
-            [("a.ktx2", Container::Ktx2), ("b.ktx", Container::Ktx1), ("c.dds", Container::Dds)]
-        {
-            let path = dir.path().join(name);
-            assert_eq!(Container::of_name(&path), Some(container));
-            container.write(&path, &t, TexelFormat::Rgba16f).unwrap();
-            // The content decides, not the name.
-            let other = dir.path().join("x");
-            std::fs::rename(&path, &other).unwrap();
-            assert_eq!(Container::of_file(&other), Some(container));
-            assert_eq!(container.read(&other, &Limits::default()).unwrap().levels, t.levels);
-        }
-        assert_eq!(Container::of_file(&dir.path().join("none")), None);
     }
 }

@@ -44,6 +44,12 @@ impl TexelFormat {
         Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name))
     }
 
+    /// The format of a name; the error lists the known ones.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        Self::from_name(name)
+            .ok_or_else(|| steradian_base::unknown("format", name, &Self::ALL.map(Self::name)))
+    }
+
     /// Is each texel stored by itself?
     pub fn is_plain(self) -> bool {
         !matches!(self, Self::Bc6h | Self::Bc6hSigned)

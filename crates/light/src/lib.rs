@@ -1,7 +1,9 @@
 //! Light: environments (images on the sphere with optional analytic suns), analytic skies, point,
 //! directional and disk lights.
 
+pub mod adjust;
 mod environment;
+mod lamps;
 mod lights;
 pub mod load;
 pub mod sky;
@@ -9,5 +11,6 @@ pub mod stats;
 pub mod suns;
 
 pub use environment::Environment;
+pub use lamps::Lamp;
 pub use lights::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight, Unsound};
 pub use load::{LightError, LoadOptions, Loaded};

@@ -5,12 +5,13 @@ use crate::context::{Context, IMAGES, check_output};
 use crate::destinations::Destinations;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
-use crate::layouts::{self, Target};
-use crate::textures::{self, Container};
+use crate::textures;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use steradian_formats::{ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
+use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
+use steradian_light::adjust;
+use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::SphereImage;
 
@@ -27,8 +28,8 @@ pub struct Options {
     adjust: Adjust,
     /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular, sphere-map,
     /// octahedral, paraboloid [default: that of the input; cube for textures and {}]
-    #[arg(long, value_name = "LAYOUT", value_parser = Target::parse)]
-    to: Option<Target>,
+    #[arg(long, value_name = "LAYOUT", value_parser = Arrangement::parse)]
+    to: Option<Arrangement>,
     /// Side of a face, or WIDTHxHEIGHT of a lat-long image [default: what the input resolves]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
     size: Option<(usize, usize)>,
@@ -47,12 +48,12 @@ pub struct Options {
     half: bool,
     /// Texels of a texture: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h, bc6h-signed [default: rgba32f, or rgba16f with
     /// --half]
-    #[arg(long, value_name = "NAME", value_parser = textures::texel_format, conflicts_with = "half")]
+    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, conflicts_with = "half")]
     format: Option<TexelFormat>,
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &[IMAGES.as_slice(), &textures::EXTENSIONS].concat())?;
+    check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     textures::check_format(o.format, &o.output)?;
     let texture = Container::of_name(&o.output).is_some();
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
@@ -67,26 +68,26 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         Some(path) => sunless(&o, path, context)?,
         None => {
             let mut image = source(&o, context)?;
-            inputs::scale(&mut image, o.adjust.gain());
+            adjust::scale(&mut image, o.adjust.gain());
             image
         }
     };
     let cube = six || texture;
-    let target = o.to.unwrap_or(if cube { Target::Cube } else { Target::of(image.layout) });
-    if cube && target != Target::Cube {
+    let target = o.to.unwrap_or(if cube { Arrangement::Cube } else { Arrangement::of(image.layout) });
+    if cube && target != Arrangement::Cube {
         return Err(Failure::usage(format!(
             "{}: holds cube faces; --to is another layout",
             o.output.display()
         )));
     }
     context.task.check()?;
-    let image = layouts::shaped(image, target, o.size.map(|s| layouts::side(s, target)).transpose()?);
+    let image = target.shaped(image, o.size.map(|s| inputs::side(s, target)).transpose()?);
     let ((w, h), report) = if texture {
         write_texture(&o, image, context)?
     } else if six {
         write_faces(&o, &image, context)?
     } else {
-        let raster = layouts::arranged(image, target);
+        let raster = target.arranged(image);
         ((raster.width, raster.height), write(&o, &o.output, raster, target, context)?)
     };
     if context.common.json {
@@ -106,10 +107,10 @@ fn sunless(o: &Options, path: &Path, context: &mut Context) -> Result<SphereImag
         return Err(Failure::usage("--extract-sun takes level 0"));
     }
     let mut lights = inputs::light(&o.input, &o.adjust, context)?;
-    let taken = crate::suns::take(&mut lights);
-    taken.write(path, context)?;
+    let taken = steradian_light::suns::take(&mut lights);
+    crate::suns::write(&taken, path, context)?;
     context.note(taken.metadata());
-    Ok(inputs::environment_image(lights))
+    Ok(lights.into_image())
 }
 
 /// The input, turned.
@@ -120,13 +121,13 @@ fn source(o: &Options, context: &mut Context) -> Result<SphereImage, Failure> {
         if !lights.disks.is_empty() {
             context.warn("the sun is part of the image now: a disk of texels");
         }
-        return Ok(inputs::with_disks(&lights));
+        return Ok(lights.with_disks_drawn());
     }
     let image = inputs::map(&o.input, &o.adjust, o.level, context)?.image;
     if o.adjust.rotate == 0.0 {
         return Ok(image);
     }
-    Ok(inputs::rotate_y(&image, o.adjust.rotate, o.adjust.rotation()))
+    Ok(adjust::turned_about_y(&image, o.adjust.rotate))
 }
 
 /// Size of a face or of the whole image, and what the file could not hold.
@@ -136,7 +137,7 @@ fn write(
     o: &Options,
     path: &Path,
     raster: Raster,
-    target: Target,
+    target: Arrangement,
     context: &Context,
 ) -> Result<WriteReport, Failure> {
     let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
@@ -146,7 +147,7 @@ fn write(
         save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context)?;
         return Ok(WriteReport::default());
     }
-    let mut options = WriteOptions { metadata: layouts::metadata(target), ..WriteOptions::default() };
+    let mut options = WriteOptions { metadata: target.metadata(), ..WriteOptions::default() };
     if o.half {
         options.exr_samples = ExrSamples::Half;
     }
@@ -163,7 +164,7 @@ fn faces(output: &Path) -> Vec<PathBuf> {
 fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<Done, Failure> {
     let mut all = WriteReport::default();
     for (face, path) in faces(&o.output).into_iter().enumerate() {
-        let r = write(o, &path, layouts::face(image, face), Target::Cube, context)?;
+        let r = write(o, &path, arrangement::face(image, face), Arrangement::Cube, context)?;
         all.merge(r);
     }
     Ok(((image.width, image.height), all))

@@ -150,7 +150,7 @@ fn case(scene: &Scene, side: usize) -> Result<Case, Failure> {
     let at = 0.5 * (low + high);
     let from = at + away * (0.5 * (high - low).length() * scene.distance);
     let camera = Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 28f32.to_radians() };
-    let lights = Arc::new(inputs::sky_of(scene.sky, SKY_SIZE)?);
+    let lights = Arc::new(steradian_light::Lights::of_sky(scene.sky, SKY_SIZE).map_err(Failure::usage)?);
     let background = Arc::new(study::backdrop(&lights, &camera, side, scene.blur.to_radians()));
     let bvh = Bvh::build(&mesh);
     Ok(Case {

@@ -6,13 +6,13 @@ use crate::commands::render::{save_display, size, tone_mapper};
 use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
-use crate::layouts::{self, Target};
 use crate::textures;
 use clap::Args;
 use serde_json::{Value, json};
 use shape::WindowSpec;
 use std::path::{Path, PathBuf};
 use steradian_formats::{TexelFormat, WriteOptions};
+use steradian_light::load::Arrangement;
 use steradian_prefilter::{Cosine, Sampled, filter_image};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_sphere::sh::{Dering, ShRgb};
@@ -44,8 +44,8 @@ pub struct Options {
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// Layout of the map: latlong, cube, cross, octahedral, … [default: latlong; cube for .ktx2]
-    #[arg(long, value_name = "LAYOUT", value_parser = Target::parse)]
-    to: Option<Target>,
+    #[arg(long, value_name = "LAYOUT", value_parser = Arrangement::parse)]
+    to: Option<Arrangement>,
     /// Side of a face of the map, or WIDTHxHEIGHT of a lat-long map, pixels [default: 32, 128x64]
     #[arg(long, value_name = "N|WxH", value_parser = size)]
     size: Option<(usize, usize)>,
@@ -157,13 +157,13 @@ const TOLERANCE: f64 = 1e-4;
 /// harmonics rings where a sun sets; this does not.
 fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let texture = is(path, &["ktx2"]);
-    let target = o.to.unwrap_or(if texture { Target::Cube } else { Target::LatLong });
-    if texture && target != Target::Cube {
+    let target = o.to.unwrap_or(if texture { Arrangement::Cube } else { Arrangement::LatLong });
+    if texture && target != Arrangement::Cube {
         return Err(Failure::usage(format!("{}: holds cube faces; --to is another layout", path.display())));
     }
     let layout = target.layout();
     let default = if layout == Layout::LatLong { (128, 64) } else { (32, 32) };
-    let (w, h) = o.size.map_or(Ok(default), |s| layouts::side(s, target))?;
+    let (w, h) = o.size.map_or(Ok(default), |s| inputs::side(s, target))?;
     let lights = inputs::light(&o.environment, &o.adjust, context)?;
     let light = Sampled::of(lights, &[&Cosine], TOLERANCE, &context.task)?;
     let image = filter_image(&light, &Cosine, (layout, w, h), TOLERANCE, &context.task)?.image;
@@ -182,12 +182,12 @@ fn write_image(
     o: &Options,
     path: &Path,
     image: SphereImage,
-    target: Target,
+    target: Arrangement,
     quantity: (String, String),
     context: &Context,
 ) -> Outcome {
-    let raster = layouts::arranged(image, target);
-    let mut metadata = layouts::metadata(target);
+    let raster = target.arranged(image);
+    let mut metadata = target.metadata();
     metadata.push(quantity);
     if let (true, Some(mapper)) = (is(path, &["png"]), o.tone_mapper) {
         let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the map has no colour"))?;

@@ -2,7 +2,7 @@
 
 use crate::context::{Context, IMAGES, check_output};
 use crate::failure::{Failure, Outcome};
-use crate::textures::{self, Container};
+use crate::textures;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use steradian_brdf::dfg::{
     Layout, Lut,
     text::{Language, source},
 };
-use steradian_formats::{Raster, TexelFormat, TextureLevels, WriteOptions};
+use steradian_formats::{Container, Raster, TexelFormat, TextureLevels, WriteOptions};
 
 /// Options of `steradian lut`.
 #[derive(Debug, Args)]
@@ -26,13 +26,13 @@ pub struct Options {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=1024))]
     size: Option<u16>,
     /// Texels of a texture: rgba16f or rgba32f [default: rgba32f]
-    #[arg(long, value_name = "NAME", value_parser = textures::texel_format)]
+    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse)]
     format: Option<TexelFormat>,
 }
 
 fn layout(text: &str) -> Result<Layout, String> {
     let names = Layout::ALL.map(Layout::name);
-    Layout::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("table", text, &names))
+    Layout::from_name(text).ok_or_else(|| steradian_base::unknown("table", text, &names))
 }
 
 /// Bound of the quadrature's absolute error, which the tables' tests hold it to.
@@ -43,7 +43,7 @@ const TEXTS: [&str; 3] = ["wgsl", "glsl", "rs"];
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let path = &o.output;
-    check_output(path, &[IMAGES.as_slice(), &textures::EXTENSIONS, &TEXTS].concat())?;
+    check_output(path, &[IMAGES.as_slice(), &Container::EXTENSIONS, &TEXTS].concat())?;
     textures::check_format(o.format, path)?;
     if let Some(f) = o.format.filter(|f| !matches!(f, TexelFormat::Rgba16f | TexelFormat::Rgba32f)) {
         return Err(Failure::usage(format!("--format {}: tables are rgba16f or rgba32f", f.name())));

@@ -13,7 +13,6 @@ mod snippet;
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
-use crate::layouts::{self, Target};
 use beside::Beside;
 use clap::Args;
 pub use files::{filament_numbers, irradiance};
@@ -23,7 +22,7 @@ use report::Clock;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_formats::{TexelFormat, WriteOptions};
-use steradian_light::load::{FileLayout, Profile};
+use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_prefilter::{Deviation, FilteredImage, Sampled, Zonal, deviation, filter_image, mirror_image};
 use steradian_sphere::Layout;
 use steradian_verify::engines::{ENGINES, Engine};
@@ -63,7 +62,7 @@ pub struct Options {
     #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=16))]
     levels: Option<u8>,
     /// Texels of a cube: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h or bc6h-signed [default: rgba32f, or the profile's]
-    #[arg(long, value_name = "NAME", value_parser = texel_format)]
+    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse)]
     format: Option<TexelFormat>,
     /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels included
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
@@ -87,10 +86,10 @@ pub struct Options {
     #[arg(long, value_name = "NAME", value_parser = asked::file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
-    #[arg(long, value_name = "NAME", value_parser = layout)]
+    #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     layout: Option<FileLayout>,
     /// Convention of the input: openexr, cmgen, usd, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = convention)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
     input_profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = inputs::finite)]
@@ -113,31 +112,17 @@ fn kernel_name(text: &str) -> Result<String, String> {
     }
     let name = text.to_ascii_lowercase().replace('_', "-");
     let found = KERNELS.into_iter().find(|k| *k == name);
-    found.map(String::from).ok_or_else(|| steradian_render::scenefile::unknown("kernel", text, &KERNELS))
+    found.map(String::from).ok_or_else(|| steradian_base::unknown("kernel", text, &KERNELS))
 }
 
 fn engine(text: &str) -> Result<&'static Engine, String> {
     let names = ENGINES.map(|e| e.name);
-    Engine::find(text).ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
+    Engine::find(text).ok_or_else(|| steradian_base::unknown("profile", text, &names))
 }
 
 fn unit(text: &str) -> Result<f64, String> {
     let v = inputs::finite(text)?;
     if (0.0..=1.0).contains(&v) { Ok(v) } else { Err(format!("'{text}' is not within 0 to 1")) }
-}
-
-fn texel_format(text: &str) -> Result<TexelFormat, String> {
-    let names = TexelFormat::ALL.map(TexelFormat::name);
-    TexelFormat::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("format", text, &names))
-}
-
-fn layout(text: &str) -> Result<FileLayout, String> {
-    FileLayout::from_name(text).ok_or_else(|| format!("there is no layout '{text}'"))
-}
-
-fn convention(text: &str) -> Result<&'static Profile, String> {
-    let names: Vec<&str> = steradian_light::load::PROFILES.iter().map(|p| p.name).collect();
-    Profile::find(text).ok_or_else(|| steradian_render::scenefile::unknown("profile", text, &names))
 }
 
 /// One level, filtered.
@@ -167,7 +152,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         light_exposure: o.light_exposure,
     };
     let mut lights = inputs::light(&o.environment, &adjust, context)?;
-    let suns = o.extract_sun.as_ref().map(|_| crate::suns::take(&mut lights));
+    let suns = o.extract_sun.as_ref().map(|_| steradian_light::suns::take(&mut lights));
     if let Some(taken) = &suns {
         context.note(taken.metadata());
     }
@@ -215,7 +200,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let made = report::Made { levels: &levels, beside: &beside, written: &written };
     let mut document = report::report(&o, &plan, &job, &made, clock, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
-        taken.write(path, context)?;
+        crate::suns::write(taken, path, context)?;
         document["suns"] = taken.json();
     }
     if context.common.json {
@@ -296,9 +281,8 @@ fn dump(folder: &Path, job: &Job<'_>, plan: &Plan, name: &str, context: &Context
         let n = (plan.size.0 >> m).max(1);
         let (w, h) = if plan.layout == Layout::LatLong { plan.size } else { (4 * n, 2 * n) };
         let level = quick.level(filter.clone(), (Layout::LatLong, w, h), context)?;
-        let raster = layouts::arranged(level.filtered.image, Target::LatLong);
-        let options =
-            WriteOptions { metadata: layouts::metadata(Target::LatLong), ..WriteOptions::default() };
+        let raster = Arrangement::LatLong.arranged(level.filtered.image);
+        let options = WriteOptions { metadata: Arrangement::LatLong.metadata(), ..WriteOptions::default() };
         context.write_image(&folder.join(format!("{name}_level{m}.exr")), &raster, options)?;
     }
     Ok(())

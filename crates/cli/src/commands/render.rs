@@ -136,13 +136,12 @@ pub fn size(text: &str) -> Result<(usize, usize), String> {
 
 pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
     let names = ToneMapper::ALL.map(ToneMapper::name);
-    ToneMapper::from_name(text)
-        .ok_or_else(|| steradian_render::scenefile::unknown("tone mapper", text, &names))
+    ToneMapper::from_name(text).ok_or_else(|| steradian_base::unknown("tone mapper", text, &names))
 }
 
 fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
     let names = NormalFiltering::ALL.map(|a| a.0);
-    NormalFiltering::from_name(text).ok_or_else(|| steradian_render::scenefile::unknown("way", text, &names))
+    NormalFiltering::from_name(text).ok_or_else(|| steradian_base::unknown("way", text, &names))
 }
 
 fn background(text: &str) -> Result<SceneBackground, String> {

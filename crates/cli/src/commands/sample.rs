@@ -30,7 +30,7 @@ pub struct Options {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let mut image = inputs::map(&o.map, &o.adjust, o.level, context)?.image;
-    inputs::scale(&mut image, o.adjust.gain());
+    steradian_light::adjust::scale(&mut image, o.adjust.gain());
     context.note_input(&o.directions);
     let mut table = csv::read(&o.directions, &context.limits())?;
     let back = o.adjust.rotation().transpose();

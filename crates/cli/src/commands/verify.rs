@@ -12,8 +12,8 @@ use crate::inputs::{self, Adjust};
 use clap::Args;
 use decode::{Held, Reading};
 use report::Summary;
+use steradian_base::unknown;
 use steradian_light::load::{FileLayout, Profile};
-use steradian_render::scenefile::unknown;
 use steradian_verify::laws::Consumer;
 use steradian_verify::{Coefficients, Family, Input, Kernel, check};
 
@@ -40,13 +40,13 @@ pub struct Options {
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
     /// Arrangement of the file: latlong, cross, strip, octahedral, … [default: by its shape]
-    #[arg(long, value_name = "NAME", value_parser = layout)]
+    #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     layout: Option<FileLayout>,
     /// Arrangement of the light [default: by its shape]
-    #[arg(long, value_name = "NAME", value_parser = layout)]
+    #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     light_layout: Option<FileLayout>,
     /// Convention of the light: openexr, cmgen, usd, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = convention)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
     light_profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = inputs::finite)]
@@ -68,15 +68,6 @@ fn family(text: &str) -> Result<Family, String> {
 fn roughness(text: &str) -> Result<f64, String> {
     let r = inputs::finite(text)?;
     if (0.0..=1.0).contains(&r) { Ok(r) } else { Err(format!("'{text}' is not within 0 to 1")) }
-}
-
-fn layout(text: &str) -> Result<FileLayout, String> {
-    FileLayout::from_name(text).ok_or_else(|| format!("there is no layout '{text}'"))
-}
-
-fn convention(text: &str) -> Result<&'static Profile, String> {
-    let names: Vec<&str> = steradian_light::load::PROFILES.iter().map(|p| p.name).collect();
-    Profile::find(text).ok_or_else(|| unknown("profile", text, &names))
 }
 
 /// The kernel that each level should hold.

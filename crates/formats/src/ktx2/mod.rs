@@ -52,6 +52,12 @@ impl TextureLevels {
         self.faces * w * h * 4
     }
 
+    /// The red, green and blue planes of level `level`, faces one below the other; empty where there is no such level.
+    pub fn planes(&self, level: usize) -> [Vec<f32>; 3] {
+        let texels = self.levels.get(level).map_or(&[][..], Vec::as_slice);
+        std::array::from_fn(|c| texels.iter().skip(c).step_by(4).copied().collect())
+    }
+
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.metadata.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())

@@ -1,5 +1,6 @@
 //! From files to environments: which layout, whose convention, what was wrong with the pixels.
 
+pub mod arrangement;
 mod assemble;
 mod error;
 mod profile;
@@ -8,6 +9,7 @@ mod repair;
 mod tests;
 mod warp;
 
+pub use arrangement::Arrangement;
 pub use error::LightError;
 pub use profile::{PROFILES, Profile};
 
@@ -99,6 +101,12 @@ impl FileLayout {
             other => other,
         };
         Self::NAMED.iter().find(|(_, n, _)| *n == alias).map(|(l, ..)| *l)
+    }
+
+    /// The layout of a name; the error lists the known ones.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        let known = Self::NAMED.map(|(_, name, _)| name);
+        Self::from_name(name).ok_or_else(|| steradian_base::unknown("layout", name, &known))
     }
 }
 

@@ -147,6 +147,12 @@ impl Profile {
         PROFILES.iter().find(|p| p.name == name)
     }
 
+    /// The profile of a name; the error lists the known ones.
+    pub fn parse(name: &str) -> Result<&'static Self, String> {
+        let known: Vec<&str> = PROFILES.iter().map(|p| p.name).collect();
+        Self::find(name).ok_or_else(|| steradian_base::unknown("profile", name, &known))
+    }
+
     /// Takes a world direction to the direction under which our layout formulas find it in a lat-long file.
     pub fn latlong(&self) -> DMat3 {
         self.latlong

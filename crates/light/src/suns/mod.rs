@@ -14,8 +14,11 @@
 mod inpaint;
 mod moments;
 mod region;
+mod taken;
 #[cfg(test)]
 mod tests;
+
+pub use taken::{Taken, take};
 
 use crate::DiskLight;
 use glam::DVec3;

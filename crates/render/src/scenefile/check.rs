@@ -1,6 +1,6 @@
 //! From the text to checked values.
 
-use super::error::{SceneError, Source, unknown};
+use super::error::{SceneError, Source};
 use super::schema::{
     BackgroundText, CameraText, LightText, MaterialText, MeshText, OutputText, ScaleText, SceneText,
 };
@@ -9,6 +9,7 @@ use crate::{NormalFiltering, ToneMapper};
 use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
 use std::collections::BTreeMap;
 use steradian_base::ParamValues;
+use steradian_base::unknown;
 use steradian_brdf::{Files, parse_with};
 use steradian_formats::stays_below;
 use steradian_light::{DirectionalLight, DiskLight, PointLight};

@@ -1,7 +1,7 @@
 //! Errors that point at file, line, column and key.
 
 use std::ops::Range;
-use steradian_base::brief;
+use steradian_base::unknown;
 
 /// A fault in a scene file; displays as one line `file:line:column: …`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -64,35 +64,4 @@ fn unknown_field(message: &str) -> Option<(&str, Vec<&str>)> {
     let rest = message.strip_prefix("unknown field ")?;
     let mut quoted = rest.split('`').skip(1).step_by(2);
     Some((quoted.next()?, quoted.collect()))
-}
-
-/// Names that a message lists.
-const MOST_NAMES: usize = 64;
-
-/// "unknown KIND 'x' (did you mean 'y'?); there are: …".
-pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
-    let nearest = known.iter().map(|k| (distance(word, k), *k)).min();
-    let hint = match nearest {
-        Some((d, k)) if d <= 1 + word.chars().count() / 3 => format!(" (did you mean '{k}'?)"),
-        _ => String::new(),
-    };
-    let more = if known.len() > MOST_NAMES { ", …" } else { "" };
-    let known = &known[..known.len().min(MOST_NAMES)];
-    format!("unknown {kind} '{}'{hint}; there are: {}{more}", brief(word), known.join(", "))
-}
-
-/// Levenshtein's edit distance, where `-` and `_` are the same.
-fn distance(a: &str, b: &str) -> usize {
-    let fold = |s: &str| -> Vec<char> { s.to_lowercase().replace('-', "_").chars().take(64).collect() };
-    let (a, b) = (fold(a), fold(b));
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.iter().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, cb) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }

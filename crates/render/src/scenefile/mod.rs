@@ -36,7 +36,7 @@ mod check;
 mod error;
 mod schema;
 
-pub use error::{SceneError, unknown};
+pub use error::SceneError;
 
 use crate::{NormalFiltering, ToneMapper};
 use glam::{Mat4, Vec3};

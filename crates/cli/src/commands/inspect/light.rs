@@ -136,7 +136,7 @@ pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) 
     let (image, disks) = if inputs::is_sky(spec) {
         let lights = inputs::light(spec, adjust, context)?;
         let disks = lights.disks.clone();
-        (inputs::environment_image(lights), disks)
+        (lights.into_image(), disks)
     } else {
         let loaded = inputs::map(spec, adjust, level, context)?;
         let r = loaded.report;
@@ -373,7 +373,7 @@ fn band_energy(sh: &ShRgb) -> Vec<f64> {
 }
 
 fn layout_name(layout: Layout) -> &'static str {
-    crate::layouts::Target::of(layout).name()
+    steradian_light::load::Arrangement::of(layout).name()
 }
 
 fn advice(s: &Sums, bands: &[f64], disks: &[DiskLight], low_range: bool) -> Vec<String> {

@@ -3,7 +3,7 @@
 use crate::commands::irradiance::rows;
 use crate::inputs;
 use serde_json::{Value, json};
-use steradian_render::scenefile::unknown;
+use steradian_base::unknown;
 use steradian_sphere::sh::{Dering, ShRgb, Window, Zh3};
 
 /// A window as a user names it.

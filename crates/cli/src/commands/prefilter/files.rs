@@ -7,7 +7,6 @@ use super::plan::Plan;
 use super::{Level, Options};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::layouts::{self, Target};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -16,6 +15,7 @@ use steradian_formats::{
     ExrSamples, FormatError, Raster, StoredTexture, Supercompression, TexelFormat, WriteOptions, WriteReport,
     write_atomic, write_dir_atomic, write_image,
 };
+use steradian_light::load::Arrangement;
 use steradian_sphere::SphereImage;
 use steradian_sphere::sh::ShRgb;
 use steradian_verify::engines::{Engine, Files};
@@ -73,9 +73,9 @@ fn one_file(o: &Options, packed: Packed, levels: &[Level], context: &Context) ->
         (Some(t), "dds") => t.write_dds(path)?,
         (Some(t), _) => t.write_ktx2(path, Supercompression::None)?,
         (None, _) => {
-            let raster = layouts::arranged(levels[0].filtered.image.clone(), Target::LatLong);
+            let raster = Arrangement::LatLong.arranged(levels[0].filtered.image.clone());
             let mut options =
-                WriteOptions { metadata: layouts::metadata(Target::LatLong), ..WriteOptions::default() };
+                WriteOptions { metadata: Arrangement::LatLong.metadata(), ..WriteOptions::default() };
             options.metadata.extend(context.provenance_pairs());
             write_image(path, &raster, &options)?
         }
@@ -138,12 +138,12 @@ fn panorama(
 ) -> Result<Written, FormatError> {
     let mut metadata = context.provenance_pairs();
     metadata.push(("steradian.profile".into(), engine.recorded().into()));
-    metadata.push(("steradian.layout".into(), Target::LatLong.name().into()));
+    metadata.push(("steradian.layout".into(), Arrangement::LatLong.name().into()));
     let mut options = WriteOptions { metadata, ..WriteOptions::default() };
     if half {
         options.exr_samples = ExrSamples::Half;
     }
-    let raster = layouts::arranged(engine.arrange(image), Target::LatLong);
+    let raster = Arrangement::LatLong.arranged(engine.arrange(image));
     Ok(Written::new(file, write_image(&dir.join(file), &raster, &options)?))
 }
 

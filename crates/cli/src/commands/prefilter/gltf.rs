@@ -2,11 +2,11 @@
 
 use super::Level;
 use super::files::{Written, irradiance};
-use crate::layouts;
 use serde_json::json;
 use std::path::Path;
 use steradian_formats::packed::encode_rgbd;
 use steradian_formats::{Channel, FormatError, Raster, WriteOptions, WriteReport, write_atomic, write_image};
+use steradian_light::load::arrangement;
 use steradian_sphere::sh::ShRgb;
 use steradian_verify::engines::Engine;
 
@@ -26,7 +26,7 @@ pub fn gltf(
         let first = images.len();
         for (face, part) in FACES.into_iter().enumerate() {
             let file = format!("{name}_specular_{m}_{part}.png");
-            let (raster, report) = rgbd(&layouts::face(&cube, face));
+            let (raster, report) = rgbd(&arrangement::face(&cube, face));
             let options = WriteOptions { already_encoded: true, ..WriteOptions::default() };
             write_image(&dir.join(&file), &raster, &options)?;
             images.push(json!({"uri": file}));

@@ -19,7 +19,7 @@ pub fn choice(text: &str) -> Result<Choice, String> {
     }
     let names: Vec<&str> = ["auto"].into_iter().chain(Method::ALL.map(Method::name)).collect();
     let found = Method::from_name(&name).map(|m| Choice(Some(m)));
-    found.ok_or_else(|| steradian_render::scenefile::unknown("method", text, &names))
+    found.ok_or_else(|| steradian_base::unknown("method", text, &names))
 }
 
 impl Choice {

@@ -4,9 +4,9 @@ use super::{BRDF, Options, asked};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::inputs;
-use crate::layouts::{self, Target};
 use std::sync::Arc;
 use steradian_brdf::NormalKernel;
+use steradian_light::load::Arrangement;
 use steradian_prefilter::{Lobe, Radial, Zonal};
 use steradian_sphere::Layout;
 use steradian_verify::engines::{Engine, Files};
@@ -128,9 +128,9 @@ pub fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
         let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
     }
-    let target = if lat_long { Target::LatLong } else { Target::Cube };
+    let target = if lat_long { Arrangement::LatLong } else { Arrangement::Cube };
     let usual = if lat_long { 4 * engine.size } else { engine.size };
-    let size = layouts::side(o.size.unwrap_or((usual, usual)), target)?;
+    let size = inputs::side(o.size.unwrap_or((usual, usual)), target)?;
     let chain = o.profile.is_some() || o.levels.is_some();
     if !chain {
         let layout = if lat_long { Layout::LatLong } else { Layout::Cube };
@@ -174,7 +174,7 @@ fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
             "--levels: {name} filters by itself and takes one lat-long image"
         )));
     }
-    let size = o.size.map_or(Ok((0, 0)), |s| layouts::side(s, Target::LatLong))?;
+    let size = o.size.map_or(Ok((0, 0)), |s| inputs::side(s, Arrangement::LatLong))?;
     Ok(Plan {
         engine,
         filters: vec![Filter { lobe: None, roughness: Some(0.0) }],

@@ -3,10 +3,9 @@
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::inputs;
-use crate::textures::{Container, planes};
 use serde_json::Value;
 use std::path::{Component, Path, PathBuf};
-use steradian_formats::{Raster, ReadOptions, read_image_with, read_text};
+use steradian_formats::{Container, Raster, ReadOptions, read_image_with, read_text};
 use steradian_light::load::{self, FileLayout, LoadOptions, Profile};
 use steradian_sphere::SphereImage;
 
@@ -135,7 +134,7 @@ fn faces_of_textures(
         if t.faces != 1 || t.width != t.height || *size.get_or_insert(t.width) != t.width {
             return Err(bad("is not one square face of the size of the others"));
         }
-        let planes = planes(t.levels.first().map_or(&[], Vec::as_slice));
+        let planes = t.planes(0);
         strip.iter_mut().zip(planes).for_each(|(all, face)| all.extend(face));
     }
     let n = size.unwrap_or(0);
