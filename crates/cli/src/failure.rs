@@ -8,7 +8,7 @@ use steradian_formats::FormatError;
 use steradian_light::load::LightError;
 use steradian_reference::JudgeError;
 use steradian_render::SceneError;
-use steradian_techniques::BakeError;
+use steradian_techniques::{BakeError, SavedError};
 
 /// A message of one line and an exit code.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,6 +64,17 @@ impl From<LightError> for Failure {
 impl From<BakeError> for Failure {
     fn from(e: BakeError) -> Self {
         Self { code: e.exit_code(), message: e.to_string() }
+    }
+}
+
+impl From<SavedError> for Failure {
+    fn from(e: SavedError) -> Self {
+        let code = match &e {
+            SavedError::Format(e) => e.exit_code(),
+            SavedError::Invalid { .. } => 3,
+            SavedError::Bake { source, .. } => source.exit_code(),
+        };
+        Self { code, message: e.to_string() }
     }
 }
 

@@ -1,6 +1,5 @@
 //! Inputs that several commands take: light, reflectance, geometry, technique.
 
-use crate::bakefile::BakeFile;
 use crate::context::{Context, Negative};
 use crate::failure::Failure;
 use crate::model::complete;
@@ -18,7 +17,7 @@ use steradian_prefilter::{Beam, Cosine, Zonal};
 use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
-use steradian_techniques::AnyTechnique;
+use steradian_techniques::{AnyTechnique, SavedBake};
 
 /// The light of commands that are given none.
 pub const DEFAULT_SKY: &str = "sky";
@@ -261,7 +260,7 @@ pub enum Method {
     /// A room.
     Technique(&'static dyn AnyTechnique),
     /// A room's saved bake: light and reflectance are what it was made of.
-    File(Arc<BakeFile>),
+    File(Arc<SavedBake>),
 }
 
 impl Method {

@@ -3,7 +3,6 @@
 //! It reads the registry of techniques and knows none by name. Data go to standard output, progress and logs to
 //! standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 unreadable or invalid input, 4 tolerance missed.
 
-mod bakefile;
 mod commands;
 mod context;
 mod csv;
@@ -16,6 +15,7 @@ mod looks;
 mod model;
 mod progress;
 mod report;
+mod saved;
 mod scene;
 mod studio;
 mod study;

@@ -9,6 +9,7 @@ mod door;
 pub mod gpu;
 mod registry;
 pub mod rooms;
+mod saved;
 pub mod shared;
 pub mod tensors;
 
@@ -18,4 +19,5 @@ pub use door::{
 };
 pub use gpu::GpuRoom;
 pub use registry::{find, registry};
+pub use saved::{IN_FOLDER, Made, SavedBake, SavedError, not_finite, seal};
 pub use tensors::TensorFile;

@@ -6,7 +6,6 @@ mod output;
 mod report;
 mod stages;
 
-use crate::bakefile::{Made, not_finite};
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
@@ -18,7 +17,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::Certificate;
-use steradian_techniques::{AnyBake, AnyTechnique, Geometry, Material, Sites};
+use steradian_techniques::{AnyBake, AnyTechnique, Geometry, Made, Material, Sites, not_finite};
 
 /// Options of `steradian bake`.
 #[derive(Debug, Args)]
@@ -173,7 +172,13 @@ fn bake(o: &Options, technique: &'static dyn AnyTechnique, context: &mut Context
     Ok(Done {
         certificate: bake.certificate().clone(),
         bake,
-        made: Made::of(&o.brdf, material.brdf.held(), &o.environment, &o.adjust),
+        made: Made::of(
+            &o.brdf,
+            material.brdf.held(),
+            &o.environment,
+            o.adjust.rotate,
+            o.adjust.light_exposure,
+        ),
         asked,
         seconds: start.elapsed().as_secs_f64(),
         stages: stages.finish(),

@@ -2,7 +2,6 @@
 
 mod forms;
 
-use crate::bakefile::BakeFile;
 use crate::commands::render::{SceneOverrides, save_display, size, tone_mapper};
 use crate::context::{Backend, Context, check_output};
 use crate::engine::Engine;
@@ -10,6 +9,7 @@ use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::Wanted;
 use crate::model::{self, Model};
+use crate::saved;
 use crate::study::{self, Answer, Plan, Subject};
 use clap::Args;
 use forms::{document, html, sheet, table};
@@ -20,6 +20,7 @@ use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Background, Maps, Settings, ToneMapper};
 use steradian_scene::{Bvh, Camera, Mesh};
+use steradian_techniques::SavedBake;
 
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
@@ -119,14 +120,14 @@ fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
 }
 
 /// The saved bakes, which are of one light.
-fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<BakeFile>>, Failure> {
-    let mut out: Vec<Arc<BakeFile>> = Vec::new();
+fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<SavedBake>>, Failure> {
+    let mut out: Vec<Arc<SavedBake>> = Vec::new();
     for path in &o.bake {
-        let file = BakeFile::read(path, &o.adjust, context)?;
-        file.for_any_mesh()?;
+        let file = saved::read(path, &o.adjust, context)?;
+        saved::for_any_mesh(&file)?;
         if let Some(first) = out.first()
-            && (first.adjust(&o.adjust).rotate, first.made.exposure)
-                != (file.adjust(&o.adjust).rotate, file.made.exposure)
+            && (saved::adjust(first, &o.adjust).rotate, first.made.exposure)
+                != (saved::adjust(&file, &o.adjust).rotate, file.made.exposure)
         {
             let why = "its light was turned or scaled otherwise than that of the first --bake";
             return Err(Failure::usage(format!("{}: {why}", path.display())));
@@ -143,7 +144,7 @@ fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<BakeFile>>, Failu
 }
 
 /// What is beside the reference.
-fn methods(o: &Options, bakes: &[Arc<BakeFile>]) -> Result<Vec<Method>, Failure> {
+fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure> {
     let mut out: Vec<Method> = if o.technique.is_empty() && bakes.is_empty() {
         Method::slugs().into_iter().skip(1).map(Method::find).collect::<Result<_, _>>()?
     } else {
@@ -175,7 +176,7 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
-fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result<Vec<Named>, Failure> {
+fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Named>, Failure> {
     let Model { mesh, materials } = model::model(&o.mesh, context)?;
     let camera = framing(o, &mesh)?;
     let bvh = Bvh::build(&mesh);
@@ -195,7 +196,7 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
                 .collect::<Result<_, Failure>>()?,
         };
         for (spec, brdf) in own {
-            bakes.iter().for_each(|file| file.warn_of_another_brdf(&brdf.spec(), context));
+            bakes.iter().for_each(|file| saved::warn_of_another_brdf(file, &brdf.spec(), context));
             let mut all: Vec<_> =
                 materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
             if all.is_empty() {
@@ -209,7 +210,7 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
     for environment in given(&o.environment, &[sky]) {
         let lights = Arc::new(match bakes.first() {
             Some(file) => {
-                bakes.iter().skip(1).for_each(|other| other.warn_of_another(environment, context));
+                bakes.iter().skip(1).for_each(|other| saved::warn_of_another(other, environment, context));
                 baked_light(file, o, context)?
             }
             None => inputs::light(environment, &o.adjust, context)?,
@@ -225,7 +226,7 @@ fn meshes(o: &Options, bakes: &[Arc<BakeFile>], context: &mut Context) -> Result
 }
 
 /// The reflectance that a bake names.
-fn baked_brdf(file: &BakeFile) -> Result<(&str, SharedBrdf), Failure> {
+fn baked_brdf(file: &SavedBake) -> Result<(&str, SharedBrdf), Failure> {
     let spec = &file.made.brdf;
     file.brdf().map(|brdf| (spec.as_str(), brdf)).ok_or_else(|| {
         Failure::usage(format!("{}: was baked of {spec}: name it with --brdf", file.path.display()))
@@ -233,9 +234,9 @@ fn baked_brdf(file: &BakeFile) -> Result<(&str, SharedBrdf), Failure> {
 }
 
 /// The light of a bake.
-fn baked_light(file: &BakeFile, o: &Options, context: &mut Context) -> Result<Lights, Failure> {
+fn baked_light(file: &SavedBake, o: &Options, context: &mut Context) -> Result<Lights, Failure> {
     let given = o.environment.first().map(String::as_str);
-    file.lights(given, &o.adjust, context)?.ok_or_else(|| {
+    saved::lights(file, given, &o.adjust, context)?.ok_or_else(|| {
         let (name, light) = (file.path.display(), &file.made.environment);
         Failure::usage(format!("{name}: was baked from {light}: name it with --environment"))
     })

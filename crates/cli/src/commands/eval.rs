@@ -2,7 +2,6 @@
 
 mod room;
 
-use crate::bakefile::BakeFile;
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
@@ -126,7 +125,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 
 fn method(o: &Options, context: &mut Context) -> Result<Method, Failure> {
     match &o.bake {
-        Some(path) => Ok(Method::File(Arc::new(BakeFile::read(path, &o.adjust, context)?))),
+        Some(path) => Ok(Method::File(Arc::new(crate::saved::read(path, &o.adjust, context)?))),
         None => Method::find(o.technique.as_deref().unwrap_or("reference")),
     }
 }

@@ -1,12 +1,12 @@
 //! `steradian render`: a lit picture of a mesh, a built-in shape or a scene file.
 
-use crate::bakefile::BakeFile;
 use crate::context::{Backend, Context, check_output};
 use crate::engine::Engine;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust, Method};
 use crate::looks::{self, Wanted};
 use crate::model::{self, Model};
+use crate::saved;
 use crate::studio::{self, Baked, Look};
 use crate::suns::Beside;
 use clap::Args;
@@ -23,6 +23,7 @@ use steradian_render::{
     Backdrop, Background, Develop, Film, Maps, NormalFiltering, Settings, Stage, ToneMapper,
 };
 use steradian_scene::{Bvh, Camera, Mesh};
+use steradian_techniques::SavedBake;
 
 /// Options of `steradian render`.
 #[derive(Debug, Args)]
@@ -256,7 +257,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
     let params = inputs::parameters(&o.params)?;
-    let file = o.bake.as_deref().map(|p| saved(p, o, context)).transpose()?;
+    let file = o.bake.as_deref().map(|p| saved_bake(p, o, context)).transpose()?;
     let method = match &file {
         Some(file) => Some(Method::File(file.clone())),
         None => o.technique.as_deref().map(Method::find).transpose()?,
@@ -320,17 +321,17 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
 }
 
 /// A saved bake for a picture.
-fn saved(path: &Path, o: &Options, context: &mut Context) -> Result<Arc<BakeFile>, Failure> {
-    let file = BakeFile::read(path, &o.adjust, context)?;
-    file.for_any_mesh()?;
+fn saved_bake(path: &Path, o: &Options, context: &mut Context) -> Result<Arc<SavedBake>, Failure> {
+    let file = saved::read(path, &o.adjust, context)?;
+    saved::for_any_mesh(&file)?;
     Ok(Arc::new(file))
 }
 
 /// The lights of a mesh; with a saved bake what is seen of them.
-fn lights(o: &Options, file: Option<&BakeFile>, context: &mut Context) -> Result<Lights, Failure> {
+fn lights(o: &Options, file: Option<&SavedBake>, context: &mut Context) -> Result<Lights, Failure> {
     match (&o.environment, file) {
         (spec, Some(file)) => {
-            let seen = file.lights(spec.as_deref(), &o.adjust, context)?;
+            let seen = saved::lights(file, spec.as_deref(), &o.adjust, context)?;
             if seen.is_none() && o.background.is_none() {
                 let light = &file.made.environment;
                 context.say(format_args!("nothing is seen behind: --environment {light} would be"));

@@ -2,7 +2,6 @@
 
 use super::maps::Map;
 use super::{Asked, Done};
-use crate::bakefile::{IN_FOLDER, seal};
 use crate::context::Context;
 use crate::destinations::Destinations;
 use crate::failure::Failure;
@@ -12,9 +11,9 @@ use steradian_formats::{
     FormatError, Supercompression, TensorFile, TexelFormat, TextureArray, write_atomic, write_dir_atomic,
     write_ktx2_array, write_tensors,
 };
-use steradian_techniques::GpuRoom;
 use steradian_techniques::gpu::{self, Uniform, Value as Number};
 use steradian_techniques::tensors::put_f32;
+use steradian_techniques::{GpuRoom, IN_FOLDER, seal};
 
 /// The kind of output that a name asks for.
 pub enum Output {

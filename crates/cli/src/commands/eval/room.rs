@@ -1,7 +1,6 @@
 //! Points shaded by a technique, freshly baked or saved.
 
 use super::{Answers, Options, Request};
-use crate::bakefile::BakeFile;
 use crate::context::Context;
 use crate::csv;
 use crate::elevation::{Elevations, points as error_of_points};
@@ -14,7 +13,7 @@ use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_techniques::direct::{Direct, split};
 use steradian_techniques::{
-    AnyBake, AnyTechnique, Geometry, Material, Points, PointsBuf, Radiance, Sites, View,
+    AnyBake, AnyTechnique, Geometry, Material, Points, PointsBuf, Radiance, SavedBake, Sites, View,
 };
 
 /// Bakes, then shades.
@@ -36,8 +35,8 @@ pub fn baked(
 }
 
 /// Shades by a bake from a file.
-pub fn saved(file: &BakeFile, q: &Request) -> Result<Answers, Failure> {
-    file.for_any_mesh()?;
+pub fn saved(file: &SavedBake, q: &Request) -> Result<Answers, Failure> {
+    crate::saved::for_any_mesh(file)?;
     let mut bake = file.open()?;
     let view = View { light_rotation: file.turn, ..View::default() };
     Ok(answers(&mut *bake, &view, None, q))

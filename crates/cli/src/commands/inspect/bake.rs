@@ -1,7 +1,6 @@
 //! What a saved bake is.
 
 use super::{Report, file_name};
-use crate::bakefile::{BakeFile, IN_FOLDER};
 use crate::context::Context;
 use crate::elevation::{Elevations, points};
 use crate::failure::Failure;
@@ -9,6 +8,7 @@ use crate::inputs::Adjust;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use steradian_formats::read_ktx2_array;
+use steradian_techniques::IN_FOLDER;
 
 /// Is this the name of tensors, or a folder that holds a bake?
 pub fn is_bake(what: &str) -> bool {
@@ -58,7 +58,7 @@ pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failur
 
 /// The report on a saved bake.
 pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let file = BakeFile::read(Path::new(what), &Adjust::default(), context)?;
+    let file = crate::saved::read(Path::new(what), &Adjust::default(), context)?;
     let bake = file.open()?;
     let (card, c, made) = (bake.card(), bake.certificate(), &file.made);
     let details: Map<String, Value> = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();

@@ -1,16 +1,37 @@
-//! Saved bakes: what `steradian bake` writes and `--bake` takes.
+//! Saved bakes: tensors that say what they were made of, and a digest by which damage is found.
 
-use crate::context::Context;
-use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
+use crate::{AnyBake, AnyTechnique, BakeError};
 use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use steradian_base::{Input, without_folders};
 use steradian_brdf::{Files, SharedBrdf, parse_with};
-use steradian_formats::{FormatError, Tensor, TensorData, TensorFile, read_tensors};
-use steradian_light::Lights;
-use steradian_techniques::{AnyBake, AnyTechnique, BakeError};
+use steradian_formats::{FormatError, Limits, Tensor, TensorData, TensorFile, read_tensors};
+use steradian_light::sky;
+
+/// Why a file is no bake that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SavedError {
+    /// The file itself.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// It is something else, of a technique that is not known, or damaged.
+    #[error("{}: {why}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        why: String,
+    },
+    /// Its technique refuses it.
+    #[error("{}: {source}", path.display())]
+    Bake {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: BakeError,
+    },
+}
 
 /// The complete bake in a folder of outputs.
 pub const IN_FOLDER: &str = "bake.safetensors";
@@ -40,14 +61,8 @@ pub struct Made {
 
 impl Made {
     /// Of these inputs.
-    pub fn of(brdf: &str, held: Option<Vec<f64>>, environment: &str, adjust: &Adjust) -> Self {
-        Self {
-            brdf: without_folders(brdf),
-            held,
-            environment: name_of_light(environment),
-            rotate: adjust.rotate,
-            exposure: adjust.light_exposure,
-        }
+    pub fn of(brdf: &str, held: Option<Vec<f64>>, environment: &str, rotate: f64, exposure: f64) -> Self {
+        Self { brdf: without_folders(brdf), held, environment: name_of_light(environment), rotate, exposure }
     }
 
     /// Writes it into a bake.
@@ -82,44 +97,38 @@ impl Made {
     }
 }
 
-/// A checked file: it opens.
-pub struct BakeFile {
+/// A saved bake that was checked: it opens.
+pub struct SavedBake {
     /// The file.
     pub path: PathBuf,
-    /// Its room.
+    /// Its technique.
     pub technique: &'static dyn AnyTechnique,
     /// What it was made of.
     pub made: Made,
-    /// Rotation of the baked light.
+    /// Rotation of its light where it is used; the identity when it is read.
     pub turn: Mat3,
     /// All of it.
     pub tensors: TensorFile,
 }
 
-impl BakeFile {
-    /// Reads `path`, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust` says.
-    pub fn read(path: &Path, adjust: &Adjust, context: &mut Context) -> Result<Self, Failure> {
-        if adjust.light_exposure != 0.0 {
-            return Err(Failure::usage(
-                "--light-exposure: a bake holds its light as it was scaled; bake again",
-            ));
-        }
+impl SavedBake {
+    /// Reads `path`, a `.safetensors` file or a folder that holds one. It opens no other file.
+    pub fn read(path: &Path, limits: &Limits) -> Result<Self, SavedError> {
         let path = if path.is_dir() { path.join(IN_FOLDER) } else { path.into() };
-        let bad = |why: &str| Failure::input(format!("{}: {why}", path.display()));
+        let bad = |why: &str| SavedError::Invalid { path: path.clone(), why: why.into() };
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2")) {
             return Err(bad("a texture holds a bake's maps only: --bake takes a .safetensors file"));
         }
-        let tensors = read_tensors(&path, &context.limits()).map_err(|e| match e {
+        let tensors = read_tensors(&path, limits).map_err(|e| match e {
             FormatError::Invalid { .. } if !is_named_so(&path) => {
                 bad("is no bake: --bake takes a .safetensors file of steradian bake, or the folder of one")
             }
             e => e.into(),
         })?;
-        context.note_input(&path);
         let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
             return Err(bad("holds tensors but no bake: steradian bake writes one"));
         };
-        let Some(technique) = steradian_techniques::find(slug) else {
+        let Some(technique) = crate::find(slug) else {
             return Err(bad(&format!("a bake of '{slug}', which this version does not know")));
         };
         if !is_whole(&tensors) {
@@ -129,17 +138,18 @@ impl BakeFile {
             return Err(bad(&format!("tensor '{name}' has values that are not finite; bake it again")));
         }
         let made = Made::read(&tensors);
-        let file = Self { path, technique, made, turn: adjust.rotation().as_mat3(), tensors };
+        let file = Self { path, technique, made, turn: Mat3::IDENTITY, tensors };
         file.open()?;
         Ok(file)
     }
 
     /// The bake.
-    pub fn open(&self) -> Result<Box<dyn AnyBake>, Failure> {
+    pub fn open(&self) -> Result<Box<dyn AnyBake>, SavedError> {
+        let path = self.path.clone();
         self.technique.load(&self.tensors).map_err(|e| match e {
-            // What is out of range was said by the file, not on the command line.
-            BakeError::Param(_) => Failure::input(format!("{}: damaged: {e}", self.path.display())),
-            e => Failure { code: e.exit_code(), message: format!("{}: {e}", self.path.display()) },
+            // What is out of range was said by the file, not by a user.
+            BakeError::Param(_) => SavedError::Invalid { path, why: format!("damaged: {e}") },
+            source => SavedError::Bake { path, source },
         })
     }
 
@@ -149,59 +159,19 @@ impl BakeFile {
         parse_with(&self.made.brdf, files).ok()
     }
 
-    /// Refuses data per vertex, which need the mesh that they were baked on.
-    pub fn for_any_mesh(&self) -> Outcome {
-        if self.technique.card().needs.sites {
-            let why = "holds data for the vertices of one mesh, which is not shaded here yet";
-            return Err(Failure::usage(format!("{}: {why}", self.path.display())));
-        }
-        Ok(())
-    }
-
-    /// How a light is turned and scaled to be that of the bake, turned as the command line says.
-    pub fn adjust(&self, given: &Adjust) -> Adjust {
-        let (rotate, light_exposure) = (self.made.rotate + given.rotate, self.made.exposure);
-        Adjust { rotate, light_exposure, ..given.clone() }
-    }
-
     /// Its name without folders.
     pub fn name(&self) -> String {
         self.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
     }
 
-    /// The light of the bake, to be seen or compared with: `environment`, else the sky that the file names. A file that
-    /// is not the one that was baked is warned about.
-    pub fn lights(
-        &self,
-        environment: Option<&str>,
-        adjust: &Adjust,
-        context: &mut Context,
-    ) -> Result<Option<Lights>, Failure> {
-        let named = Some(&*self.made.environment).filter(|e| inputs::is_sky(e));
-        let Some(spec) = environment.or(named) else { return Ok(None) };
-        self.warn_of_another(spec, context);
-        inputs::light(spec, &self.adjust(adjust), context).map(Some)
-    }
-
-    /// Warns where `spec` is not the light that was baked.
-    pub fn warn_of_another(&self, spec: &str, context: &Context) {
-        if !self.was_made_of(spec) {
-            let (name, light) = (self.path.display(), &self.made.environment);
-            context.warn(format_args!("{spec}: {name} was baked from another light, {light}"));
-        }
-    }
-
-    /// Warns where `spec`, a reflectance's canonical one, is not what was baked.
-    pub fn warn_of_another_brdf(&self, spec: &str, context: &Context) {
-        if self.brdf().is_some_and(|b| without_folders(&b.spec()) != without_folders(spec)) {
-            let (name, brdf) = (self.path.display(), &self.made.brdf);
-            context.warn(format_args!("{spec}: {name} was baked of another reflectance, {brdf}"));
-        }
+    /// Is `spec`, a reflectance's canonical one, another than was baked?
+    pub fn is_of_another_brdf(&self, spec: &str) -> bool {
+        self.brdf().is_some_and(|b| without_folders(&b.spec()) != without_folders(spec))
     }
 
     /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?
-    fn was_made_of(&self, spec: &str) -> bool {
-        if inputs::is_sky(spec) {
+    pub fn was_made_of(&self, spec: &str) -> bool {
+        if sky::is_name(spec) {
             return name_of_light(spec) == self.made.environment;
         }
         let digest =
@@ -229,7 +199,7 @@ fn same_files(metadata: &BTreeMap<String, String>, environment: &str, digests: &
 
 /// A light's spec without folders; several files are separated by commas.
 fn name_of_light(spec: &str) -> String {
-    if inputs::is_sky(spec) || Path::new(spec).exists() {
+    if sky::is_name(spec) || Path::new(spec).exists() {
         return without_folders(spec);
     }
     spec.split(',').map(without_folders).collect::<Vec<_>>().join(",")
@@ -241,8 +211,7 @@ pub fn seal(tensors: &mut TensorFile) {
     tensors.metadata.insert(DIGEST.into(), digest);
 }
 
-/// Is it what was written? Files of the command, which say what they were made of, have a digest; those that a library
-/// saves have neither.
+/// Is it what was written? Files that say what they were made of have a digest; a bare [`AnyBake::save`] has neither.
 fn is_whole(t: &TensorFile) -> bool {
     match t.metadata.get(DIGEST) {
         Some(d) => *d == digest(t),
@@ -292,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_the_command_without_its_digest_is_damaged() {
+    fn a_file_that_says_what_it_was_made_of_has_a_digest() {
         let mut t = TensorFile::default();
         assert!(is_whole(&t), "a library's");
         t.metadata.extend(Made::default().pairs());
@@ -318,15 +287,14 @@ mod tests {
 
     #[test]
     fn what_it_was_made_of_names_no_folders() {
-        let adjust = Adjust { rotate: 30.0, ..Adjust::default() };
-        let made = Made::of("merl:/a/b.binary", Some(vec![0.5]), "/lights/beach.hdr", &adjust);
+        let made = Made::of("merl:/a/b.binary", Some(vec![0.5]), "/lights/beach.hdr", 30.0, 0.0);
         assert_eq!((made.brdf.as_str(), made.environment.as_str()), ("merl:b.binary", "beach.hdr"));
         let mut t = TensorFile::default();
         made.save(&mut t);
         assert_eq!(Made::read(&t), made);
-        let halves = Made::of("lambert", None, "/lights/front.hdr,/lights/back.hdr", &adjust);
+        let halves = Made::of("lambert", None, "/lights/front.hdr,/lights/back.hdr", 30.0, 0.0);
         assert_eq!(halves.environment, "front.hdr,back.hdr");
-        let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", None, "sky:elevation=30", &adjust);
+        let triple = Made::of("ggx:alpha=0.2,f0=1/0.8/0.3", None, "sky:elevation=30", 30.0, 0.0);
         assert_eq!(triple.brdf, "ggx:alpha=0.2,f0=1/0.8/0.3");
     }
 }
