@@ -4,6 +4,7 @@
 use std::fmt::Display;
 use steradian_base::{Cancelled, ParamError};
 use steradian_brdf::SpecError;
+use steradian_engines::EngineError;
 use steradian_formats::FormatError;
 use steradian_light::load::LightError;
 use steradian_reference::JudgeError;
@@ -64,6 +65,16 @@ impl From<LightError> for Failure {
 impl From<BakeError> for Failure {
     fn from(e: BakeError) -> Self {
         Self { code: e.exit_code(), message: e.to_string() }
+    }
+}
+
+impl From<EngineError> for Failure {
+    fn from(e: EngineError) -> Self {
+        match e {
+            EngineError::Request(why) => Self::usage(why),
+            EngineError::Format(e) => e.into(),
+            EngineError::Failed(_) | EngineError::Cancelled(_) => Self::failed(e),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which kernel a profile expects of each level, and which law the levels of a file follow.
 
-use crate::engines::{Curve, ENGINES, Engine};
 use crate::kernel::{Family, Kernel};
+use steradian_engines::{Curve, ENGINES, Engine};
 use steradian_light::load::{PROFILES, Profile};
 
 /// What a consumer expects of a file.

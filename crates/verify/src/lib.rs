@@ -7,9 +7,8 @@
 //! is named as the cause only where it explains clearly more than the others do; else the report says that nothing
 //! does, and which come nearest.
 //!
-//! Conventions of engines ([`engines`]) and what their levels hold ([`laws`]) are here too.
+//! What the levels of each engine's files hold is in [`laws`]; how they lie is the crate `engines`'.
 
-pub mod engines;
 mod kernel;
 pub mod laws;
 mod light;

@@ -1,31 +1,17 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
-mod asked;
-mod beside;
-mod files;
-mod gltf;
-mod method;
-mod packing;
-mod plan;
 mod report;
-mod snippet;
 
 use crate::context::Context;
+use crate::destinations::Destinations;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
-use beside::Beside;
 use clap::Args;
-pub use files::{filament_numbers, irradiance};
-use packing::Packed;
-use plan::{Filter, Kernel, Plan};
-use report::Clock;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use steradian_formats::{TexelFormat, WriteOptions};
-use steradian_light::load::{Arrangement, FileLayout, Profile};
-use steradian_prefilter::{Deviation, FilteredImage, Sampled, Zonal, deviation, filter_image, mirror_image};
-use steradian_sphere::Layout;
-use steradian_verify::engines::{ENGINES, Engine};
+use steradian_engines::{Engine, Filtered, MethodChoice, Request, kernel_name};
+use steradian_formats::TexelFormat;
+use steradian_light::load::{FileLayout, Profile};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
@@ -53,7 +39,7 @@ pub struct Options {
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
     sigma: Option<f64>,
     /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
-    #[arg(long, value_name = "NAME", value_parser = engine)]
+    #[arg(long, value_name = "NAME", value_parser = Engine::parse)]
     profile: Option<&'static Engine>,
     /// Side of level 0; of a lat-long image the width, or WIDTHxHEIGHT [default: 256, or the profile's]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
@@ -73,8 +59,8 @@ pub struct Options {
     check: u16,
     /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
     /// per-face, box-mip, dual-paraboloid or frequency
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method::choice)]
-    method: method::Choice,
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = MethodChoice::parse)]
+    method: MethodChoice,
     /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights: the flux, direction and
     /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
     #[arg(long, value_name = "LIGHTS.json")]
@@ -83,7 +69,7 @@ pub struct Options {
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
     /// Name in the names of the files of --profile and --dump-levels [default: that of the input]
-    #[arg(long, value_name = "NAME", value_parser = asked::file_name)]
+    #[arg(long, value_name = "NAME", value_parser = file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
     #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
@@ -99,52 +85,70 @@ pub struct Options {
     light_exposure: f64,
 }
 
-const KERNELS: [&str; 8] =
-    ["ggx", "beckmann", "charlie", "phong", "blinn-phong", "lambert", "gaussian", "spherical-gaussian"];
-/// What precedes the spec of a reflectance.
-const BRDF: &str = "brdf:";
 /// Relative RMS error where nothing is asked for.
 const TOLERANCE: f64 = 2e-3;
-
-fn kernel_name(text: &str) -> Result<String, String> {
-    if text.starts_with(BRDF) {
-        return Ok(text.into());
-    }
-    let name = text.to_ascii_lowercase().replace('_', "-");
-    let found = KERNELS.into_iter().find(|k| *k == name);
-    found.map(String::from).ok_or_else(|| steradian_base::unknown("kernel", text, &KERNELS))
-}
-
-fn engine(text: &str) -> Result<&'static Engine, String> {
-    let names = ENGINES.map(|e| e.name);
-    Engine::find(text).ok_or_else(|| steradian_base::unknown("profile", text, &names))
-}
 
 fn unit(text: &str) -> Result<f64, String> {
     let v = inputs::finite(text)?;
     if (0.0..=1.0).contains(&v) { Ok(v) } else { Err(format!("'{text}' is not within 0 to 1")) }
 }
 
-/// One level, filtered.
-struct Level {
-    filter: Filter,
-    filtered: FilteredImage,
-    measured: Option<Deviation>,
-    /// What the format of the file's texels changes, relative RMS.
-    format_error: f64,
-    seconds: f64,
-    /// Where a way was asked for by name.
-    by: Option<method::Work>,
+/// A part of files' names: it names no folder.
+fn file_name(text: &str) -> Result<String, String> {
+    let odd = |c: char| matches!(c, '/' | '\\') || c.is_control();
+    if text.is_empty() || text == "." || text == ".." || text.contains(odd) {
+        return Err(format!("'{text}' is no name of a file: give one without / and \\"));
+    }
+    Ok(text.into())
+}
+
+fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
+    if o.name.is_some() && o.profile.is_none() && o.dump_levels.is_none() {
+        let why = "names the files of --profile and --dump-levels; --output names this one";
+        return Err(Failure::usage(format!("--name {why}")));
+    }
+    let mut request = Request {
+        output: o.output.clone(),
+        name: o.name.clone().unwrap_or_else(|| stem(&o.environment)),
+        kernel: o.kernel.clone(),
+        brdf: None,
+        perceptual_roughness: o.perceptual_roughness,
+        alpha: o.alpha,
+        exponent: o.exponent,
+        sigma: o.sigma,
+        engine: o.profile,
+        size: o.size,
+        levels: o.levels.map(usize::from),
+        format: o.format,
+        tolerance: o.tolerance.unwrap_or(TOLERANCE),
+        check: o.check.into(),
+        method: o.method,
+        dump: o.dump_levels.is_some(),
+    };
+    request.brdf = request.brdf_spec().map(|spec| inputs::brdf(spec, context)).transpose()?;
+    // Refused before any work.
+    request.plan(context.common.max_memory)?;
+    destinations(o)?;
+    Ok(request)
+}
+
+/// Refuses outputs that cannot be written, or of which one would replace another.
+fn destinations(o: &Options) -> Outcome {
+    let mut places = Destinations::default();
+    if o.profile.is_none() {
+        places.file("--output", &o.output)?;
+    } else {
+        places.folder(&o.output, false)?;
+    }
+    if let Some(folder) = &o.dump_levels {
+        places.folder(folder, true)?;
+    }
+    o.extract_sun.as_ref().map_or(Ok(()), |path| places.file("--extract-sun", path))
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let mut clock = Clock::start();
-    o.method.verify(o.check)?;
-    asked::options(&o)?;
-    let given = o.kernel.strip_prefix(BRDF).map(|spec| plan::normal_incidence(spec, context)).transpose()?;
-    let mut plan = plan::plan(&o, given)?;
-    asked::destinations(&o)?;
-    asked::memory(&o, &plan, context)?;
+    let start = Instant::now();
+    let request = request(&o, context)?;
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
@@ -156,49 +160,26 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(taken) = &suns {
         context.note(taken.metadata());
     }
-    clock.lap("reading");
-    let tolerance = o.tolerance.unwrap_or(TOLERANCE);
-    let others = if o.profile.is_some() { beside::kernels(&plan) } else { Vec::new() };
-    let lobes = plan.filters.iter().filter_map(|f| f.lobe.as_ref());
-    let lobes: Vec<&dyn Zonal> = lobes.chain(&others).map(Kernel::zonal).collect();
-    let light = Sampled::of(lights, &lobes, tolerance, &context.task)?;
-    if plan.size.0 == 0 {
-        plan.size = (light.image.width, light.image.height);
-        asked::memory(&o, &plan, context)?;
-    }
-    clock.lap("analysis");
-    let job = Job { light: &light, tolerance, check: o.check.into(), method: o.method };
-    let mut levels = Vec::new();
-    for (m, filter) in plan.filters.iter().enumerate() {
-        let size = ((plan.size.0 >> m).max(1), (plan.size.1 >> m).max(1));
-        levels.push(job.level(filter.clone(), (plan.layout, size.0, size.1), context)?);
-    }
-    let mut beside = match o.profile {
-        Some(_) => Beside::new(&plan, &job, &levels, context)?,
-        None => Beside::nothing(),
-    };
-    clock.lap("filtering");
-    let mut packed = Packed::new(&o, &plan, &mut levels, &mut beside)?;
-    let all = || levels.iter().chain(beside.maps().map(|(_, l)| l));
-    let worst = all().map(Level::error).fold(0.0, f64::max);
+    let mut clock = report::Clock::new(start, "reading");
+    let mut made = Filtered::new(request, lights, &context.task)?;
+    let worst = made.error();
     let how = if o.check > 0 { "measured" } else { "bound" };
-    let packing = all().map(|l| l.format_error).fold(0.0, f64::max);
-    let packing =
-        if packing > 0.0 { format!(", {packing:.2e} of the texels' format") } else { String::new() };
+    let packing = match made.format_error() {
+        e if e > 0.0 => format!(", {e:.2e} of the texels' format"),
+        _ => String::new(),
+    };
     context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
-    packed.sign(context);
-    clock.lap("packing");
-    let name = o.name.clone().unwrap_or_else(|| stem(&o.environment));
-    let written = files::write(&o, &plan, packed, &levels, &beside, &name, context)?;
+    clock.parts(&made.seconds);
+    let metadata = context.provenance_pairs();
+    let written = made.write(&metadata)?;
+    written.iter().for_each(|w| crate::textures::say_lost(Path::new(&w.name), w.report, context));
     clock.lap("writing");
     if let Some(folder) = &o.dump_levels {
-        dump(folder, &job, &plan, &name, context)?;
+        made.dump(folder, &metadata, &context.task)?;
         clock.lap("dumping");
     }
-    let format = plan.with_format(&o).format;
-    let snippet = o.profile.map(|e| snippet::snippet(e, &name).replace("rgb9e5", format.name()));
-    let made = report::Made { levels: &levels, beside: &beside, written: &written };
-    let mut document = report::report(&o, &plan, &job, &made, clock, snippet.as_deref());
+    let snippet = made.snippet();
+    let mut document = report::report(&made, &written, clock, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
         crate::suns::write(taken, path, context)?;
         document["suns"] = taken.json();
@@ -206,61 +187,16 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if context.common.json {
         context.print_json(document)?;
     } else {
-        report::say(&made, context);
+        report::say(&made, &written, context);
         if let Some(s) = snippet {
             context.print(&s)?;
         }
     }
-    if o.tolerance.is_some() && worst > tolerance {
-        return Err(Failure::missed(format!(
-            "relative RMS error {worst:.2e} is above {tolerance:.2e} ({how}{packing})"
-        )));
-    }
-    Ok(())
-}
-
-/// The prepared light and what is asked of every level.
-struct Job<'a> {
-    light: &'a Sampled,
-    tolerance: f64,
-    check: usize,
-    method: method::Choice,
-}
-
-impl Job<'_> {
-    fn level(
-        &self,
-        filter: Filter,
-        shape: (Layout, usize, usize),
-        context: &Context,
-    ) -> Result<Level, Failure> {
-        let start = Instant::now();
-        let mut by = None;
-        let filtered = match (&filter.lobe, self.method.0) {
-            (Some(lobe), Some(way)) => {
-                let (made, work) =
-                    method::filter(way, self.light, lobe.zonal(), shape, self.tolerance, context)?;
-                by = Some(work);
-                made
-            }
-            (Some(lobe), None) => {
-                filter_image(self.light, lobe.zonal(), shape, self.tolerance, &context.task)?
-            }
-            (None, _) => mirror_image(self.light, shape),
-        };
-        let seconds = start.elapsed().as_secs_f64();
-        context.task.check()?;
-        let lobe = filter.lobe.as_ref().filter(|_| self.check > 0);
-        let measured = lobe.map(|l| deviation(self.light, l.zonal(), &filtered.image, self.check));
-        Ok(Level { filter, filtered, measured, format_error: 0.0, seconds, by })
-    }
-}
-
-impl Level {
-    /// Relative RMS error of the file: the filter's, measured where it was, and the texel format's, which are
-    /// independent.
-    fn error(&self) -> f64 {
-        self.measured.map_or(self.filtered.predicted, |m| m.rms).hypot(self.format_error)
+    match o.tolerance {
+        Some(t) if worst > t => {
+            Err(Failure::missed(format!("relative RMS error {worst:.2e} is above {t:.2e} ({how}{packing})")))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -273,17 +209,15 @@ fn stem(environment: &str) -> String {
     text.chars().map(clean).take(80).collect()
 }
 
-fn dump(folder: &Path, job: &Job<'_>, plan: &Plan, name: &str, context: &Context) -> Outcome {
-    std::fs::create_dir_all(folder)
-        .map_err(|e| Failure::failed(format!("{}: cannot write: {e}", folder.display())))?;
-    let quick = Job { check: 0, ..*job };
-    for (m, filter) in plan.filters.iter().enumerate() {
-        let n = (plan.size.0 >> m).max(1);
-        let (w, h) = if plan.layout == Layout::LatLong { plan.size } else { (4 * n, 2 * n) };
-        let level = quick.level(filter.clone(), (Layout::LatLong, w, h), context)?;
-        let raster = Arrangement::LatLong.arranged(level.filtered.image);
-        let options = WriteOptions { metadata: Arrangement::LatLong.metadata(), ..WriteOptions::default() };
-        context.write_image(&folder.join(format!("{name}_level{m}.exr")), &raster, options)?;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_in_their_folder() {
+        for bad in ["", ".", "..", "../evil", "a/b", "a\\b", "a\nb"] {
+            assert!(file_name(bad).is_err(), "{bad}");
+        }
+        assert_eq!(file_name("a..b"), Ok("a..b".into()));
     }
-    Ok(())
 }

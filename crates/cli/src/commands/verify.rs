@@ -5,7 +5,6 @@
 mod decode;
 mod report;
 
-use super::prefilter::{filament_numbers, irradiance};
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, Adjust};
@@ -13,6 +12,7 @@ use clap::Args;
 use decode::{Held, Reading};
 use report::Summary;
 use steradian_base::unknown;
+use steradian_engines::{filament_irradiance, irradiance};
 use steradian_light::load::{FileLayout, Profile};
 use steradian_verify::laws::Consumer;
 use steradian_verify::{Coefficients, Family, Input, Kernel, check};
@@ -127,7 +127,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let report = check(&input, &context.task)?;
     let irradiance = held.sh.as_deref().map(|sh| {
         let light = inputs::coefficients(&lights, 2);
-        let want = if o.profile.name == "gltf" { irradiance(&light) } else { filament_numbers(&light) };
+        let want = if o.profile.name == "gltf" { irradiance(&light) } else { filament_irradiance(&light) };
         Coefficients::compare(sh, &want)
     });
     let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().into_owned());

@@ -1,12 +1,9 @@
 //! What was made, as JSON and in words.
 
-use super::beside::Beside;
-use super::plan::{Kernel, Plan};
-use super::{Job, Level, Options, files};
 use crate::context::Context;
 use serde_json::{Map, Value, json};
 use std::time::Instant;
-use steradian_verify::engines::Curve;
+use steradian_engines::{Filtered, Kernel, Level, MethodCost, Written};
 
 /// Where the time goes: parts that follow one another, and so add up to all of it.
 pub struct Clock {
@@ -16,15 +13,30 @@ pub struct Clock {
 }
 
 impl Clock {
-    pub fn start() -> Self {
-        let now = Instant::now();
-        Self { started: now, last: now, parts: Map::new() }
+    /// Started at `started`; what has passed is `part`.
+    pub fn new(started: Instant, part: &str) -> Self {
+        let mut clock = Self { started, last: started, parts: Map::new() };
+        clock.lap(part);
+        clock
     }
 
     /// Ends a part, which began where the last one ended.
     pub fn lap(&mut self, part: &str) {
         let now = Instant::now();
         self.parts.insert(part.into(), json!((now - self.last).as_secs_f64()));
+        self.last = now;
+    }
+
+    /// Parts that were timed elsewhere and have passed; the last of them ends now.
+    pub fn parts(&mut self, parts: &[(&str, f64)]) {
+        let Some(((last, _), others)) = parts.split_last() else { return };
+        let now = Instant::now();
+        let mut left = (now - self.last).as_secs_f64();
+        for (part, seconds) in others {
+            self.parts.insert((*part).into(), json!(seconds));
+            left -= seconds;
+        }
+        self.parts.insert((*last).into(), json!(left));
         self.last = now;
     }
 
@@ -35,43 +47,29 @@ impl Clock {
     }
 }
 
-/// What was made.
-pub struct Made<'a> {
-    pub levels: &'a [Level],
-    pub beside: &'a Beside,
-    pub written: &'a [files::Written],
-}
-
 /// The JSON document. `levels` are those of the output or of its specular cube, `beside` the other maps of a profile.
-pub fn report(
-    o: &Options,
-    plan: &Plan,
-    job: &Job<'_>,
-    made: &Made<'_>,
-    clock: Clock,
-    snippet: Option<&str>,
-) -> Value {
+pub fn report(made: &Filtered, written: &[Written], clock: Clock, snippet: Option<&str>) -> Value {
+    let o = &made.request;
     let rows: Vec<Value> = made.levels.iter().enumerate().map(|(m, l)| row(m, l)).collect();
-    let chain = rows.len() > 1;
-    let curve: Option<Curve> = chain.then_some(plan.engine.curve);
+    let curve = (rows.len() > 1).then_some(made.plan.engine.curve.name());
     let mut document = json!({
         "kernel": o.kernel,
-        "profile": o.profile.map(|e| e.name),
-        "profile_doc": o.profile.map(|e| e.doc),
-        "curve": curve.map(Curve::name),
-        "tolerance": job.tolerance,
+        "profile": o.engine.map(|e| e.name),
+        "profile_doc": o.engine.map(|e| e.doc),
+        "curve": curve,
+        "tolerance": o.tolerance,
         "analysis": {
-            "order": job.light.order(),
-            "suns": job.light.suns().len(),
-            "bright_texels": job.light.sparks().len(),
+            "order": made.light.order(),
+            "suns": made.light.suns().len(),
+            "bright_texels": made.light.sparks().len(),
         },
         "levels": rows,
-        "files": made.written.iter().map(files::Written::json).collect::<Vec<_>>(),
+        "files": written.iter().map(file).collect::<Vec<_>>(),
         "snippet": snippet,
         "seconds": clock.json(),
     });
     let mut others = Vec::new();
-    for (map, level) in made.beside.maps() {
+    for (map, level) in made.companions.maps() {
         let m = others.iter().filter(|v: &&Value| v["map"] == map).count();
         let mut row = row(m, level);
         row["map"] = json!(map);
@@ -81,6 +79,11 @@ pub fn report(
         document["beside"] = json!(others);
     }
     document
+}
+
+fn file(w: &Written) -> Value {
+    let r = w.report;
+    json!({"file": w.name, "clipped": r.clipped, "vanished": r.vanished, "lost": r.lost})
 }
 
 /// A level in the report. Errors are relative RMS: `predicted_error` and `measured_error` of the filter, `format_error`
@@ -108,21 +111,27 @@ fn row(m: usize, l: &Level) -> Value {
         "raised_to_zero": f.clipped,
         "seconds": l.seconds,
     });
-    if let Some(work) = &l.by {
-        work.report(&mut row);
+    if let Some(MethodCost { method, cost }) = l.method {
+        let card = method.card();
+        row["way"] = json!(card.name);
+        row["order"] = Value::Null;
+        row["source"] = json!(card.source);
+        row["equation"] = json!(card.equation);
+        row["exact_when"] = json!(card.exact_when);
+        row["cost"] = json!({"kernel_evaluations": cost.kernel, "taps": cost.taps});
     }
     row
 }
 
 /// The report for people, on stderr.
-pub fn say(made: &Made<'_>, context: &Context) {
+pub fn say(made: &Filtered, written: &[Written], context: &Context) {
     for (m, l) in made.levels.iter().enumerate() {
         context.say(format_args!("level {m}: {}", words(l)));
     }
-    for (map, l) in made.beside.maps() {
+    for (map, l) in made.companions.maps() {
         context.say(format_args!("{map}: {}", words(l)));
     }
-    for w in made.written {
+    for w in written {
         context.say(&w.name);
     }
 }
@@ -133,6 +142,6 @@ fn words(l: &Level) -> String {
     let e =
         l.measured.map(|d| format!(", error rms {:.1e} worst {:.1e}", d.rms, d.worst)).unwrap_or_default();
     let engine = || format!("{} to band {}", f.way.name(), f.way.order());
-    let way = l.by.as_ref().map_or_else(engine, |work| work.name().into());
+    let way = l.method.map_or_else(engine, |m| m.method.name().into());
     format!("{} x {}{r}, {way}{e}, {:.0} ms", f.image.width, f.image.height, l.seconds * 1e3)
 }

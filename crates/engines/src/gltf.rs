@@ -1,17 +1,16 @@
 //! The files of the glTF extension EXT_lights_image_based: RGBD faces and irradiance coefficients.
 
-use super::Level;
-use super::files::{Written, irradiance};
+use crate::files::{Written, irradiance};
+use crate::{Engine, Level};
 use serde_json::json;
 use std::path::Path;
 use steradian_formats::packed::encode_rgbd;
 use steradian_formats::{Channel, FormatError, Raster, WriteOptions, WriteReport, write_atomic, write_image};
 use steradian_light::load::arrangement;
 use steradian_sphere::sh::ShRgb;
-use steradian_verify::engines::Engine;
 
 /// Writes them.
-pub fn gltf(
+pub(crate) fn gltf(
     engine: &Engine,
     dir: &Path,
     name: &str,

@@ -202,9 +202,14 @@ pub static ENGINES: [Engine; 9] = [
 ];
 
 impl Engine {
-    /// The profile of a name.
+    /// The engine of a name.
     pub fn find(name: &str) -> Option<&'static Self> {
         ENGINES.iter().find(|e| e.name.eq_ignore_ascii_case(name))
+    }
+
+    /// The engine of a name; the error lists the known ones.
+    pub fn parse(name: &str) -> Result<&'static Self, String> {
+        Self::find(name).ok_or_else(|| steradian_base::unknown("profile", name, &ENGINES.map(|e| e.name)))
     }
 
     /// A cube or a lat-long image over world directions, as the file holds it. Texels change places only (of a

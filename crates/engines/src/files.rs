@@ -1,82 +1,58 @@
-//! The files of `steradian prefilter`.
+//! The files, written.
 
-use super::beside::Beside;
-use super::gltf::gltf;
-use super::packing::Packed;
-use super::plan::Plan;
-use super::{Level, Options};
-use crate::context::Context;
-use crate::failure::Failure;
-use serde_json::{Value, json};
+use crate::gltf::gltf;
+use crate::packing::Packed;
+use crate::{Engine, EngineError, Files, Filtered};
 use std::f64::consts::PI;
 use std::path::Path;
 use steradian_brdf::dfg::DfgTable;
 use steradian_formats::{
-    ExrSamples, FormatError, Raster, StoredTexture, Supercompression, TexelFormat, WriteOptions, WriteReport,
-    write_atomic, write_dir_atomic, write_image,
+    Container, ExrSamples, FormatError, Raster, StoredTexture, Supercompression, TexelFormat, WriteOptions,
+    WriteReport, write_atomic, write_dir_atomic, write_image,
 };
 use steradian_light::load::Arrangement;
 use steradian_sphere::SphereImage;
 use steradian_sphere::sh::ShRgb;
-use steradian_verify::engines::{Engine, Files};
 
-/// A file, and what its format could not hold.
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Written {
+    /// Its name below the output's folder.
     pub name: String,
-    report: WriteReport,
+    /// What its format could not hold.
+    pub report: WriteReport,
 }
 
 impl Written {
-    pub fn new(name: impl Into<String>, report: WriteReport) -> Self {
+    pub(crate) fn new(name: impl Into<String>, report: WriteReport) -> Self {
         Self { name: name.into(), report }
     }
-
-    /// For the report.
-    pub fn json(&self) -> Value {
-        let r = self.report;
-        json!({"file": self.name, "clipped": r.clipped, "vanished": r.vanished, "lost": r.lost})
-    }
 }
 
-/// Writes everything that the options ask for.
-pub fn write(
-    o: &Options,
-    plan: &Plan,
+/// Writes everything that was asked for.
+pub(crate) fn write(
+    made: &Filtered,
     packed: Packed,
-    levels: &[Level],
-    beside: &Beside,
-    name: &str,
-    context: &Context,
-) -> Result<Vec<Written>, Failure> {
-    let engine = plan.with_format(o);
-    let written = if o.profile.is_none() {
-        vec![one_file(o, packed, levels, context)?]
-    } else {
-        folder(o, &engine, packed, levels, beside, name, context)?
-    };
-    for w in written.iter().filter(|w| w.report.clipped > 0 || w.report.vanished > 0) {
-        let WriteReport { clipped, vanished, lost } = w.report;
-        context.warn(format_args!(
-            "{}: {clipped} samples clipped, {vanished} became 0, {lost:.4} lost in sum",
-            w.name
-        ));
+    metadata: &[(String, String)],
+) -> Result<Vec<Written>, EngineError> {
+    if made.request.engine.is_none() {
+        return Ok(vec![one_file(made, &packed, metadata)?]);
     }
-    Ok(written)
+    Ok(folder(made, packed, metadata)?)
 }
 
-fn one_file(o: &Options, packed: Packed, levels: &[Level], context: &Context) -> Result<Written, Failure> {
-    let path = &o.output;
+fn one_file(made: &Filtered, packed: &Packed, metadata: &[(String, String)]) -> Result<Written, FormatError> {
+    let path = &made.request.output;
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let report = match (&packed.specular, extension.as_str()) {
-        (Some(t), "ktx") => t.write_ktx1(path)?,
-        (Some(t), "dds") => t.write_dds(path)?,
+    let report = match (&packed.specular, Container::of_name(path)) {
+        (Some(t), Some(Container::Ktx1)) => t.write_ktx1(path)?,
+        (Some(t), Some(Container::Dds)) => t.write_dds(path)?,
         (Some(t), _) => t.write_ktx2(path, Supercompression::None)?,
         (None, _) => {
-            let raster = Arrangement::LatLong.arranged(levels[0].filtered.image.clone());
+            let raster = Arrangement::LatLong.arranged(made.levels[0].filtered.image.clone());
             let mut options =
                 WriteOptions { metadata: Arrangement::LatLong.metadata(), ..WriteOptions::default() };
-            options.metadata.extend(context.provenance_pairs());
+            options.metadata.extend(metadata.iter().cloned());
             write_image(path, &raster, &options)?
         }
     };
@@ -85,14 +61,12 @@ fn one_file(o: &Options, packed: Packed, levels: &[Level], context: &Context) ->
 
 /// An engine's files, whole or not at all.
 fn folder(
-    o: &Options,
-    engine: &Engine,
+    made: &Filtered,
     packed: Packed,
-    levels: &[Level],
-    beside: &Beside,
-    name: &str,
-    context: &Context,
-) -> Result<Vec<Written>, Failure> {
+    metadata: &[(String, String)],
+) -> Result<Vec<Written>, FormatError> {
+    let (o, levels, companions) = (&made.request, &made.levels, &made.companions);
+    let (engine, name) = (&made.engine(), &*o.name);
     let Packed { specular, diffuse: cosine, sheen } = packed;
     let mut written = Vec::new();
     write_dir_atomic(&o.output, |dir| {
@@ -110,17 +84,17 @@ fn folder(
             }
             Files::LatLong { image, half, cube } => {
                 let half = half && o.format != Some(TexelFormat::Rgba32f);
-                let lat_long = &beside.panorama.as_ref().unwrap_or(&levels[0]).filtered.image;
+                let lat_long = &companions.panorama.as_ref().unwrap_or(&levels[0]).filtered.image;
                 let mut all =
-                    vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, context)?];
+                    vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, metadata)?];
                 if let (Some(c), Some(t)) = (cube, &specular) {
                     let file = c.replace("{}", name);
                     all.push(Written::new(file.clone(), t.write_dds(&dir.join(file))?));
                 }
                 all
             }
-            Files::Filament => filament(dir, name, specular.clone(), &beside.sh)?,
-            Files::Gltf => gltf(engine, dir, name, levels, &beside.sh)?,
+            Files::Filament => filament(dir, name, specular.clone(), &companions.sh)?,
+            Files::Gltf => gltf(engine, dir, name, levels, &companions.sh)?,
         };
         Ok(())
     })?;
@@ -134,9 +108,9 @@ fn panorama(
     file: &str,
     image: &SphereImage,
     half: bool,
-    context: &Context,
+    metadata: &[(String, String)],
 ) -> Result<Written, FormatError> {
-    let mut metadata = context.provenance_pairs();
+    let mut metadata = metadata.to_vec();
     metadata.push(("steradian.profile".into(), engine.recorded().into()));
     metadata.push(("steradian.layout".into(), Arrangement::LatLong.name().into()));
     let mut options = WriteOptions { metadata, ..WriteOptions::default() };
@@ -182,14 +156,14 @@ fn ktx2<'a>(
 /// Factors A_l of the clamped cosine's bands 0 to 2.
 const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
 
-/// Coefficients times A_l: irradiance.
+/// Coefficients of radiance, bands 0 to 2, times A_l: irradiance.
 pub fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     (0..9).map(|i: usize| std::array::from_fn(|c| sh.c[c][i] * COSINE[i.isqrt()])).collect()
 }
 
 /// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
 /// s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
-pub fn filament_numbers(sh: &ShRgb) -> Vec<[f64; 3]> {
+pub fn filament_irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
     const K: [f64; 9] =
         [0.282095, 0.488603, 0.488603, 0.488603, 1.092548, 1.092548, 0.315392, 1.092548, 0.546274];
     irradiance(sh).iter().zip(K).map(|(e, k)| e.map(|v| v / PI * k)).collect()
@@ -197,7 +171,7 @@ pub fn filament_numbers(sh: &ShRgb) -> Vec<[f64; 3]> {
 
 /// The same as text.
 fn filament_sh(sh: &ShRgb) -> String {
-    filament_numbers(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
+    filament_irradiance(sh).iter().map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect()
 }
 
 fn filament(

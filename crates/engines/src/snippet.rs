@@ -1,9 +1,16 @@
-//! What a user of an engine pastes.
+//! What a user of an engine pastes into a project.
 
-use steradian_verify::engines::Engine;
+use crate::{Engine, Filtered};
 
-/// What to paste.
-pub fn snippet(engine: &Engine, name: &str) -> String {
+impl Filtered {
+    /// What loads the files, for the engine's own language; nothing for a file that is no engine's.
+    pub fn snippet(&self) -> Option<String> {
+        let engine = self.request.engine?;
+        Some(snippet(engine, &self.request.name).replace("rgb9e5", self.engine().format.name()))
+    }
+}
+
+fn snippet(engine: &Engine, name: &str) -> String {
     match engine.name {
         "bevy" => format!(
             "commands.spawn((Camera3d::default(), EnvironmentMapLight {{\n    \

@@ -1,24 +1,22 @@
 //! What an engine's files hold beside the specular levels: diffuse light, sheen, the light as it is.
 
-use super::plan::{Filter, Kernel, Plan, microfacet};
-use super::{Job, Level};
-use crate::context::Context;
-use crate::failure::Failure;
+use crate::levels::{Job, Level};
+use crate::plan::{Filter, Kernel, Plan, microfacet};
+use crate::{Engine, EngineError, Files};
 use steradian_prefilter::Lobe;
 use steradian_sphere::Layout;
 use steradian_sphere::sh::ShRgb;
-use steradian_verify::engines::{Engine, Files};
 
 /// Texels a side of the faces of diffuse cubes.
-pub const DIFFUSE: usize = 32;
+pub(crate) const DIFFUSE: usize = 32;
 
 /// Is there a diffuse cube?
-pub fn has_diffuse(engine: &Engine) -> bool {
+pub(crate) fn has_diffuse(engine: &Engine) -> bool {
     matches!(engine.files, Files::Khronos | Files::Ktx2 { diffuse: Some(_), .. })
 }
 
 /// Is there a cube of sheen, as large as the specular one?
-pub fn has_sheen(engine: &Engine) -> bool {
+pub(crate) fn has_sheen(engine: &Engine) -> bool {
     engine.files == Files::Khronos
 }
 
@@ -33,7 +31,7 @@ fn sheen_of(specular: &Filter) -> Filter {
 }
 
 /// The kernels of everything beside the levels, which the light's analysis must know of.
-pub fn kernels(plan: &Plan) -> Vec<Kernel> {
+pub(crate) fn kernels(plan: &Plan) -> Vec<Kernel> {
     let mut all = Vec::new();
     if has_diffuse(plan.engine) {
         all.push(Kernel::Lobe(Lobe::lambert()));
@@ -45,8 +43,10 @@ pub fn kernels(plan: &Plan) -> Vec<Kernel> {
 }
 
 /// Filtered maps beside the specular levels.
-pub struct Beside {
+pub struct Companions {
+    /// The cube of diffuse light.
     pub diffuse: Option<Level>,
+    /// The levels of the cube of sheen.
     pub sheen: Vec<Level>,
     /// The light as it is, beside cubes.
     pub panorama: Option<Level>,
@@ -54,31 +54,31 @@ pub struct Beside {
     pub sh: ShRgb,
 }
 
-impl Beside {
+impl Companions {
     /// What a single file has beside it.
-    pub fn nothing() -> Self {
+    pub(crate) fn none() -> Self {
         Self { diffuse: None, sheen: Vec::new(), panorama: None, sh: ShRgb::zero(0) }
     }
 
-    pub fn new(plan: &Plan, job: &Job<'_>, levels: &[Level], context: &Context) -> Result<Self, Failure> {
+    pub(crate) fn new(plan: &Plan, job: &Job<'_>, levels: &[Level]) -> Result<Self, EngineError> {
         let engine = plan.engine;
-        let mut beside = Self { sh: job.light.coefficients(2), ..Self::nothing() };
+        let mut out = Self { sh: job.light.coefficients(2), ..Self::none() };
         if has_diffuse(engine) {
             let filter = Filter { lobe: Some(Kernel::Lobe(Lobe::lambert())), roughness: None };
-            beside.diffuse = Some(job.level(filter, (Layout::Cube, DIFFUSE, DIFFUSE), context)?);
+            out.diffuse = Some(job.level(filter, (Layout::Cube, DIFFUSE, DIFFUSE))?);
         }
         if has_sheen(engine) {
             for l in levels {
                 let n = l.filtered.image.width;
-                beside.sheen.push(job.level(sheen_of(&l.filter), (Layout::Cube, n, n), context)?);
+                out.sheen.push(job.level(sheen_of(&l.filter), (Layout::Cube, n, n))?);
             }
         }
         if has_panorama(engine) {
             let (w, h) = (job.light.image.width, job.light.image.height);
             let mirror = Filter { lobe: None, roughness: Some(0.0) };
-            beside.panorama = Some(job.level(mirror, (Layout::LatLong, w, h), context)?);
+            out.panorama = Some(job.level(mirror, (Layout::LatLong, w, h))?);
         }
-        Ok(beside)
+        Ok(out)
     }
 
     /// Every map, and what it is.

@@ -1,18 +1,15 @@
 //! Levels as they lie in files, and what the format of their texels changes.
 
-use super::beside::Beside;
-use super::plan::Plan;
-use super::{BRDF, Level, Options};
-use crate::context::Context;
+use crate::request::BRDF;
+use crate::{Companions, Engine, Files, Level, Plan, Request};
 use std::path::Path;
 use steradian_formats::packed::{decode_rgbd, encode_rgbd, round_trip_rgbe};
 use steradian_formats::{FormatError, StoredTexture, TexelFormat, TextureLevels, WriteReport};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_verify::engines::{Engine, Files};
 
 /// The textures of the output, encoded once. Lat-long images and PNG faces are none.
 #[derive(Default)]
-pub struct Packed {
+pub(crate) struct Packed {
     pub specular: Option<StoredTexture>,
     pub diffuse: Option<StoredTexture>,
     pub sheen: Option<StoredTexture>,
@@ -21,17 +18,17 @@ pub struct Packed {
 impl Packed {
     /// Arranges all maps for their consumer, and tells each what the format of its texels changes.
     pub fn new(
-        o: &Options,
+        o: &Request,
         plan: &Plan,
         levels: &mut [Level],
-        beside: &mut Beside,
+        companions: &mut Companions,
     ) -> Result<Self, FormatError> {
         let engine = plan.with_format(o);
         let stored = |levels: &mut [Level], kernel: &str| match levels {
             [] => Ok(None),
             levels => texture(&engine, &o.output, levels, kernel).map(Some),
         };
-        if engine.files == Files::Gltf && o.profile.is_some() {
+        if engine.files == Files::Gltf && o.engine.is_some() {
             let rgbd = |c| decode_rgbd(encode_rgbd(c, &mut WriteReport::default()));
             levels.iter_mut().for_each(|l| l.format_error = of_colours(&l.filtered.image, rgbd));
             return Ok(Self::default());
@@ -42,20 +39,20 @@ impl Packed {
         } else {
             levels.iter_mut().for_each(|l| l.format_error = of_image(&engine, o, &l.filtered.image));
         }
-        packed.diffuse = stored(beside.diffuse.as_mut_slice(), "lambert")?;
-        packed.sheen = stored(beside.sheen.as_mut_slice(), "charlie")?;
-        if let Some(l) = &mut beside.panorama {
+        packed.diffuse = stored(companions.diffuse.as_mut_slice(), "lambert")?;
+        packed.sheen = stored(companions.sheen.as_mut_slice(), "charlie")?;
+        if let Some(l) = &mut companions.panorama {
             l.format_error = of_image(&engine, o, &l.filtered.image);
         }
         Ok(packed)
     }
 
-    /// Adds to every texture where it comes from, the error that the report states included.
-    pub fn sign(&mut self, context: &Context) {
-        let all = [&mut self.specular, &mut self.diffuse, &mut self.sheen];
-        for t in all.into_iter().flatten() {
-            t.metadata.splice(0..0, context.provenance_pairs());
+    /// The textures with `metadata` before what they say of themselves.
+    pub fn signed(mut self, metadata: &[(String, String)]) -> Self {
+        for t in [&mut self.specular, &mut self.diffuse, &mut self.sheen].into_iter().flatten() {
+            t.metadata.splice(0..0, metadata.iter().cloned());
         }
+        self
     }
 }
 
@@ -88,7 +85,7 @@ fn texture(
 }
 
 /// What the file of a lat-long image changes, by its samples.
-fn of_image(engine: &Engine, o: &Options, image: &SphereImage) -> f64 {
+fn of_image(engine: &Engine, o: &Request, image: &SphereImage) -> f64 {
     let name = match engine.files {
         Files::LatLong { image, .. } => Path::new(image),
         _ => &o.output,

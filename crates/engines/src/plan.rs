@@ -1,15 +1,12 @@
 //! What is to be made: the kernels of the levels, their sizes, and the arrangement.
 
-use super::{BRDF, Options, asked};
-use crate::context::Context;
-use crate::failure::Failure;
-use crate::inputs;
+use crate::request::three;
+use crate::{Engine, EngineError, Files, Request};
 use std::sync::Arc;
-use steradian_brdf::NormalKernel;
+use steradian_brdf::{NormalKernel, SharedBrdf};
 use steradian_light::load::Arrangement;
 use steradian_prefilter::{Lobe, Radial, Zonal};
 use steradian_sphere::Layout;
-use steradian_verify::engines::{Engine, Files};
 
 /// What one map holds.
 #[derive(Clone)]
@@ -23,12 +20,14 @@ pub struct Filter {
 /// What a map is convolved with.
 #[derive(Clone)]
 pub enum Kernel {
+    /// Of a formula.
     Lobe(Lobe),
     /// A reflectance at normal incidence.
     Radial(Arc<Radial>),
 }
 
 impl Kernel {
+    /// As a kernel of the filters.
     pub fn zonal(&self) -> &dyn Zonal {
         match self {
             Self::Lobe(lobe) => lobe,
@@ -46,7 +45,7 @@ impl Kernel {
 }
 
 /// A kernel of the family `name` at a perceptual roughness.
-pub fn microfacet(name: &str, r: f64) -> Filter {
+pub(crate) fn microfacet(name: &str, r: f64) -> Filter {
     let alpha = r * r;
     let lobe = match name {
         "charlie" => Some(Lobe::charlie(alpha)),
@@ -57,32 +56,32 @@ pub fn microfacet(name: &str, r: f64) -> Filter {
     Filter { lobe: lobe.map(Kernel::Lobe), roughness: Some(r) }
 }
 
-pub fn has_roughness(name: &str) -> bool {
+pub(crate) fn has_roughness(name: &str) -> bool {
     matches!(name, "ggx" | "beckmann" | "charlie")
 }
 
 /// The kernel of a reflectance: f ⟨n·wi⟩ at n = wo, its channels' mean.
-pub fn normal_incidence(spec: &str, context: &mut Context) -> Result<Kernel, Failure> {
-    let kernel = NormalKernel::new(inputs::brdf(spec, context)?).ok_or_else(|| {
-        Failure::usage(format!(
-            "--kernel {BRDF}{spec}: is anisotropic; a filtered map needs an isotropic one"
+pub(crate) fn normal_incidence(name: &str, brdf: SharedBrdf) -> Result<Kernel, EngineError> {
+    let kernel = NormalKernel::new(brdf).ok_or_else(|| {
+        EngineError::request(format!(
+            "--kernel {name}: is anisotropic; a filtered map needs an isotropic one"
         ))
     })?;
     let radial = Radial::new(|theta| kernel.at_angle(theta).iter().sum::<f64>() / 3.0);
     let radial = radial.ok_or_else(|| {
-        Failure::usage(format!(
-            "--kernel {BRDF}{spec}: reflects nothing, or no finite amount, at normal incidence"
+        EngineError::request(format!(
+            "--kernel {name}: reflects nothing, or no finite amount, at normal incidence"
         ))
     })?;
     Ok(Kernel::Radial(Arc::new(radial)))
 }
 
 /// The single kernel that the options name; `given` is that of a reflectance.
-fn single(o: &Options, given: Option<Kernel>) -> Result<Filter, Failure> {
+fn single(o: &Request, given: Option<Kernel>) -> Result<Filter, EngineError> {
     if given.is_some() {
         return Ok(Filter { lobe: given, roughness: None });
     }
-    let needs = |option: &str| Failure::usage(format!("--kernel {} needs {option}", o.kernel));
+    let needs = |option: &str| EngineError::request(format!("--kernel {} needs {option}", o.kernel));
     let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
     match o.kernel.as_str() {
         "lambert" => plain(Lobe::lambert()),
@@ -102,79 +101,92 @@ fn single(o: &Options, given: Option<Kernel>) -> Result<Filter, Failure> {
 
 /// Everything that is to be made.
 pub struct Plan {
+    /// Whose conventions.
     pub engine: &'static Engine,
+    /// Level by level.
     pub filters: Vec<Filter>,
     /// Width and height of level 0.
     pub size: (usize, usize),
+    /// Cube or lat-long.
     pub layout: Layout,
 }
 
 impl Plan {
     /// The consumer, with the format of texels that was asked for.
-    pub fn with_format(&self, o: &Options) -> Engine {
+    pub fn with_format(&self, o: &Request) -> Engine {
         Engine { format: o.format.unwrap_or(self.engine.format), ..*self.engine }
     }
 }
 
-pub fn plan(o: &Options, given: Option<Kernel>) -> Result<Plan, Failure> {
-    let raw = || Engine::find("raw").ok_or_else(|| Failure::failed("the profile raw is missing"));
-    let engine = o.profile.map_or_else(raw, Ok)?;
+pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineError> {
+    let raw = || Engine::find("raw").ok_or_else(|| EngineError::Failed("the profile raw is missing".into()));
+    let engine = o.engine.map_or_else(raw, Ok)?;
     let extension = o.output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if matches!(engine.files, Files::LatLong { cube: None, .. }) {
         return panorama(o, engine);
     }
-    let lat_long = o.profile.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
-    if o.profile.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
+    let lat_long = o.engine.is_none() && matches!(extension.as_str(), "exr" | "hdr" | "pfm");
+    if o.engine.is_none() && !lat_long && !matches!(extension.as_str(), "ktx2" | "ktx" | "dds") {
         let why = "the output is a .ktx2, .ktx, .dds, .exr, .hdr or .pfm file; with --profile it is a folder";
-        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+        return Err(EngineError::request(format!("{}: {why}", o.output.display())));
     }
     let target = if lat_long { Arrangement::LatLong } else { Arrangement::Cube };
     let usual = if lat_long { 4 * engine.size } else { engine.size };
-    let size = inputs::side(o.size.unwrap_or((usual, usual)), target)?;
-    let chain = o.profile.is_some() || o.levels.is_some();
+    let size = side(o.size.unwrap_or((usual, usual)), target)?;
+    let chain = o.engine.is_some() || o.levels.is_some();
     if !chain {
         let layout = if lat_long { Layout::LatLong } else { Layout::Cube };
         return Ok(Plan { engine, filters: vec![single(o, given)?], size, layout });
     }
     if lat_long {
-        return Err(Failure::usage("--levels: a lat-long file has one level; --dump-levels writes them all"));
+        return Err(EngineError::request(
+            "--levels: a lat-long file has one level; --dump-levels writes them all",
+        ));
     }
-    if !has_roughness(&o.kernel) || (o.profile.is_some() && o.kernel != "ggx") {
-        return Err(Failure::usage(format!(
+    if !has_roughness(&o.kernel) || (o.engine.is_some() && o.kernel != "ggx") {
+        return Err(EngineError::request(format!(
             "--kernel {}: chains go over the roughness of ggx{}",
             o.kernel,
-            if o.profile.is_some() { "" } else { ", beckmann or charlie" }
+            if o.engine.is_some() { "" } else { ", beckmann or charlie" }
         )));
     }
     if !size.0.is_power_of_two() {
-        return Err(Failure::usage(format!("--size {}: the side of a chain is a power of two", size.0)));
+        return Err(EngineError::request(format!(
+            "--size {}: the side of a chain is a power of two",
+            size.0
+        )));
     }
     let most = size.0.ilog2() as usize + 1;
     let whole = engine.unfiltered() || size.0 <= engine.last;
     let usual = if whole { 1 } else { (size.0 / engine.last).ilog2() as usize + 1 };
-    let levels = o.levels.map_or(usual, usize::from);
+    let levels = o.levels.unwrap_or(usual);
     if levels > most {
-        return Err(Failure::usage(format!(
+        return Err(EngineError::request(format!(
             "--levels {levels}: {} texels a side have {most} at most",
             size.0
         )));
     }
-    if o.profile.is_some_and(|e| e.name == "three") {
-        asked::three(size.0, levels)?;
+    if o.engine.is_some_and(|e| e.name == "three") {
+        three(size.0, levels)?;
     }
     let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
     Ok(Plan { engine, filters, size, layout: Layout::Cube })
 }
 
+/// [`Arrangement::side`].
+fn side(size: (usize, usize), arrangement: Arrangement) -> Result<(usize, usize), EngineError> {
+    arrangement.side(size).map_err(|e| EngineError::Request(format!("--size: {e}")))
+}
+
 /// The light as it is, lat-long; as large as the input where nothing else is asked for.
-fn panorama(o: &Options, engine: &'static Engine) -> Result<Plan, Failure> {
+fn panorama(o: &Request, engine: &'static Engine) -> Result<Plan, EngineError> {
     if o.levels.is_some_and(|l| l > 1) {
         let name = engine.name;
-        return Err(Failure::usage(format!(
+        return Err(EngineError::request(format!(
             "--levels: {name} filters by itself and takes one lat-long image"
         )));
     }
-    let size = o.size.map_or(Ok((0, 0)), |s| inputs::side(s, Arrangement::LatLong))?;
+    let size = o.size.map_or(Ok((0, 0)), |s| side(s, Arrangement::LatLong))?;
     Ok(Plan {
         engine,
         filters: vec![Filter { lobe: None, roughness: Some(0.0) }],

@@ -1,0 +1,25 @@
+//! Conventions of engines, and the files that they take.
+//!
+//! One row of [`ENGINES`] says how an engine's cubes lie, which kernel each level holds and which files there are. What
+//! writes these files ([`Request`], [`Plan`], [`Filtered`]) reads the same table as what checks them (the crate `verify`).
+
+mod companions;
+mod error;
+mod files;
+mod gltf;
+mod levels;
+mod method;
+mod packing;
+mod plan;
+mod profile;
+mod request;
+mod snippet;
+
+pub use companions::Companions;
+pub use error::EngineError;
+pub use files::{Written, filament_irradiance, irradiance};
+pub use levels::{Filtered, Level};
+pub use method::MethodCost;
+pub use plan::{Filter, Kernel, Plan};
+pub use profile::{Curve, ENGINES, Engine, Files};
+pub use request::{MethodChoice, Request, kernel_name};
