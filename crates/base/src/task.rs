@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Receives progress; implementations must be cheap and thread-safe, they are called from worker threads.
 pub trait Progress: Send + Sync {
@@ -23,6 +24,7 @@ pub struct Cancelled;
 pub struct Task {
     progress: Option<Arc<dyn Progress>>,
     cancel: Arc<AtomicBool>,
+    deadline: Option<Instant>,
     tolerance: Option<f64>,
     max_memory: u64,
 }
@@ -32,7 +34,13 @@ const DEFAULT_MAX_MEMORY: u64 = 8 << 30;
 
 impl Default for Task {
     fn default() -> Self {
-        Self { progress: None, cancel: Arc::default(), tolerance: None, max_memory: DEFAULT_MAX_MEMORY }
+        Self {
+            progress: None,
+            cancel: Arc::default(),
+            deadline: None,
+            tolerance: None,
+            max_memory: DEFAULT_MAX_MEMORY,
+        }
     }
 }
 
@@ -51,6 +59,23 @@ impl Task {
     /// The same task, stopped when `flag` becomes true.
     pub fn with_cancel(mut self, flag: Arc<AtomicBool>) -> Self {
         self.cancel = flag;
+        self
+    }
+
+    /// Who receives its progress.
+    pub fn progress(&self) -> Option<Arc<dyn Progress>> {
+        self.progress.clone()
+    }
+
+    /// The same task reporting to nobody.
+    pub fn without_progress(mut self) -> Self {
+        self.progress = None;
+        self
+    }
+
+    /// The same task, stopped at `deadline` as if its caller had asked.
+    pub fn with_deadline(mut self, deadline: Instant) -> Self {
+        self.deadline = Some(deadline);
         self
     }
 
@@ -76,9 +101,9 @@ impl Task {
         self.max_memory
     }
 
-    /// Has the caller asked to stop?
+    /// Has the caller asked to stop, or has the deadline passed?
     pub fn is_cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
+        self.cancel.load(Ordering::Relaxed) || self.deadline.is_some_and(|d| Instant::now() >= d)
     }
 
     /// `Err(Cancelled)` once the caller has asked to stop; call it once per block of work.
@@ -120,5 +145,12 @@ mod tests {
         assert_eq!(other.check(), Ok(()));
         flag.store(true, Ordering::Relaxed);
         assert_eq!(other.check(), Err(Cancelled));
+    }
+
+    #[test]
+    fn a_deadline_stops_one_task_and_not_its_origin() {
+        let task = Task::quiet();
+        let limited = task.clone().with_deadline(Instant::now());
+        assert_eq!((limited.check(), task.check()), (Err(Cancelled), Ok(())));
     }
 }

@@ -2,16 +2,17 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::progress::Bars;
-use crate::textures;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use steradian_base::{Input, Provenance, Task};
-use steradian_formats::{Limits, Raster, WriteOptions, WriteReport, write_atomic, write_image};
-use steradian_techniques::direct::Suns;
+use steradian_base::Task;
+use steradian_formats::write_atomic;
+use steradian_light::load;
+use steradian_session::{self as session, Session};
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -88,34 +89,31 @@ fn parse_size(text: &str) -> Result<u64, String> {
     if n.is_finite() && n > 0.0 { Ok((n * factor as f64) as u64) } else { Err(bad()) }
 }
 
-/// What every command gets.
+/// What every command gets: the session, and the ways out.
 pub struct Context {
     /// The shared options.
     pub common: Common,
-    /// Progress, cancellation and limits.
-    pub task: Task,
-    /// What becomes of disks and directional lights under a technique: folded into its data, unless a command's options
-    /// say otherwise.
-    pub suns: Suns,
-    provenance: Provenance,
-    notes: Vec<(String, String)>,
+    session: Session,
 }
 
-/// Extensions of image files that are written.
-pub const IMAGES: [&str; 5] = ["exr", "hdr", "pic", "pfm", "png"];
+impl Deref for Context {
+    type Target = Session;
 
-/// Refuses an output whose extension is none of `known`: asked before the work, so that it is not done in vain.
-pub fn check_output(path: &Path, known: &[&str]) -> Outcome {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if extension.as_deref().is_some_and(|e| known.contains(&e)) {
-        return Ok(());
+    fn deref(&self) -> &Session {
+        &self.session
     }
-    let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
-    let what = match extension {
-        Some(e) => format!("cannot write '.{e}' files"),
-        None => "the name has no extension to tell the format".into(),
-    };
-    Err(Failure::usage(format!("{}: {what}; use one of {}", path.display(), there_are.join(" "))))
+}
+
+impl DerefMut for Context {
+    fn deref_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+}
+
+/// One line on standard error.
+fn say(line: impl std::fmt::Display) {
+    // Nobody is left to be told when standard error is gone.
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -150,19 +148,34 @@ impl Context {
         if !common.quiet && io::stderr().is_terminal() {
             task = task.with_progress(Arc::new(Bars::new()));
         }
-        Ok(Self { common, task, suns: Suns::Fold, provenance: Provenance::new(arguments), notes: Vec::new() })
-    }
-
-    /// Limits for readers.
-    pub fn limits(&self) -> Limits {
-        Limits { max_memory: self.common.max_memory, ..Limits::default() }
+        let quiet = common.quiet;
+        let mut session =
+            Session::new().with_task(task).with_arguments(arguments).with_listener(move |notice| {
+                if !quiet {
+                    say(format_args!("{}{notice}", if notice.is_warning() { "warning: " } else { "" }));
+                }
+            });
+        session.negative = match common.negative {
+            Negative::Keep => load::Negative::Keep,
+            Negative::Zero => load::Negative::Zero,
+        };
+        session.backend = match common.backend {
+            Backend::Auto => session::Backend::Auto,
+            Backend::Cpu => session::Backend::Cpu,
+            Backend::Gpu | Backend::Both => session::Backend::Gpu,
+        };
+        session.gpu_path = match common.gpu_path {
+            GpuPath::Auto => session::GpuPath::Auto,
+            GpuPath::Raster => session::GpuPath::Raster,
+            GpuPath::Compute => session::GpuPath::Compute,
+        };
+        Ok(Self { common, session })
     }
 
     /// One line on standard error, unless `--quiet`.
     pub fn say(&self, line: impl std::fmt::Display) {
         if !self.common.quiet {
-            // Nobody is left to be told when standard error is gone.
-            let _ = writeln!(io::stderr(), "{line}");
+            say(line);
         }
     }
 
@@ -205,55 +218,8 @@ impl Context {
         }
     }
 
-    /// An image to a file, with provenance; what it could not hold is warned about.
-    pub fn write_image(&self, path: &Path, raster: &Raster, options: WriteOptions) -> Outcome {
-        self.write_image_counted(path, raster, options).map(|_| ())
-    }
-
-    /// [`Context::write_image`], and what the file could not hold.
-    pub fn write_image_counted(
-        &self,
-        path: &Path,
-        raster: &Raster,
-        options: WriteOptions,
-    ) -> Result<WriteReport, Failure> {
-        self.task.check()?;
-        check_output(path, &IMAGES)?;
-        let mut options = options;
-        options.metadata.extend(self.provenance_pairs());
-        let report = write_image(path, raster, &options)?;
-        textures::say_lost(path, report, self);
-        Ok(report)
-    }
-
-    /// Notes an input file for the provenance; what is no file is ignored.
-    pub fn note_input(&mut self, path: &Path) {
-        if let Ok(input) = Input::of_file(path)
-            && !self.provenance.inputs.contains(&input)
-        {
-            self.provenance.inputs.push(input);
-        }
-    }
-
-    /// Notes the reached error for the provenance.
-    pub fn note_error(&mut self, error: impl Into<String>) {
-        self.provenance.error = Some(error.into());
-    }
-
-    /// Provenance as pairs, for formats that are not written through [`Context::write_image`].
-    pub fn provenance_pairs(&self) -> Vec<(String, String)> {
-        let mut pairs = self.provenance.pairs();
-        pairs.extend(self.notes.iter().cloned());
-        pairs
-    }
-
-    /// Notes what files written from now on say of their content.
-    pub fn note(&mut self, pair: (String, String)) {
-        self.notes.push(pair);
-    }
-
     fn provenance_json(&self) -> Value {
-        let p = &self.provenance;
+        let p = self.provenance();
         let inputs: Vec<Value> =
             p.inputs.iter().map(|i| json!({"name": i.name, "sha256": i.sha256})).collect();
         json!({"version": p.version, "arguments": p.arguments, "inputs": inputs, "error": p.error})

@@ -46,11 +46,6 @@ pub fn optional_unit(table: &CsvTable, columns: [&str; 3]) -> Result<Option<Vec<
     if columns.iter().all(|c| table.column(c).is_none()) { Ok(None) } else { unit(table, columns).map(Some) }
 }
 
-/// The double with the fewest digits that is this float: 0.1 for 0.1f32.
-pub fn shortest(v: f32) -> f64 {
-    v.to_string().parse().unwrap_or(f64::from(v))
-}
-
 /// The table as text.
 pub fn text(table: &CsvTable) -> String {
     let mut bytes = Vec::new();

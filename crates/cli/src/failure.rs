@@ -6,9 +6,9 @@ use steradian_base::{Cancelled, ParamError};
 use steradian_brdf::SpecError;
 use steradian_engines::EngineError;
 use steradian_formats::FormatError;
-use steradian_light::load::LightError;
-use steradian_reference::JudgeError;
-use steradian_render::SceneError;
+use steradian_light::LightError;
+use steradian_light::sky::SkyError;
+use steradian_session::{Error, Kind, Missed};
 use steradian_techniques::{BakeError, SavedError};
 
 /// A message of one line and an exit code.
@@ -50,73 +50,38 @@ impl Failure {
     }
 }
 
-impl From<FormatError> for Failure {
-    fn from(e: FormatError) -> Self {
-        Self { code: e.exit_code(), message: e.to_string() }
-    }
-}
-
-impl From<LightError> for Failure {
-    fn from(e: LightError) -> Self {
-        Self { code: e.exit_code(), message: e.to_string() }
-    }
-}
-
-impl From<BakeError> for Failure {
-    fn from(e: BakeError) -> Self {
-        Self { code: e.exit_code(), message: e.to_string() }
-    }
-}
-
-impl From<EngineError> for Failure {
-    fn from(e: EngineError) -> Self {
-        match e {
-            EngineError::Request(why) => Self::usage(why),
-            EngineError::Format(e) => e.into(),
-            EngineError::Failed(_) | EngineError::Cancelled(_) => Self::failed(e),
-        }
-    }
-}
-
-impl From<SavedError> for Failure {
-    fn from(e: SavedError) -> Self {
-        let code = match &e {
-            SavedError::Format(e) => e.exit_code(),
-            SavedError::Invalid { .. } => 3,
-            SavedError::Bake { source, .. } => source.exit_code(),
+impl From<Error> for Failure {
+    fn from(e: Error) -> Self {
+        let code = match e.kind() {
+            Kind::Failed => 1,
+            Kind::Usage => 2,
+            Kind::Input => 3,
+            Kind::Missed => 4,
         };
         Self { code, message: e.to_string() }
     }
 }
 
-impl From<SpecError> for Failure {
-    fn from(e: SpecError) -> Self {
-        let code = if matches!(e, SpecError::File { .. }) { 3 } else { 2 };
-        Self { code, message: e.to_string() }
-    }
+/// What libraries below the session return, by way of its error.
+macro_rules! by_way_of_the_session {
+    ($($error:ty),*) => {$(
+        impl From<$error> for Failure {
+            fn from(e: $error) -> Self {
+                Error::from(e).into()
+            }
+        }
+    )*};
 }
 
-impl From<JudgeError> for Failure {
-    fn from(e: JudgeError) -> Self {
-        let code = if matches!(e, JudgeError::Cancelled(_)) { 1 } else { 3 };
-        Self { code, message: e.to_string() }
-    }
-}
-
-impl From<SceneError> for Failure {
-    fn from(e: SceneError) -> Self {
-        Self::input(e)
-    }
-}
-
-impl From<ParamError> for Failure {
-    fn from(e: ParamError) -> Self {
-        Self::usage(e)
-    }
-}
-
-impl From<Cancelled> for Failure {
-    fn from(e: Cancelled) -> Self {
-        Self::failed(e)
-    }
-}
+by_way_of_the_session!(
+    FormatError,
+    LightError,
+    SkyError,
+    BakeError,
+    SavedError,
+    SpecError,
+    ParamError,
+    EngineError,
+    Missed,
+    Cancelled
+);

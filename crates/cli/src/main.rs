@@ -6,21 +6,10 @@
 mod commands;
 mod context;
 mod csv;
-mod destinations;
-mod elevation;
-mod engine;
 mod failure;
 mod inputs;
-mod looks;
-mod model;
 mod progress;
 mod report;
-mod saved;
-mod scene;
-mod studio;
-mod study;
-mod suns;
-mod textures;
 
 use clap::Parser;
 use context::{Common, Context};

@@ -1,7 +1,60 @@
-//! Reports as one web page that needs no other file: every name is escaped, pictures are inside.
+//! Parts of reports: errors as JSON, and one web page that needs no other file: every name is escaped, pictures are inside.
 
 use crate::failure::Failure;
-use steradian_render::Display;
+use serde_json::{Value, json};
+use steradian_base::Certificate;
+use steradian_render::{Cell, Display};
+use steradian_session::compare::Answer;
+
+/// What single points err by; null where that was not measured.
+pub fn points_json(c: &Certificate) -> Value {
+    c.spread.map_or(Value::Null, |s| {
+        json!({
+            "median": s.median,
+            "ninetieth": s.ninetieth,
+            "stops": s.stops,
+            "top_hundredth": s.top_hundredth,
+        })
+    })
+}
+
+/// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
+pub fn cell(answer: &Answer, named: bool) -> Option<Cell> {
+    let r = answer.rendering()?;
+    let error = r.errors.as_ref().map(|(e, flip)| {
+        let percent = 100.0 * e.relative_rms;
+        let digits = usize::from(percent < 9.95);
+        format!("{percent:.digits$} %  FLIP {flip:.3}")
+    });
+    let name = match (named, &error) {
+        (false, _) => None,
+        (true, Some(_)) => Some(answer.name().replace('_', " ")),
+        (true, None) => Some("reference".into()),
+    };
+    Some(Cell { picture: r.picture.clone(), caption: name.into_iter().chain(error).collect() })
+}
+
+/// An answer as JSON.
+pub fn answer_json(answer: &Answer) -> Value {
+    match answer {
+        Answer::Refused { label, backend, why } => {
+            json!({"technique": label, "backend": backend, "refused": why})
+        }
+        Answer::Rendered(r) => json!({
+            "technique": r.label,
+            "backend": r.backend,
+            "relative_rms": r.errors.as_ref().map(|e| e.0.relative_rms),
+            "rmse": r.errors.as_ref().map(|e| e.0.rmse),
+            "rel_mse": r.errors.as_ref().map(|e| e.0.rel_mse),
+            "flip": r.errors.as_ref().map(|e| e.1),
+            "flip_to_cpu": r.flip_to_cpu,
+            "certificate": r.certificate.as_ref().map(|c| json!({"error": c.error, "known": c.known.word()})),
+            "bake_seconds": r.bake_seconds,
+            "shade_seconds": r.shade_seconds,
+            "bytes": r.bytes,
+        }),
+    }
+}
 
 /// A page in the making.
 pub struct Page(String);

@@ -1,23 +1,15 @@
 //! `steradian bake`: a technique's precomputed data for a light, a reflectance and, where it bakes on one, a mesh.
 
-mod halves;
-mod maps;
-mod output;
 mod report;
-mod stages;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust, Method};
-use crate::suns;
+use crate::inputs::{self, AdjustArgs};
 use clap::Args;
-use output::Output;
-use stages::Stages;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
-use steradian_base::Certificate;
-use steradian_techniques::{AnyBake, AnyTechnique, Geometry, Made, Material, Sites, not_finite};
+use steradian_session::Method;
+use steradian_session::bake::{Accuracy, Output, Request};
 
 /// Options of `steradian bake`.
 #[derive(Debug, Args)]
@@ -26,7 +18,7 @@ pub struct Options {
     #[arg(value_name = "ENV")]
     environment: String,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// Disk and directional lights beside the environment, as --extract-sun writes them; they become part of the data
     #[arg(long, value_name = "FILE.json")]
     sun_lights: Option<PathBuf>,
@@ -59,68 +51,6 @@ pub struct Options {
     output: PathBuf,
 }
 
-/// A finished bake and how it came about.
-struct Done {
-    bake: Box<dyn AnyBake>,
-    /// With what the file's numbers add.
-    certificate: Certificate,
-    made: Made,
-    /// What was asked for.
-    asked: Asked,
-    seconds: f64,
-    stages: Vec<(String, f64)>,
-}
-
-/// An explicit accuracy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Asked {
-    /// None.
-    Nothing,
-    /// A relative RMS error of radiance.
-    Error(f64),
-    /// A share of the reflectance's energy.
-    Energy(f64),
-}
-
-/// The name of the parameter that bounds the energy which orders miss.
-const EPSILON: &str = "energy_epsilon";
-/// The detail of a certificate that says what they miss.
-const MISSING: &str = "missing energy of the reflectance";
-
-impl Asked {
-    /// What the options ask of a technique.
-    fn of(o: &Options, technique: &dyn AnyTechnique) -> Self {
-        match (o.tolerance, o.energy_epsilon) {
-            (Some(t), _) => Self::Error(t),
-            (None, Some(e)) if technique.params().iter().any(|p| p.name == EPSILON) => Self::Energy(e),
-            (None, Some(e)) => Self::Error(e.sqrt()),
-            (None, None) => Self::Nothing,
-        }
-    }
-
-    /// The relative RMS error of radiance.
-    fn tolerance(self) -> Option<f64> {
-        if let Self::Error(t) = self { Some(t) } else { None }
-    }
-}
-
-impl Done {
-    /// The explicit accuracy, and what was reached of it.
-    fn outcome(&self) -> Option<(f64, f64)> {
-        let details = &self.certificate.details;
-        match self.asked {
-            Asked::Nothing => None,
-            Asked::Error(t) => Some((t, self.certificate.error)),
-            Asked::Energy(e) => details.iter().find(|d| d.0 == MISSING).map(|d| (e, d.1)),
-        }
-    }
-
-    /// Was it missed?
-    fn missed(&self) -> bool {
-        self.outcome().is_some_and(|(asked, reached)| reached.is_nan() || reached > asked)
-    }
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let Method::Technique(technique) = Method::find(&o.technique)? else {
         return Err(Failure::usage("the reference bakes nothing: name a technique"));
@@ -129,75 +59,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if o.half && matches!(output, Output::Texture(_)) {
         return Err(Failure::usage("--half is for .safetensors; textures hold halves already"));
     }
-    let mut done = bake(&o, technique, context)?;
-    let tensors = halves::tensors(&mut done, technique, &o, context)?;
-    if let Some(name) = not_finite(&tensors) {
-        let why = format!("{}: tensor '{name}' came out not finite: scale the light down", o.technique);
-        return Err(Failure::failed(why));
-    }
-    let t = &done.certificate;
-    context.note_error(format!("{} {:.3e} ({})", t.metric, t.error, t.known.word()));
-    context.task.check()?;
+    let request = Request {
+        environment: o.environment.clone(),
+        adjust: o.adjust.get(),
+        sun_lights: o.sun_lights.clone(),
+        brdf: o.brdf.clone(),
+        technique,
+        params: inputs::parameters(&o.params)?,
+        accuracy: Accuracy::of(o.tolerance, o.energy_epsilon, technique),
+        mesh: o.mesh.clone(),
+        half: o.half,
+    };
+    let (done, missed) = context.bake(&request)?.even_if_missed();
     let start = Instant::now();
-    let files = output.write(&done, tensors, context)?;
+    let files = done.write(&output, context)?;
     report::say(&o, &done, &files, start.elapsed().as_secs_f64(), context)?;
-    match done.outcome() {
-        Some((asked, reached)) if done.missed() => Err(Failure::missed(format!(
-            "tolerance {asked} missed: the error reached is {reached:.3e}; the output is marked"
-        ))),
-        _ => Ok(()),
-    }
-}
-
-fn bake(o: &Options, technique: &'static dyn AnyTechnique, context: &mut Context) -> Result<Done, Failure> {
-    let brdf = inputs::brdf(&o.brdf, context)?;
-    let material = Material::new(brdf);
-    let slug = technique.card().slug;
-    (technique.card().materials)(&*material.brdf).map_err(|why| Failure::usage(format!("{slug}: {why}")))?;
-    let asked = Asked::of(o, technique);
-    let mut params = inputs::parameters(&o.params)?;
-    if let Asked::Energy(e) = asked {
-        params.0.insert(EPSILON.into(), e);
-    }
-    params.check(technique.params())?;
-    let geometry = geometry(o, technique, context)?;
-    let mut lights = inputs::light(&o.environment, &o.adjust, context)?;
-    if let Some(path) = &o.sun_lights {
-        suns::join_file(path, &mut lights, &o.adjust, context)?;
-    }
-    let stages = Arc::new(Stages::new(context));
-    let task = context.task.clone().with_progress(stages.clone()).with_tolerance(asked.tolerance());
-    let start = Instant::now();
-    let bake = technique.bake(&lights, &material, geometry.as_ref(), &params, &task)?;
-    Ok(Done {
-        certificate: bake.certificate().clone(),
-        bake,
-        made: Made::of(
-            &o.brdf,
-            material.brdf.held(),
-            &o.environment,
-            o.adjust.rotate,
-            o.adjust.light_exposure,
-        ),
-        asked,
-        seconds: start.elapsed().as_secs_f64(),
-        stages: stages.finish(),
-    })
-}
-
-fn geometry(
-    o: &Options,
-    technique: &dyn AnyTechnique,
-    context: &mut Context,
-) -> Result<Option<Geometry>, Failure> {
-    let card = technique.card();
-    match (&o.mesh, card.needs.sites) {
-        (None, false) => Ok(None),
-        (None, true) => Err(Failure::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
-        (Some(_), false) => Err(Failure::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
-        (Some(mesh), true) => {
-            let mesh = Arc::new(inputs::mesh(mesh, context)?);
-            Ok(Some(Geometry { mesh, sites: Sites::Vertices }))
-        }
-    }
+    missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m}; the output is marked"))))
 }

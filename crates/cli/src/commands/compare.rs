@@ -2,15 +2,10 @@
 
 mod forms;
 
-use crate::commands::render::{SceneOverrides, save_display, size, tone_mapper};
-use crate::context::{Backend, Context, check_output};
-use crate::engine::Engine;
+use crate::commands::render::{size, tone_mapper};
+use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust, Method};
-use crate::looks::Wanted;
-use crate::model::{self, Model};
-use crate::saved;
-use crate::study::{self, Answer, Plan, Subject};
+use crate::inputs::{self, AdjustArgs};
 use clap::Args;
 use forms::{document, html, sheet, table};
 use std::path::{Path, PathBuf};
@@ -18,8 +13,12 @@ use std::sync::Arc;
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Background, Maps, Settings, ToneMapper};
-use steradian_scene::{Bvh, Camera, Mesh};
+use steradian_render::{Maps, Settings, ToneMapper};
+use steradian_session::compare::{Answer, Plan};
+use steradian_session::{
+    DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, check_output,
+    for_any_mesh, light_as_baked,
+};
 use steradian_techniques::SavedBake;
 
 /// Options of `steradian compare`.
@@ -33,7 +32,7 @@ pub struct Options {
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Vec<String>,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// BRDF spec; may be given several times [default: the mesh file's materials, else lambert:albedo=0.6 and
     /// ggx:alpha=0.2]
     #[arg(short, long, value_name = "SPEC")]
@@ -75,15 +74,16 @@ struct Finding {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    if let Some(path) = &o.output {
-        check_output(path, &["png"])?;
+    let mut places = Destinations::default();
+    for (path, known) in [(&o.output, &["png"][..]), (&o.html, &["html", "htm"])] {
+        if let Some(path) = path {
+            check_output(path, known)?;
+            places.file("--output", path)?;
+        }
     }
-    if let Some(path) = &o.html {
-        check_output(path, &["html", "htm"])?;
-    }
-    let findings = study(&o, context)?;
+    let findings = compare(&o, context)?;
     if let Some(path) = &o.output {
-        save_display(path, &sheet(&o, &findings).draw(), Vec::new(), context)?;
+        context.write_display(path, &sheet(&o, &findings).draw(), Vec::new())?;
     }
     if let Some(path) = &o.html {
         context.write_text(Some(path), &html(&o, &findings)?)?;
@@ -96,38 +96,46 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     gate(&o, &findings)
 }
 
-fn study(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
+fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
     let bakes = bakes(o, context)?;
     let methods = methods(o, &bakes)?;
-    let plan = Plan {
-        settings: Settings { inner: 1, share: true, ..Settings::new(o.size.0, o.size.1) },
-        tone_mapper: o.tone_mapper.unwrap_or_default(),
-        tolerance: o.reference_tolerance,
-        asked: o.tolerance,
-    };
-    let engines = engines(context)?;
-    let subjects = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+    let plan = Plan { reference_tolerance: o.reference_tolerance, ev: 0.0 };
+    let renderers = renderers(context)?;
+    let scenes = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         scenes(o, context)?
     } else {
         meshes(o, &bakes, context)?
     };
     let mut findings = Vec::new();
-    for (environment, brdf, subject) in subjects {
-        let answers = study::run_subject(&subject, &methods, &plan, &engines, context)?;
+    for (environment, brdf, mut scene) in scenes {
+        scene.settings = Settings::new(o.size.0, o.size.1);
+        scene.tone_mapper = o.tone_mapper.unwrap_or_default();
+        scene.tolerance = o.tolerance;
+        if scene.mesh.bounds().is_none() {
+            return Err(Failure::input(format!("{}: has no triangles", o.mesh)));
+        }
+        scene.camera = Some(scene.camera_or_framed(Some(FOV))?);
+        let answers = context.compare(&scene, &methods, &renderers, &plan)?;
         findings.push(Finding { environment, brdf, answers });
     }
     Ok(findings)
 }
 
+/// Vertical field of view, degrees.
+const FOV: f32 = 30.0;
+/// Blur of the background, radians.
+const BLUR: f64 = 0.02;
+
 /// The saved bakes, which are of one light.
 fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<SavedBake>>, Failure> {
     let mut out: Vec<Arc<SavedBake>> = Vec::new();
+    let adjust = o.adjust.get();
     for path in &o.bake {
-        let file = saved::read(path, &o.adjust, context)?;
-        saved::for_any_mesh(&file)?;
+        let file = context.saved_bake(path, &adjust)?;
+        for_any_mesh(&file)?;
         if let Some(first) = out.first()
-            && (saved::adjust(first, &o.adjust).rotate, first.made.exposure)
-                != (saved::adjust(&file, &o.adjust).rotate, file.made.exposure)
+            && (light_as_baked(first, &adjust).rotate, first.made.exposure)
+                != (light_as_baked(&file, &adjust).rotate, file.made.exposure)
         {
             let why = "its light was turned or scaled otherwise than that of the first --bake";
             return Err(Failure::usage(format!("{}: {why}", path.display())));
@@ -145,11 +153,13 @@ fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<SavedBake>>, Fail
 
 /// What is beside the reference.
 fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure> {
-    let mut out: Vec<Method> = if o.technique.is_empty() && bakes.is_empty() {
-        Method::slugs().into_iter().skip(1).map(Method::find).collect::<Result<_, _>>()?
+    let slugs: Vec<&str> = if o.technique.is_empty() && bakes.is_empty() {
+        Method::slugs()
     } else {
-        o.technique.iter().filter(|t| *t != "reference").map(|t| Method::find(t)).collect::<Result<_, _>>()?
+        o.technique.iter().map(String::as_str).collect()
     };
+    let all = slugs.into_iter().map(Method::find).filter(|m| !matches!(m, Ok(Method::Reference)));
+    let mut out: Vec<Method> = all.collect::<Result<_, _>>()?;
     for (name, _) in &o.params {
         let has = |m: &Method| matches!(m, Method::Technique(t) if t.params().iter().any(|p| p.name == name));
         if !out.iter().any(has) {
@@ -161,14 +171,7 @@ fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure
 }
 
 /// What is compared, with the names of its light and its materials.
-type Named = (String, String, Subject);
-
-/// A camera that sees the whole mesh.
-fn framing(o: &Options, mesh: &Mesh) -> Result<Camera, Failure> {
-    let aspect = o.size.0 as f32 / o.size.1 as f32;
-    let (low, high) = mesh.bounds().ok_or_else(|| Failure::input(format!("{}: has no triangles", o.mesh)))?;
-    Ok(Camera::framing(low, high, 30f32.to_radians(), aspect))
-}
+type Named = (String, String, Scene);
 
 fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
     if list.is_empty() { default.to_vec() } else { list.iter().map(String::as_str).collect() }
@@ -177,49 +180,47 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
 fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Named>, Failure> {
-    let Model { mesh, materials } = model::model(&o.mesh, context)?;
-    let camera = framing(o, &mesh)?;
-    let bvh = Bvh::build(&mesh);
-    let mesh = Arc::new((mesh, bvh));
+    let Model { mesh, materials } = context.model(&o.mesh)?;
     let params = inputs::parameters(&o.params)?;
-    let look = |brdf, texture, maps| Wanted { brdf, method: None, params: params.clone(), texture, maps };
-    let mut looks: Vec<(String, Vec<Wanted>)> = Vec::new();
+    let material =
+        |brdf, base_colour, maps| Material { brdf, method: None, params: params.clone(), base_colour, maps };
+    let mut looks: Vec<(String, Vec<Material>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
-        let own = materials.iter().map(|m| Ok(look(m.brdf()?, m.base_colour.clone(), m.maps(true))));
+        let own = materials.iter().map(|m| Ok(material(m.brdf()?, m.base_colour.clone(), m.maps(true))));
         looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
     } else {
         let own: Vec<(&str, SharedBrdf)> = match bakes.first() {
             Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?],
             _ => given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"])
                 .into_iter()
-                .map(|spec| Ok((spec, inputs::brdf(spec, context)?)))
+                .map(|spec| Ok((spec, context.brdf(spec)?)))
                 .collect::<Result<_, Failure>>()?,
         };
         for (spec, brdf) in own {
-            bakes.iter().for_each(|file| saved::warn_of_another_brdf(file, &brdf.spec(), context));
-            let mut all: Vec<_> =
-                materials.iter().map(|m| look(brdf.clone(), m.base_colour.clone(), m.maps(false))).collect();
+            bakes.iter().for_each(|file| context.tell_other_brdf(file, &brdf.spec()));
+            let of_file =
+                materials.iter().map(|m| material(brdf.clone(), m.base_colour.clone(), m.maps(false)));
+            let mut all: Vec<_> = of_file.collect();
             if all.is_empty() {
-                all.push(look(brdf, None, Maps::default()));
+                all.push(material(brdf, None, Maps::default()));
             }
             looks.push((short(spec), all));
         }
     }
     let mut out = Vec::new();
-    let sky = bakes.first().map_or(inputs::DEFAULT_SKY, |b| &b.made.environment);
+    let sky = bakes.first().map_or(DEFAULT_SKY, |b| &b.made.environment);
     for environment in given(&o.environment, &[sky]) {
-        let lights = Arc::new(match bakes.first() {
+        let lights = match bakes.first() {
             Some(file) => {
-                bakes.iter().skip(1).for_each(|other| saved::warn_of_another(other, environment, context));
+                bakes.iter().skip(1).for_each(|other| context.tell_other_light(other, environment));
                 baked_light(file, o, context)?
             }
-            None => inputs::light(environment, &o.adjust, context)?,
-        });
-        let background = Arc::new(study::backdrop(&lights, &camera, o.size.1, 0.02));
-        for (name, looks) in &looks {
-            let (mesh, lights, background) = (mesh.clone(), lights.clone(), background.clone());
-            let subject = Subject { mesh, camera, lights, looks: looks.clone(), background, ev: 0.0 };
-            out.push((short(environment), name.clone(), subject));
+            None => context.light(environment, &o.adjust.get())?,
+        };
+        for (name, materials) in &looks {
+            let mut scene = Scene::new(mesh.clone(), materials.clone(), lights.clone());
+            scene.background = SceneBackground::Environment(BLUR);
+            out.push((short(environment), name.clone(), scene));
         }
     }
     Ok(out)
@@ -236,7 +237,7 @@ fn baked_brdf(file: &SavedBake) -> Result<(&str, SharedBrdf), Failure> {
 /// The light of a bake.
 fn baked_light(file: &SavedBake, o: &Options, context: &mut Context) -> Result<Lights, Failure> {
     let given = o.environment.first().map(String::as_str);
-    saved::lights(file, given, &o.adjust, context)?.ok_or_else(|| {
+    context.light_of_bake(file, given, &o.adjust.get())?.ok_or_else(|| {
         let (name, light) = (file.path.display(), &file.made.environment);
         Failure::usage(format!("{name}: was baked from {light}: name it with --environment"))
     })
@@ -252,33 +253,21 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
     let mut out = Vec::new();
     for environment in lights {
         let overrides =
-            SceneOverrides { environment: environment.cloned(), adjust: o.adjust.clone(), method: None };
-        let plan = crate::scene::plan(Path::new(&o.mesh), &overrides, context)?;
-        let camera = plan.camera.map_or_else(|| framing(o, &plan.mesh), Ok)?;
-        let bvh = Bvh::build(&plan.mesh);
-        let background = match plan.background {
-            SceneBackground::Colour(c) => Background::Colour(c),
-            SceneBackground::Environment(blur) => {
-                study::backdrop(&plan.lights, &camera, o.size.1, blur.max(0.02))
-            }
-        };
-        let subject = Subject {
-            mesh: Arc::new((plan.mesh, bvh)),
-            camera,
-            lights: Arc::new(plan.lights),
-            looks: plan.looks,
-            background: Arc::new(background),
-            ev: 0.0,
-        };
+            SceneOverrides { environment: environment.cloned(), adjust: o.adjust.get(), method: None };
+        let mut scene = context.scene_file(Path::new(&o.mesh), &overrides)?;
+        if let SceneBackground::Environment(blur) = &mut scene.background {
+            *blur = blur.max(BLUR);
+        }
         let light = environment.map_or_else(|| "the scene's light".into(), |e| short(e));
-        out.push((light, short(&o.mesh), subject));
+        out.push((light, short(&o.mesh), scene));
     }
     Ok(out)
 }
 
-fn engines(context: &Context) -> Result<Vec<Engine>, Failure> {
-    let asked = Engine::open(context)?;
-    Ok(if context.common.backend == Backend::Both { vec![Engine::Cpu, asked] } else { vec![asked] })
+fn renderers(context: &Context) -> Result<Vec<Renderer>, Failure> {
+    let asked = Renderer::open(context)?;
+    let both = context.common.backend == context::Backend::Both;
+    Ok(if both { vec![Renderer::Cpu, asked] } else { vec![asked] })
 }
 
 /// A name without its folders.
@@ -295,14 +284,13 @@ fn short(spec: &str) -> String {
 fn gate(o: &Options, findings: &[Finding]) -> Outcome {
     let Some(t) = o.tolerance else { return Ok(()) };
     for f in findings {
-        for a in &f.answers {
-            if let Answer::Shown(s) = a
-                && let Some((e, _)) = &s.errors
+        for r in f.answers.iter().filter_map(Answer::rendering) {
+            if let Some((e, _)) = &r.errors
                 && (e.relative_rms > t || e.relative_rms.is_nan())
             {
                 let why = format!(
                     "{} on {} under {}: error {:.4} is above {t}",
-                    s.label, f.brdf, f.environment, e.relative_rms
+                    r.label, f.brdf, f.environment, e.relative_rms
                 );
                 return Err(Failure::missed(why));
             }

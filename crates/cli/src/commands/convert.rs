@@ -1,11 +1,9 @@
 //! `steradian convert`: one layout, format, size or orientation to another.
 
-use crate::commands::render::{save_display, tone_mapper};
-use crate::context::{Context, IMAGES, check_output};
-use crate::destinations::Destinations;
+use crate::commands::render::tone_mapper;
+use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
-use crate::textures;
+use crate::inputs::{self, AdjustArgs};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -13,6 +11,7 @@ use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions
 use steradian_light::adjust;
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
+use steradian_session::{Adjust, Destinations, IMAGES, check_format, check_output, is_sky};
 use steradian_sphere::SphereImage;
 
 /// Options of `steradian convert`.
@@ -25,7 +24,7 @@ pub struct Options {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// Layout of the output: latlong, cube, cross, vertical-cross, strip, vertical-strip, angular, sphere-map,
     /// octahedral, paraboloid [default: that of the input; cube for textures and {}]
     #[arg(long, value_name = "LAYOUT", value_parser = Arrangement::parse)]
@@ -54,7 +53,7 @@ pub struct Options {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
-    textures::check_format(o.format, &o.output)?;
+    check_format(o.format, &o.output)?;
     let texture = Container::of_name(&o.output).is_some();
     let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
     let mut places = Destinations::default();
@@ -68,7 +67,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         Some(path) => sunless(&o, path, context)?,
         None => {
             let mut image = source(&o, context)?;
-            adjust::scale(&mut image, o.adjust.gain());
+            adjust::scale(&mut image, o.adjust.get().gain());
             image
         }
     };
@@ -106,24 +105,24 @@ fn sunless(o: &Options, path: &Path, context: &mut Context) -> Result<SphereImag
     if o.level > 0 {
         return Err(Failure::usage("--extract-sun takes level 0"));
     }
-    let mut lights = inputs::light(&o.input, &o.adjust, context)?;
+    let mut lights = context.light(&o.input, &o.adjust.get())?;
     let taken = steradian_light::suns::take(&mut lights);
-    crate::suns::write(&taken, path, context)?;
+    inputs::write_suns(&taken, path, context)?;
     context.note(taken.metadata());
     Ok(lights.into_image())
 }
 
 /// The input, turned.
 fn source(o: &Options, context: &mut Context) -> Result<SphereImage, Failure> {
-    if inputs::is_sky(&o.input) {
-        let still = Adjust { light_exposure: 0.0, ..o.adjust.clone() };
-        let lights = inputs::light(&o.input, &still, context)?;
+    if is_sky(&o.input) {
+        let still = Adjust { light_exposure: 0.0, ..o.adjust.get() };
+        let lights = context.light(&o.input, &still)?;
         if !lights.disks.is_empty() {
             context.warn("the sun is part of the image now: a disk of texels");
         }
         return Ok(lights.with_disks_drawn());
     }
-    let image = inputs::map(&o.input, &o.adjust, o.level, context)?.image;
+    let image = context.map(&o.input, &o.adjust.get(), o.level)?.image;
     if o.adjust.rotate == 0.0 {
         return Ok(image);
     }
@@ -144,14 +143,14 @@ fn write(
     if let (true, Some(mapper)) = (png, o.tone_mapper) {
         let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the image has no colour"))?;
         let metadata = vec![("steradian.tone_mapper".to_string(), mapper.name().to_string())];
-        save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context)?;
+        context.write_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata)?;
         return Ok(WriteReport::default());
     }
     let mut options = WriteOptions { metadata: target.metadata(), ..WriteOptions::default() };
     if o.half {
         options.exr_samples = ExrSamples::Half;
     }
-    context.write_image_counted(path, &raster, options)
+    Ok(context.write_image(path, &raster, options)?)
 }
 
 /// The files of the six faces.
@@ -173,6 +172,6 @@ fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<Do
 fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<Done, Failure> {
     let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
     let format = o.format.unwrap_or(usual);
-    let report = textures::write_cube(&o.output, &image, format, Vec::new(), context)?;
+    let report = context.write_cube(&o.output, &image, format, Vec::new())?;
     Ok(((image.width, image.height), report))
 }

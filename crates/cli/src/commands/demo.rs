@@ -1,19 +1,19 @@
 //! `steradian demo`: the first picture, from nothing but formulas.
 
-use crate::commands::render::save_display;
-use crate::context::{Context, check_output};
-use crate::engine::Engine;
+use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Method};
-use crate::study::{self, Answer, Case, Plan};
+use crate::report::{answer_json, cell};
 use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
+use steradian_light::Lights;
+use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Cell, Row, Settings, Sheet, ToneMapper};
-use steradian_scene::{Bvh, Camera};
+use steradian_scene::Camera;
+use steradian_session::compare::{Answer, Plan};
+use steradian_session::{self as session, Destinations, Material, Method, Renderer, check_output};
 
 /// Options of `steradian demo`.
 #[derive(Debug, Args)]
@@ -47,7 +47,7 @@ struct Scene {
 
 impl Scene {
     fn methods(&self) -> Result<Vec<Method>, Failure> {
-        self.techniques.iter().map(|slug| Method::find(slug)).collect()
+        Ok(self.techniques.iter().map(|slug| Method::find(slug)).collect::<Result<_, _>>()?)
     }
 }
 
@@ -121,46 +121,35 @@ const TOLERANCE: f64 = 1e-2;
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png"])?;
+    Destinations::default().file("--output", &o.output)?;
     let start = Instant::now();
     let side = usize::from(o.size);
-    let plan = Plan {
-        settings: Settings { inner: 1, share: true, ..Settings::new(side, side) },
-        tone_mapper: ToneMapper::Aces,
-        tolerance: TOLERANCE,
-        asked: None,
-    };
     let mut rows = Vec::new();
     for scene in &SCENES {
         context.say(format_args!("{} in {} …", scene.material, scene.place));
-        let case = case(scene, side)?;
-        rows.push((
-            case.label.clone(),
-            study::run(&case, &scene.methods()?, &plan, &[Engine::Cpu], context)?,
-        ));
+        let place = place(scene, side, context)?;
+        let plan = Plan { reference_tolerance: TOLERANCE, ev: scene.ev };
+        let answers = context.compare(&place, &scene.methods()?, &[Renderer::Cpu], &plan)?;
+        rows.push((vec![scene.material.into(), scene.place.into()], answers));
     }
-    save_display(&o.output, &sheet(&rows).draw(), Vec::new(), context)?;
+    context.write_display(&o.output, &sheet(&rows).draw(), Vec::new())?;
     finish(&o, &rows, start, context)
 }
 
-fn case(scene: &Scene, side: usize) -> Result<Case, Failure> {
-    let mesh = inputs::shape(scene.shape)?;
+fn place(scene: &Scene, side: usize, context: &mut Context) -> Result<session::Scene, Failure> {
+    let mesh = context.mesh(scene.shape)?;
     let (low, high) = mesh.bounds().ok_or_else(|| Failure::failed("a shape without triangles"))?;
     let (azimuth, elevation) = (scene.view.0.to_radians(), scene.view.1.to_radians());
     let away = Vec3::new(elevation.cos() * azimuth.cos(), elevation.sin(), elevation.cos() * azimuth.sin());
     let at = 0.5 * (low + high);
     let from = at + away * (0.5 * (high - low).length() * scene.distance);
-    let camera = Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 28f32.to_radians() };
-    let lights = Arc::new(steradian_light::Lights::of_sky(scene.sky, SKY_SIZE).map_err(Failure::usage)?);
-    let background = Arc::new(study::backdrop(&lights, &camera, side, scene.blur.to_radians()));
-    let bvh = Bvh::build(&mesh);
-    Ok(Case {
-        label: vec![scene.material.into(), scene.place.into()],
-        mesh: Arc::new((mesh, bvh)),
-        camera,
-        lights,
-        brdf: steradian_brdf::parse(scene.brdf)?,
-        background,
-        ev: scene.ev,
+    let materials = vec![Material::new(context.brdf(scene.brdf)?)];
+    Ok(session::Scene {
+        camera: Some(Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 28f32.to_radians() }),
+        settings: Settings::new(side, side),
+        tone_mapper: ToneMapper::Aces,
+        background: SceneBackground::Environment(scene.blur.to_radians()),
+        ..session::Scene::new(mesh, materials, Lights::of_sky(scene.sky, SKY_SIZE)?)
     })
 }
 
@@ -168,7 +157,7 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
     let most = rows.iter().map(|r| r.1.len()).max().unwrap_or(1);
     let columns = vec![String::new(); most];
     let cells = |answers: &[Answer]| {
-        let mut cells: Vec<_> = answers.iter().map(|a| a.cell(true)).collect();
+        let mut cells: Vec<_> = answers.iter().map(|a| cell(a, true)).collect();
         if cells.len() < most {
             cells.push(difference(answers));
         }
@@ -191,10 +180,8 @@ fn sheet(rows: &[(Vec<String>, Vec<Answer>)]) -> Sheet {
 
 /// Where the technique that comes nearest to the reference differs from it.
 fn difference(answers: &[Answer]) -> Option<Cell> {
-    let shown = answers.iter().filter_map(|a| match a {
-        Answer::Shown(s) => Some((s, s.errors.as_ref()?.0.relative_rms)),
-        Answer::Refused { .. } => None,
-    });
+    let shown = answers.iter().filter_map(Answer::rendering);
+    let shown = shown.filter_map(|r| Some((r, r.errors.as_ref()?.0.relative_rms)));
     let (nearest, _) = shown.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let caption = vec!["difference (FLIP)".into(), format!("of {}", nearest.label.replace('_', " "))];
     Some(Cell { picture: nearest.difference.clone()?, caption })
@@ -206,7 +193,7 @@ fn finish(o: &Options, rows: &[(Vec<String>, Vec<Answer>)], start: Instant, cont
         let scenes: Vec<Value> = rows
             .iter()
             .map(|(label, answers)| {
-                json!({"scene": label.join(", "), "techniques": answers.iter().map(Answer::json).collect::<Vec<_>>()})
+                json!({"scene": label.join(", "), "techniques": answers.iter().map(answer_json).collect::<Vec<_>>()})
             })
             .collect();
         let name = o.output.file_name().map(|n| n.to_string_lossy());
@@ -231,8 +218,6 @@ fn best(rows: &[(Vec<String>, Vec<Answer>)]) -> Option<(&'static Scene, &str)> {
 
 /// A technique's error and name.
 fn error_of(a: &Answer) -> Option<(f64, &str)> {
-    match a {
-        Answer::Shown(s) => s.errors.as_ref().map(|e| (e.0.relative_rms, s.label.as_str())),
-        Answer::Refused { .. } => None,
-    }
+    let r = a.rendering()?;
+    Some((r.errors.as_ref()?.0.relative_rms, r.label.as_str()))
 }

@@ -1,25 +1,20 @@
 //! `steradian eval`: CSV of points in, CSV of radiance out.
 
-mod room;
-
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust, Method};
-use crate::suns::Beside;
+use crate::inputs::{self, AdjustArgs, ExtraLights};
+use crate::report::points_json;
 use clap::{Args, ValueEnum};
-use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use steradian_brdf::SharedBrdf;
 use steradian_formats::CsvTable;
 use steradian_light::Lights;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::Lookup;
+use steradian_session::Method;
+use steradian_session::eval::{Answers, Points, Request};
 use steradian_sphere::Frame;
-
-/// Tolerance of the reference where none is asked for.
-const REFERENCE_TOLERANCE: f64 = 1e-4;
 
 /// Options of `steradian eval`.
 #[derive(Debug, Args)]
@@ -28,9 +23,9 @@ pub struct Options {
     #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights", "bake"])]
     environment: Option<String>,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     #[command(flatten)]
-    beside: Beside,
+    lights: ExtraLights,
     /// BRDF spec, such as ggx:alpha=0.1
     #[arg(short, long, value_name = "SPEC", required_unless_present = "bake")]
     brdf: Option<String>,
@@ -70,112 +65,68 @@ enum Reading {
     Bilinear,
 }
 
-/// The points of the table.
-struct Request {
-    n: Vec<DVec3>,
-    wo: Vec<DVec3>,
-    t: Vec<DVec3>,
-    p: Option<Vec<DVec3>>,
-}
-
-/// Radiance and relative error of one point.
-type Answer = ([f64; 3], f64);
-
-/// All points, and the error that a tolerance speaks of.
-struct Answers {
-    rows: Vec<Answer>,
-    /// The largest of the points for the reference, the RMS over normals and views for a technique.
-    error: f64,
-    /// What a technique certifies.
-    certificate: Option<Value>,
+impl Reading {
+    fn lookup(self) -> Lookup {
+        match self {
+            Self::Constant => Lookup::Constant,
+            Self::Bilinear => Lookup::Bilinear,
+        }
+    }
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let method = method(&o, context)?;
+    context.suns = o.lights.suns();
+    let request = request(&o, context)?;
+    let table = csv::read(&o.points, &context.limits())?;
+    context.note_input(&o.points);
+    let points = points(&table)?;
+    let name = o.points.display();
+    if points.p.is_none() && !request.lights.points.is_empty() {
+        return Err(Failure::input(format!("{name}: point lights need the columns px,py,pz")));
+    }
+    let (answers, missed) = context.eval(&request, &points)?.even_if_missed();
+    write(&o, table, &answers, context)?;
+    let of = if answers.certificate.is_some() { "RMS over normals and views" } else { "column err" };
+    missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m} ({of})"))))
+}
+
+fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
+    let adjust = o.adjust.get();
+    let method = match &o.bake {
+        Some(path) => Method::File(Arc::new(context.saved_bake(path, &adjust)?)),
+        None => Method::find(o.technique.as_deref().unwrap_or("reference"))?,
+    };
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
         return Err(Failure::usage(
             "--lookup belongs to --technique reference; techniques fix their own lookup",
         ));
     }
-    let brdf = o.brdf.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?;
-    let lights = lights(&o, context)?;
-    let table = csv::read(&o.points, &context.limits())?;
-    context.note_input(&o.points);
-    let request = request(&table)?;
-    if request.p.is_none() && !lights.points.is_empty() {
-        let why = "point lights need the columns px,py,pz";
-        return Err(Failure::input(format!("{}: {why}", o.points.display())));
-    }
-    let answers = match (method, brdf) {
-        (Method::File(file), _) => room::saved(&file, &request)?,
-        (Method::Technique(t), Some(brdf)) => room::baked(t, &o, &brdf, &lights, &request, context)?,
-        (_, Some(brdf)) => reference(&o, &brdf, &lights, &request, context)?,
-        (_, None) => return Err(Failure::usage("--brdf is missing")),
-    };
-    write(&o, table, &answers, context)?;
-    match o.tolerance {
-        Some(t) if answers.error > t => Err(Failure::missed(format!(
-            "tolerance {t} missed: the error reached is {:.3e} ({})",
-            answers.error,
-            if answers.certificate.is_some() { "RMS over normals and views" } else { "column err" }
-        ))),
-        _ => Ok(()),
-    }
-}
-
-fn method(o: &Options, context: &mut Context) -> Result<Method, Failure> {
-    match &o.bake {
-        Some(path) => Ok(Method::File(Arc::new(crate::saved::read(path, &o.adjust, context)?))),
-        None => Method::find(o.technique.as_deref().unwrap_or("reference")),
-    }
-}
-
-fn lights(o: &Options, context: &mut Context) -> Result<Lights, Failure> {
+    // Of no part in shading by a saved bake.
+    let brdf = context.brdf(o.brdf.as_deref().unwrap_or("lambert"))?;
     let mut lights = match &o.environment {
-        Some(spec) => inputs::light(spec, &o.adjust, context)?,
+        Some(spec) => context.light(spec, &adjust)?,
         None => Lights::default(),
     };
-    o.beside.join(&mut lights, &o.adjust, context)?;
-    Ok(lights)
+    o.lights.join(&mut lights, &adjust, context)?;
+    Ok(Request {
+        lights,
+        brdf,
+        method,
+        params: inputs::parameters(&o.params)?,
+        tolerance: o.tolerance,
+        lookup: o.lookup.map(Reading::lookup),
+        mesh: o.mesh.as_ref().map(|m| context.mesh(m)).transpose()?.map(Arc::new),
+    })
 }
 
-fn request(table: &CsvTable) -> Result<Request, Failure> {
+fn points(table: &CsvTable) -> Result<Points, Failure> {
     let n = csv::unit(table, ["nx", "ny", "nz"])?;
     let wo = csv::unit(table, ["vx", "vy", "vz"])?;
     let t = match csv::optional_unit(table, ["tx", "ty", "tz"])? {
         Some(t) => n.iter().zip(t).map(|(n, t)| Frame::from_normal_tangent(*n, t).t).collect(),
         None => n.iter().map(|n| Frame::from_normal(*n).t).collect(),
     };
-    Ok(Request { n, wo, t, p: csv::optional(table, ["px", "py", "pz"])? })
-}
-
-fn reference(
-    o: &Options,
-    brdf: &SharedBrdf,
-    lights: &Lights,
-    q: &Request,
-    context: &Context,
-) -> Result<Answers, Failure> {
-    if !o.params.is_empty() {
-        return Err(Failure::usage("the reference takes no --param"));
-    }
-    let lookup = match o.lookup {
-        Some(Reading::Bilinear) => Lookup::Bilinear,
-        Some(Reading::Constant) | None => Lookup::Constant,
-    };
-    let judge = Judge::new(lights, lookup, &context.task)?;
-    let points: Vec<JudgePoint> = (0..q.n.len())
-        .map(|i| JudgePoint {
-            frame: Frame { n: q.n[i], t: q.t[i], b: q.n[i].cross(q.t[i]) },
-            wo: q.wo[i],
-            position: q.p.as_ref().map(|p| p[i]),
-        })
-        .collect();
-    let tolerance = o.tolerance.unwrap_or(REFERENCE_TOLERANCE);
-    let estimates = judge.radiance_batch(&**brdf, &points, tolerance, &context.task)?;
-    let rows: Vec<Answer> = estimates.into_iter().map(|e| (e.rgb, e.error)).collect();
-    let error = rows.iter().map(|a| a.1).fold(0.0, f64::max);
-    Ok(Answers { rows, error, certificate: None })
+    Ok(Points { n, wo, t, p: csv::optional(table, ["px", "py", "pz"])? })
 }
 
 fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Context) -> Outcome {
@@ -187,10 +138,11 @@ fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Cont
         return Err(Failure::failed(why));
     }
     let worst = rows.iter().map(|a| a.1).fold(0.0, f64::max);
-    context.note_error(format!("relative error at most {worst:.3e}"));
+    let certificate = answers.certificate.as_ref().map(|c| -> Value {
+        json!({"error": c.error, "known": c.known.word(), "metric": c.metric, "points": points_json(c)})
+    });
     if context.common.json && o.output.is_none() {
         let points: Vec<_> = rows.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect();
-        let certificate = &answers.certificate;
         return context.print_json(json!({"points": points, "max_err": worst, "certificate": certificate}));
     }
     for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
@@ -199,7 +151,6 @@ fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Cont
     table.set_column("err", rows.iter().map(|a| a.1));
     context.write_text(o.output.as_deref(), &csv::text(&table))?;
     if context.common.json {
-        let certificate = &answers.certificate;
         return context
             .print_json(json!({"points": rows.len(), "max_err": worst, "certificate": certificate}));
     }

@@ -2,11 +2,10 @@
 
 mod shape;
 
-use crate::commands::render::{save_display, size, tone_mapper};
-use crate::context::{Context, IMAGES, check_output};
+use crate::commands::render::{size, tone_mapper};
+use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
-use crate::textures;
+use crate::inputs::{self, AdjustArgs};
 use clap::Args;
 use serde_json::{Value, json};
 use shape::WindowSpec;
@@ -15,6 +14,7 @@ use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::Arrangement;
 use steradian_prefilter::{Cosine, Sampled, filter_image};
 use steradian_render::{Develop, Film, ToneMapper};
+use steradian_session::{IMAGES, check_output, cosine};
 use steradian_sphere::sh::{Dering, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
 
@@ -25,7 +25,7 @@ pub struct Options {
     #[arg(value_name = "ENV")]
     environment: String,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// Bands of spherical harmonics of the coefficients; 3 bands are orders 0 to 2, 9 coefficients. A map is of the
     /// whole light, whatever --bands, --window and --dering say [default: 3]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=512))]
@@ -105,13 +105,13 @@ struct Coefficients {
 fn coefficients(o: &Options, context: &mut Context) -> Result<Coefficients, Failure> {
     let bands = usize::from(o.bands());
     let order = if o.zh3 { shape::ZH3_ORDER.max(bands - 1) } else { bands - 1 };
-    let light = inputs::light_coefficients(&o.environment, &o.adjust, order, context)?;
+    let light = context.light_coefficients(&o.environment, &o.adjust.get(), order)?;
     let zh3 = o.zh3.then(|| shape::zh3_json(&light));
     let mut radiance = shape::truncated(&light, bands - 1);
     if let Some(w) = o.window {
         radiance.window(w.window(bands));
     }
-    let cosine = inputs::cosine(bands);
+    let cosine = cosine(bands);
     let dering = o.dering.then(|| radiance.dering(&cosine));
     if let Some(d) = &dering {
         let change = d.change.iter().fold(0.0, |m: f64, c| m.max(*c));
@@ -164,13 +164,13 @@ fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let layout = target.layout();
     let default = if layout == Layout::LatLong { (128, 64) } else { (32, 32) };
     let (w, h) = o.size.map_or(Ok(default), |s| inputs::side(s, target))?;
-    let lights = inputs::light(&o.environment, &o.adjust, context)?;
+    let lights = context.light(&o.environment, &o.adjust.get())?;
     let light = Sampled::of(lights, &[&Cosine], TOLERANCE, &context.task)?;
     let image = filter_image(&light, &Cosine, (layout, w, h), TOLERANCE, &context.task)?.image;
     context.task.check()?;
     let quantity = ("steradian.quantity".to_string(), "irradiance E, W m^-2 (no 1/pi)".to_string());
     if texture {
-        textures::write_cube(path, &image, TexelFormat::Rgba32f, vec![quantity], context)?;
+        context.write_cube(path, &image, TexelFormat::Rgba32f, vec![quantity])?;
     } else {
         write_image(o, path, image, target, quantity, context)?;
     }
@@ -192,9 +192,10 @@ fn write_image(
     if let (true, Some(mapper)) = (is(path, &["png"]), o.tone_mapper) {
         let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the map has no colour"))?;
         metadata.push(("steradian.tone_mapper".into(), mapper.name().into()));
-        return save_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata, context);
+        return Ok(context.write_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata)?);
     }
-    context.write_image(path, &raster, WriteOptions { metadata, ..WriteOptions::default() })
+    context.write_image(path, &raster, WriteOptions { metadata, ..WriteOptions::default() })?;
+    Ok(())
 }
 
 fn rows(sh: &ShRgb) -> Vec<[f64; 3]> {

@@ -1,8 +1,7 @@
 //! `steradian lut`: what the split sum's second factor is, as a texture or as source text.
 
-use crate::context::{Context, IMAGES, check_output};
+use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::textures;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -11,6 +10,7 @@ use steradian_brdf::dfg::{
     text::{Language, source},
 };
 use steradian_formats::{Container, Raster, TexelFormat, TextureLevels, WriteOptions};
+use steradian_session::{IMAGES, check_format, check_output};
 
 /// Options of `steradian lut`.
 #[derive(Debug, Args)]
@@ -44,7 +44,7 @@ const TEXTS: [&str; 3] = ["wgsl", "glsl", "rs"];
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let path = &o.output;
     check_output(path, &[IMAGES.as_slice(), &Container::EXTENSIONS, &TEXTS].concat())?;
-    textures::check_format(o.format, path)?;
+    check_format(o.format, path)?;
     if let Some(f) = o.format.filter(|f| !matches!(f, TexelFormat::Rgba16f | TexelFormat::Rgba32f)) {
         return Err(Failure::usage(format!("--format {}: tables are rgba16f or rgba32f", f.name())));
     }
@@ -104,7 +104,7 @@ fn write(o: &Options, lut: &Lut, path: &Path, context: &Context) -> Outcome {
         let (width, height) = (lut.size, lut.size);
         let t = TextureLevels { width, height, faces: 1, levels: vec![texels], metadata: pairs };
         let report = container.write(path, &t, o.format.unwrap_or(TexelFormat::Rgba32f))?;
-        textures::say_lost(path, report, context);
+        context.tell_lost(path, report);
         return Ok(());
     }
     let plane = |c: usize| lut.values.iter().map(|v| v[c]).collect();
@@ -115,5 +115,6 @@ fn write(o: &Options, lut: &Lut, path: &Path, context: &Context) -> Outcome {
         already_encoded: true,
         ..WriteOptions::default()
     };
-    context.write_image(path, &raster, options)
+    context.write_image(path, &raster, options)?;
+    Ok(())
 }

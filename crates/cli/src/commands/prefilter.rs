@@ -3,15 +3,15 @@
 mod report;
 
 use crate::context::Context;
-use crate::destinations::Destinations;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
+use crate::inputs;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_engines::{Engine, Filtered, MethodChoice, Request, kernel_name};
 use steradian_formats::TexelFormat;
 use steradian_light::load::{FileLayout, Profile};
+use steradian_session::{Adjust, Destinations, is_sky};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
@@ -125,7 +125,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         method: o.method,
         dump: o.dump_levels.is_some(),
     };
-    request.brdf = request.brdf_spec().map(|spec| inputs::brdf(spec, context)).transpose()?;
+    request.brdf = request.brdf_spec().map(|spec| context.brdf(spec)).transpose()?;
     // Refused before any work.
     request.plan(context.common.max_memory)?;
     destinations(o)?;
@@ -143,7 +143,10 @@ fn destinations(o: &Options) -> Outcome {
     if let Some(folder) = &o.dump_levels {
         places.folder(folder, true)?;
     }
-    o.extract_sun.as_ref().map_or(Ok(()), |path| places.file("--extract-sun", path))
+    if let Some(path) = &o.extract_sun {
+        places.file("--extract-sun", path)?;
+    }
+    Ok(())
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
@@ -155,7 +158,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         rotate: o.rotate,
         light_exposure: o.light_exposure,
     };
-    let mut lights = inputs::light(&o.environment, &adjust, context)?;
+    let mut lights = context.light(&o.environment, &adjust)?;
     let suns = o.extract_sun.as_ref().map(|_| steradian_light::suns::take(&mut lights));
     if let Some(taken) = &suns {
         context.note(taken.metadata());
@@ -172,7 +175,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     clock.parts(&made.seconds);
     let metadata = context.provenance_pairs();
     let written = made.write(&metadata)?;
-    written.iter().for_each(|w| crate::textures::say_lost(Path::new(&w.name), w.report, context));
+    written.iter().for_each(|w| context.tell_lost(Path::new(&w.name), w.report));
     clock.lap("writing");
     if let Some(folder) = &o.dump_levels {
         made.dump(folder, &metadata, &context.task)?;
@@ -181,7 +184,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let snippet = made.snippet();
     let mut document = report::report(&made, &written, clock, snippet.as_deref());
     if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
-        crate::suns::write(taken, path, context)?;
+        inputs::write_suns(taken, path, context)?;
         document["suns"] = taken.json();
     }
     if context.common.json {
@@ -203,7 +206,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 /// A name without folders, extensions and odd characters.
 fn stem(environment: &str) -> String {
     let path = Path::new(environment);
-    let stem = if inputs::is_sky(environment) { None } else { path.file_stem() };
+    let stem = if is_sky(environment) { None } else { path.file_stem() };
     let text = stem.map_or_else(|| environment.to_string(), |s| s.to_string_lossy().into_owned());
     let clean = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     text.chars().map(clean).take(80).collect()

@@ -1,28 +1,21 @@
 //! `steradian render`: a lit picture of a mesh, a built-in shape or a scene file.
 
-use crate::context::{Backend, Context, check_output};
-use crate::engine::Engine;
+use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust, Method};
-use crate::looks::{self, Wanted};
-use crate::model::{self, Model};
-use crate::saved;
-use crate::studio::{self, Baked, Look};
-use crate::suns::Beside;
+use crate::inputs::{self, AdjustArgs, ExtraLights};
 use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
-use steradian_formats::WriteOptions;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::tone::auto_exposure;
-use steradian_render::{
-    Backdrop, Background, Develop, Film, Maps, NormalFiltering, Settings, Stage, ToneMapper,
+use steradian_render::{Maps, NormalFiltering, ToneMapper};
+use steradian_scene::{Camera, Mesh};
+use steradian_session::{
+    Backend, DEFAULT_SKY, Destinations, Material, Method, Model, Picture, Prepared, Renderer, Scene,
+    SceneOverrides, check_output, for_any_mesh, make_tangents,
 };
-use steradian_scene::{Bvh, Camera, Mesh};
 use steradian_techniques::SavedBake;
 
 /// Options of `steradian render`.
@@ -38,9 +31,9 @@ pub struct Options {
     #[arg(short, long, value_name = "FILE|SKY")]
     environment: Option<String>,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     #[command(flatten)]
-    beside: Beside,
+    lights: ExtraLights,
     /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
     /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
@@ -157,102 +150,66 @@ fn background(text: &str) -> Result<SceneBackground, String> {
     }
 }
 
-/// Everything that a picture is made of.
-pub struct Plan {
-    pub mesh: Mesh,
-    pub looks: Vec<Wanted>,
-    pub lights: Lights,
-    pub camera: Option<Camera>,
-    pub settings: Settings,
-    pub exposure: Option<f32>,
-    pub tone_mapper: ToneMapper,
-    pub background: SceneBackground,
-    pub tolerance: Option<f64>,
-}
-
-/// A finished picture.
-struct Picture {
-    film: Film,
-    looks: Vec<Look>,
-    baked: Vec<Baked>,
-    backend: &'static str,
-    seconds: f64,
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png", "exr", "hdr", "pfm"])?;
-    let plan = plan(&o, context)?;
+    Destinations::default().file("--output", &o.output)?;
+    let scene = scene(&o, context)?;
     // What is asked for by name fails before the work.
-    let engine = (context.common.backend != Backend::Auto).then(|| Engine::open(context)).transpose()?;
-    let mut picture = paint(&plan, engine, context)?;
-    let ev = plan.exposure.unwrap_or_else(|| expose(&picture.film));
-    let worst = picture.baked.iter().map(Baked::error).fold(0.0, f64::max);
-    context.note_error(format!("relative error {worst:.3e}"));
-    save(&o.output, std::mem::take(&mut picture.film), Develop { ev, mapper: plan.tone_mapper }, context)?;
-    report(&o, &plan, &picture, ev, context)?;
-    match o.tolerance {
-        Some(t) if worst > t => {
-            Err(Failure::missed(format!("tolerance {t} missed: the error reached is {worst:.3e}")))
-        }
-        _ => Ok(()),
-    }
+    let renderer = (context.backend != Backend::Auto).then(|| Renderer::open(context)).transpose()?;
+    let (mut picture, missed) = context.render_on(&scene, renderer)?.even_if_missed();
+    let film = std::mem::take(&mut picture.film);
+    context.write_film(&o.output, film, picture.develop)?;
+    report(&o, &scene, &picture, context)?;
+    missed.map_or(Ok(()), |m| Err(m.into()))
 }
 
-fn plan(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
-    context.suns = o.beside.suns();
-    let mut plan = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        crate::scene::plan(Path::new(&o.input), &SceneOverrides::of(o)?, context)?
+fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
+    context.suns = o.lights.suns();
+    let mut scene = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        context.scene_file(Path::new(&o.input), &overrides(o)?)?
     } else {
         bare(o, context)?
     };
     if let Some((w, h)) = o.size {
-        (plan.settings.width, plan.settings.height) = (w, h);
+        (scene.settings.width, scene.settings.height) = (w, h);
     }
     if let Some(n) = o.samples {
-        plan.settings.edge = usize::from(n);
-        plan.settings.inner = plan.settings.inner.min(usize::from(n));
+        scene.settings.edge = usize::from(n);
+        scene.settings.inner = scene.settings.inner.min(usize::from(n));
     }
     match o.exposure {
-        Some(Exposure::Ev(ev)) => plan.exposure = Some(ev),
-        Some(Exposure::Auto) => plan.exposure = None,
+        Some(Exposure::Ev(ev)) => scene.exposure = Some(ev),
+        Some(Exposure::Auto) => scene.exposure = None,
         None => {}
     }
-    plan.tone_mapper = o.tone_mapper.unwrap_or(plan.tone_mapper);
-    plan.background = o.background.unwrap_or(plan.background);
-    if let (Some(blur), SceneBackground::Environment(b)) = (o.blur, &mut plan.background) {
+    scene.tone_mapper = o.tone_mapper.unwrap_or(scene.tone_mapper);
+    scene.background = o.background.unwrap_or(scene.background);
+    if let (Some(blur), SceneBackground::Environment(b)) = (o.blur, &mut scene.background) {
         *b = blur.to_radians();
     }
-    o.beside.join(&mut plan.lights, &o.adjust, context)?;
-    plan.tolerance = o.tolerance;
+    o.lights.join(&mut scene.lights, &o.adjust.get(), context)?;
+    scene.tolerance = o.tolerance;
     if let Some(filtering) = o.normal_filtering {
-        plan.looks.iter_mut().for_each(|l| l.maps.filtering = filtering);
+        scene.materials.iter_mut().for_each(|m| m.maps.filtering = filtering);
     }
-    camera(o, &mut plan)?;
-    Ok(plan)
+    camera(o, &mut scene)?;
+    Ok(scene)
 }
 
 /// What the command line changes in a scene file.
-pub struct SceneOverrides {
-    pub environment: Option<String>,
-    pub adjust: Adjust,
-    pub method: Option<Method>,
-}
-
-impl SceneOverrides {
-    fn of(o: &Options) -> Result<Self, Failure> {
-        let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
-        if o.brdf.is_some() || o.bake.is_some() || maps || o.plain || !o.params.is_empty() {
-            let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong \
-                       to a mesh; a scene file has materials";
-            return Err(Failure::usage(why));
-        }
-        let method = o.technique.as_deref().map(Method::find).transpose()?;
-        Ok(Self { environment: o.environment.clone(), adjust: o.adjust.clone(), method })
+fn overrides(o: &Options) -> Result<SceneOverrides, Failure> {
+    let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
+    if o.brdf.is_some() || o.bake.is_some() || maps || o.plain || !o.params.is_empty() {
+        let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong \
+                   to a mesh; a scene file has materials";
+        return Err(Failure::usage(why));
     }
+    let method = o.technique.as_deref().map(Method::find).transpose()?;
+    Ok(SceneOverrides { environment: o.environment.clone(), adjust: o.adjust.get(), method })
 }
 
 /// A mesh or shape with the material of the command line, of its file, or of clay.
-fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
+fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     if o.technique.is_none() && !o.params.is_empty() {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
@@ -264,83 +221,72 @@ fn bare(o: &Options, context: &mut Context) -> Result<Plan, Failure> {
     };
     let given = match (&file, &o.brdf) {
         // Of no part in shading: what the bake was made of, in name.
-        (Some(file), _) => Some(file.brdf().map_or_else(|| inputs::brdf("lambert", context), Ok)?),
-        (None, spec) => spec.as_deref().map(|spec| inputs::brdf(spec, context)).transpose()?,
+        (Some(file), _) => Some(file.brdf().map_or_else(|| context.brdf("lambert"), Ok)?),
+        (None, spec) => spec.as_deref().map(|spec| context.brdf(spec)).transpose()?,
     };
-    let texture = o.base_color_texture.as_deref().map(|p| inputs::texture(p, context)).transpose()?;
-    let mut model = model::model(&o.input, context)?;
+    let texture = o.base_color_texture.as_deref().map(|p| context.texture(p)).transpose()?;
+    let mut model = context.model(&o.input)?;
     if texture.is_some() && model.mesh.uvs.is_empty() {
         let why = format!("{}: has no texture coordinates for --base-color-texture", o.input);
         return Err(Failure::usage(why));
     }
     let given_maps = maps(o, &model.mesh, context)?;
     if given_maps.normal.is_some() {
-        model::make_tangents(std::slice::from_mut(&mut model.mesh));
+        make_tangents(std::slice::from_mut(&mut model.mesh));
     }
     if o.plain {
         model.materials.clear();
         model.mesh.materials.clear();
     }
     let lights = lights(o, file.as_deref(), context)?;
-    let wanted = |brdf, texture, file: Maps| {
+    let material = |brdf, base_colour, file: Maps| {
         let maps = Maps {
             normal: given_maps.normal.clone().or(file.normal),
             alpha2: given_maps.alpha2.clone().or(file.alpha2),
             ..file
         };
-        Wanted { brdf, method: method.clone(), params: params.clone(), texture, maps }
+        Material { brdf, method: method.clone(), params: params.clone(), base_colour, maps }
     };
-    let mut looks = Vec::new();
+    let mut materials = Vec::new();
     for m in &model.materials {
         let brdf = match &given {
             Some(brdf) => brdf.clone(),
             None => m.brdf()?,
         };
         let base_colour = texture.clone().or_else(|| m.base_colour.clone());
-        looks.push(wanted(brdf, base_colour, m.maps(given.is_none())));
+        materials.push(material(brdf, base_colour, m.maps(given.is_none())));
     }
-    if looks.is_empty() {
-        let brdf = match given.clone() {
-            Some(brdf) => brdf,
-            None => inputs::brdf(if texture.is_some() { "lambert" } else { "lambert:albedo=0.6" }, context)?,
-        };
-        looks.push(wanted(brdf, texture.clone(), Maps::default()));
+    if materials.is_empty() {
+        let usual = if texture.is_some() { "lambert" } else { "lambert:albedo=0.6" };
+        let brdf = given.clone().map_or_else(|| context.brdf(usual), Ok)?;
+        materials.push(material(brdf, texture.clone(), Maps::default()));
     }
     say_materials(o, &model, given.is_some(), texture.is_some(), context);
-    Ok(Plan {
-        mesh: model.mesh,
-        looks,
-        lights,
-        camera: None,
-        settings: Settings::new(512, 512),
-        exposure: None,
-        tone_mapper: ToneMapper::default(),
-        background: SceneBackground::Environment(0.0),
-        tolerance: None,
-    })
+    Ok(Scene::new(model.mesh, materials, lights))
 }
 
 /// A saved bake for a picture.
 fn saved_bake(path: &Path, o: &Options, context: &mut Context) -> Result<Arc<SavedBake>, Failure> {
-    let file = saved::read(path, &o.adjust, context)?;
-    saved::for_any_mesh(&file)?;
+    let file = context.saved_bake(path, &o.adjust.get())?;
+    for_any_mesh(&file)?;
     Ok(Arc::new(file))
 }
 
 /// The lights of a mesh; with a saved bake what is seen of them.
 fn lights(o: &Options, file: Option<&SavedBake>, context: &mut Context) -> Result<Lights, Failure> {
+    let adjust = o.adjust.get();
     match (&o.environment, file) {
         (spec, Some(file)) => {
-            let seen = saved::lights(file, spec.as_deref(), &o.adjust, context)?;
+            let seen = context.light_of_bake(file, spec.as_deref(), &adjust)?;
             if seen.is_none() && o.background.is_none() {
                 let light = &file.made.environment;
                 context.say(format_args!("nothing is seen behind: --environment {light} would be"));
             }
             Ok(seen.unwrap_or_default())
         }
-        (Some(spec), None) => inputs::light(spec, &o.adjust, context),
-        (None, None) if o.beside.is_some() => Ok(Lights::default()),
-        (None, None) => inputs::light(inputs::DEFAULT_SKY, &o.adjust, context),
+        (Some(spec), None) => Ok(context.light(spec, &adjust)?),
+        (None, None) if o.lights.is_some() => Ok(Lights::default()),
+        (None, None) => Ok(context.light(DEFAULT_SKY, &adjust)?),
     }
 }
 
@@ -354,10 +300,10 @@ fn maps(o: &Options, mesh: &Mesh, context: &mut Context) -> Result<Maps, Failure
         }
     }
     if let Some(path) = &o.normal_map {
-        out.normal = inputs::normal_map(path, o.normal_scale.unwrap_or(1.0) as f32, context)?.normal;
+        out.normal = context.normal_map(path, o.normal_scale.unwrap_or(1.0) as f32)?.normal;
     }
     if let Some(path) = &o.roughness_map {
-        out.alpha2 = inputs::roughness_map(path, context)?.alpha2;
+        out.alpha2 = context.roughness_map(path)?.alpha2;
     }
     Ok(out)
 }
@@ -385,18 +331,16 @@ fn say_materials(o: &Options, model: &Model, given: bool, texture: bool, context
     }
 }
 
-fn camera(o: &Options, plan: &mut Plan) -> Outcome {
-    let aspect = plan.settings.width as f32 / plan.settings.height as f32;
-    let (low, high) =
-        plan.mesh.bounds().ok_or_else(|| Failure::input(format!("{}: has no triangles", o.input)))?;
+fn camera(o: &Options, scene: &mut Scene) -> Outcome {
+    if scene.mesh.bounds().is_none() {
+        return Err(Failure::input(format!("{}: has no triangles", o.input)));
+    }
     let fov = o.fov.map(|d| d as f32);
     if fov.is_some_and(|f| f >= 180.0) {
         return Err(Failure::usage("--fov must be below 180 degrees"));
     }
     let vector = |v: [f64; 3]| Vec3::from(v.map(|c| c as f32));
-    let framed = Camera::framing(low, high, fov.unwrap_or(32.0).to_radians(), aspect);
-    let base = plan.camera.unwrap_or(framed);
-    plan.camera = Some(match base {
+    scene.camera = Some(match scene.camera_or_framed(fov)? {
         Camera::Pinhole { from, at, up, fov_y } => Camera::Pinhole {
             from: o.from.map_or(from, vector),
             at: o.at.map_or(at, vector),
@@ -413,114 +357,37 @@ fn camera(o: &Options, plan: &mut Plan) -> Outcome {
     Ok(())
 }
 
-fn paint(plan: &Plan, engine: Option<Engine>, context: &Context) -> Result<Picture, Failure> {
-    let camera = plan.camera.ok_or_else(|| Failure::failed("no camera"))?;
-    let (looks, baked): (Vec<Look>, Vec<Baked>) =
-        looks::bake(&plan.looks, &plan.lights, &camera, plan.tolerance, context)?.into_iter().unzip();
-    let judged = looks.iter().any(|l| matches!(l.method, Method::Reference));
-    let engine = match engine {
-        Some(engine) => engine,
-        None if judged => Engine::Cpu,
-        None => Engine::open(context)?,
-    };
-    let footprint = studio::footprint(&camera, plan.settings.height);
-    let background = match plan.background {
-        SceneBackground::Colour(c) => Background::Colour(c),
-        SceneBackground::Environment(blur) => {
-            Background::Sky(Backdrop::new(&plan.lights, footprint.max(blur)))
-        }
-    };
-    let bvh = Bvh::build(&plan.mesh);
-    let surfaces: Vec<_> = baked.iter().map(|b| b.surface.clone()).collect();
-    let stage = Stage { mesh: &plan.mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
-    let mut settings = plan.settings;
-    if judged {
-        // The judge integrates each point on its own: one in a pixel and surface is enough, coverage gets its samples.
-        settings.inner = 1;
-        settings.share = true;
-    }
-    let start = Instant::now();
-    let rooms: Vec<&Baked> = baked.iter().collect();
-    let (film, backend) = engine.film(&stage, &rooms, &settings, context)?;
-    Ok(Picture { film, looks, baked, backend, seconds: start.elapsed().as_secs_f64() })
-}
-
-/// Automatic exposure: of the surfaces, where there are any.
-pub fn expose(film: &Film) -> f32 {
-    let covered = film.alpha.iter().any(|a| *a > 0.0);
-    auto_exposure(film, |i| if covered { film.alpha[i] } else { 1.0 })
-}
-
-/// Writes a film: tone-mapped as PNG, linear otherwise.
-pub fn save(path: &Path, film: Film, develop: Develop, context: &Context) -> Outcome {
-    // Tone mapping would make black of it.
-    let bad = |plane: &Vec<f32>| plane.iter().position(|x| !x.is_finite());
-    if let Some(k) = film.rgb.iter().find_map(bad) {
-        let (x, y) = (k % film.width, k / film.width);
-        let why = format!("pixel ({x}, {y}) is not finite: scale the light down");
-        return Err(Failure::failed(format!("{}: {why}", path.display())));
-    }
-    let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if !png {
-        return context.write_image(path, &film.into_raster(), WriteOptions::default());
-    }
-    let metadata = vec![
-        ("steradian.exposure".to_string(), develop.ev.to_string()),
-        ("steradian.tone_mapper".to_string(), develop.mapper.name().to_string()),
-    ];
-    save_display(path, &develop.film(&film), metadata, context)
-}
-
-/// Writes a display picture as PNG.
-pub fn save_display(
-    path: &Path,
-    picture: &steradian_render::Display,
-    metadata: Vec<(String, String)>,
-    context: &Context,
-) -> Outcome {
-    let plane = |c: usize| picture.rgb.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0).collect();
-    let raster =
-        steradian_formats::Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
-    context.write_image(
-        path,
-        &raster,
-        WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() },
-    )
-}
-
-fn report(o: &Options, plan: &Plan, picture: &Picture, ev: f32, context: &Context) -> Outcome {
-    let Picture { looks, baked, seconds, backend, .. } = picture;
+fn report(o: &Options, scene: &Scene, picture: &Picture, context: &Context) -> Outcome {
+    let Picture { develop, materials, seconds, backend, .. } = picture;
+    let (w, h, ev) = (scene.settings.width, scene.settings.height, develop.ev);
     if context.common.json {
-        let materials: Vec<Value> = looks
-            .iter()
-            .zip(baked)
-            .map(|(look, b)| {
-                json!({
-                    "brdf": look.spec(),
-                    "technique": look.method.slug(),
-                    "bake_seconds": b.seconds,
-                    "bytes": b.bytes,
-                    "error": b.error(),
-                    "error_known": b.known(),
-                })
-            })
-            .collect();
         return context.print_json(json!({
             "output": o.output.file_name().map(|n| n.to_string_lossy()),
-            "width": plan.settings.width,
-            "height": plan.settings.height,
+            "width": w,
+            "height": h,
             "exposure": ev,
-            "triangles": plan.mesh.triangles.len(),
+            "triangles": scene.mesh.triangles.len(),
             "backend": backend,
             "render_seconds": seconds,
-            "materials": materials,
+            "materials": materials.iter().map(material_json).collect::<Vec<_>>(),
         }));
     }
-    let bake: f64 = baked.iter().map(|b| b.seconds).sum();
-    let (w, h) = (plan.settings.width, plan.settings.height);
+    let bake: f64 = materials.iter().map(|m| m.seconds).sum();
     let path = o.output.display();
     context.say(format_args!(
         "{path}: {w} x {h}, bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"
     ));
     Ok(())
+}
+
+fn material_json(m: &Prepared) -> Value {
+    json!({
+        "brdf": m.spec(),
+        "technique": m.method.slug(),
+        "bake_seconds": m.seconds,
+        "bytes": m.bytes,
+        "error": m.error(),
+        "error_known": m.known(),
+        "picture_error": m.picture_error,
+    })
 }

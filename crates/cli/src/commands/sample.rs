@@ -3,10 +3,11 @@
 use crate::context::Context;
 use crate::csv;
 use crate::failure::Outcome;
-use crate::inputs::{self, Adjust};
+use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
+use steradian_session::eval::shortest;
 use steradian_sphere::image::Filter;
 
 /// Options of `steradian sample`.
@@ -22,25 +23,26 @@ pub struct Options {
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// Output CSV [default: standard output]
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let mut image = inputs::map(&o.map, &o.adjust, o.level, context)?.image;
-    steradian_light::adjust::scale(&mut image, o.adjust.gain());
+    let adjust = o.adjust.get();
+    let mut image = context.map(&o.map, &adjust, o.level)?.image;
+    steradian_light::adjust::scale(&mut image, adjust.gain());
     context.note_input(&o.directions);
     let mut table = csv::read(&o.directions, &context.limits())?;
-    let back = o.adjust.rotation().transpose();
+    let back = adjust.rotation().transpose();
     let directions: Vec<_> = csv::unit(&table, ["x", "y", "z"])?.into_iter().map(|d| back * d).collect();
     let values = image.lookup_many(Filter::CatmullRom, &directions);
     if context.common.json && o.output.is_none() {
         return context.print_json(json!({ "rgb": values }));
     }
     for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
-        table.set_column(name, values.iter().map(|v| csv::shortest(v[c])));
+        table.set_column(name, values.iter().map(|v| shortest(v[c])));
     }
     context.write_text(o.output.as_deref(), &csv::text(&table))?;
     if context.common.json {

@@ -1,21 +1,18 @@
 //! `steradian verify`: what a prefiltered file of any tool really holds, level by level.
-//!
-//! The comparison is [`steradian_verify`]'s; here are files, words and the exit code.
 
-mod decode;
 mod report;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
+use crate::inputs;
 use clap::Args;
-use decode::{Held, Reading};
 use report::Summary;
 use steradian_base::unknown;
-use steradian_engines::{filament_irradiance, irradiance};
 use steradian_light::load::{FileLayout, Profile};
+use steradian_session::Adjust;
+use steradian_session::prefiltered::Request;
+use steradian_verify::Family;
 use steradian_verify::laws::Consumer;
-use steradian_verify::{Coefficients, Family, Input, Kernel, check};
 
 /// Options of `steradian verify`.
 #[derive(Debug, Args)]
@@ -70,82 +67,37 @@ fn roughness(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&r) { Ok(r) } else { Err(format!("'{text}' is not within 0 to 1")) }
 }
 
-/// The kernel that each level should hold.
-fn expected(o: &Options, held: &Held) -> Vec<Kernel> {
-    let get = |key: &str| held.metadata.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
-    let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().to_lowercase());
-    let name = name.unwrap_or_default();
-    let says = |words: &[&str]| words.iter().any(|w| name.contains(w));
-    let family =
-        o.kernel.or_else(|| get("steradian.kernel").and_then(Family::from_name)).or_else(|| match () {
-            () if says(&["diffuse", "irradiance", "lambert"]) => Some(Family::Lambert),
-            () if says(&["sheen", "charlie"]) => Some(Family::Charlie),
-            () => None,
-        });
-    let last = held.levels.len() - 1;
-    // Our own files of one kernel say its roughness; the law of an engine is not asked there.
-    let recorded: Vec<f64> = get("steradian.perceptual_roughness")
-        .map(|t| t.split_whitespace().filter_map(|v| v.parse().ok()).collect())
-        .unwrap_or_default();
-    let alone = o
-        .perceptual_roughness
-        .or_else(|| (last == 0 && o.profile.name == "raw").then(|| recorded.first().copied()).flatten());
-    (0..=last)
-        .map(|m| {
-            let law = o.profile.kernel(m, last);
-            match (family, law.roughness()) {
-                (Some(Family::Lambert), _) => Kernel { family: Family::Lambert, width: 0.0 },
-                (f, Some(r)) => {
-                    Kernel::at(f.unwrap_or(Family::Ggx), if last == 0 { alone.unwrap_or(r) } else { r })
-                }
-                _ => law,
-            }
-        })
-        .collect()
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let reading = Reading { profile: o.profile.profile, layout: o.layout };
-    let held = decode::decode(&o.file, &reading, context)?;
     let adjust = Adjust {
         layout: o.light_layout,
         profile: o.light_profile,
         rotate: o.rotate,
         light_exposure: o.light_exposure,
     };
-    let lights = inputs::light(&o.environment, &adjust, context)?;
-    let wanted = expected(&o, &held);
-    let read = o.light_profile.unwrap_or_else(Profile::own);
-    let input = Input {
-        levels: &held.levels,
-        expected: &wanted,
-        law: o.profile.law,
-        lights: &lights,
-        read,
-        step: held.step,
+    let request = Request {
+        file: o.file,
+        consumer: o.profile,
+        environment: o.environment,
+        adjust,
+        kernel: o.kernel,
+        perceptual_roughness: o.perceptual_roughness,
+        layout: o.layout,
+        tolerance: o.tolerance,
     };
-    let report = check(&input, &context.task)?;
-    let irradiance = held.sh.as_deref().map(|sh| {
-        let light = inputs::coefficients(&lights, 2);
-        let want = if o.profile.name == "gltf" { irradiance(&light) } else { filament_irradiance(&light) };
-        Coefficients::compare(sh, &want)
-    });
-    let name = std::path::Path::new(&o.file).file_name().map(|n| n.to_string_lossy().into_owned());
-    let summary =
-        Summary { file: name, consumer: &o.profile, report: &report, irradiance, tolerance: o.tolerance };
+    let (found, missed) = context.verify(&request)?.even_if_missed();
+    let summary = Summary { consumer: &request.consumer, found: &found, tolerance: o.tolerance };
     if context.common.json {
         context.print_json(summary.json())?;
     } else {
         context.print(&summary.text())?;
     }
-    let (faults, worst) = (summary.faults(), report.worst());
+    let faults = found.faults();
     if !faults.is_empty() {
         return Err(Failure::missed(faults.join("; ")));
     }
-    match o.tolerance {
-        Some(t) if worst > t => Err(Failure::missed(format!(
-            "relative RMS error {worst:.2e} is above {t:.2e}; no fault has a name"
-        ))),
-        _ => Ok(()),
-    }
+    missed.map_or(Ok(()), |m| {
+        let (worst, t) = (m.reached, m.asked);
+        let why = format!("relative RMS error {worst:.2e} is above {t:.2e}; no fault has a name");
+        Err(Failure::missed(why))
+    })
 }

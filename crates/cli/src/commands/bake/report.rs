@@ -1,14 +1,16 @@
 //! What is said of a bake: bytes, error by elevation, orders, timings.
 
-use super::output::Written;
-use super::{Done, Options};
+use super::Options;
 use crate::context::Context;
-use crate::elevation::{Elevations, points};
+use crate::report::points_json;
+
 use crate::failure::Outcome;
 use serde_json::{Map, Value, json};
+use steradian_session::Elevations;
+use steradian_session::bake::{Baked, Written};
 
 /// Says it: a JSON document, or lines on standard error.
-pub fn say(o: &Options, done: &Done, files: &[Written], writing: f64, context: &Context) -> Outcome {
+pub fn say(o: &Options, done: &Baked, files: &[Written], writing: f64, context: &Context) -> Outcome {
     if context.common.json {
         return context.print_json(document(o, done, files, writing));
     }
@@ -17,11 +19,11 @@ pub fn say(o: &Options, done: &Done, files: &[Written], writing: f64, context: &
 }
 
 /// What has a meaning of its own is left out of the other figures.
-fn others(done: &Done) -> impl Iterator<Item = &(String, f64)> {
+fn others(done: &Baked) -> impl Iterator<Item = &(String, f64)> {
     done.certificate.details.iter().filter(|(name, _)| !name.starts_with("error at "))
 }
 
-fn document(o: &Options, done: &Done, files: &[Written], writing: f64) -> Value {
+fn document(o: &Options, done: &Baked, files: &[Written], writing: f64) -> Value {
     let c = &done.certificate;
     let elevations: Vec<Value> = Elevations::of(c)
         .0
@@ -42,10 +44,10 @@ fn document(o: &Options, done: &Done, files: &[Written], writing: f64) -> Value 
         "metric": c.metric,
         "elevations": elevations,
         "details": details,
-        "points": points(c),
-        "tolerance": done.asked.tolerance(),
+        "points": points_json(c),
+        "tolerance": done.accuracy.tolerance(),
         "energy_epsilon": o.energy_epsilon,
-        "tolerance_met": done.outcome().map(|_| !done.missed()),
+        "tolerance_met": done.reached().map(|_| !done.missed()),
         "bake_seconds": done.seconds,
         "stages": stages,
         "write_seconds": writing,
@@ -58,7 +60,7 @@ fn file(w: &Written) -> Value {
     json!({"name": w.name, "bytes": w.bytes, "format": format, "rounding": rounding})
 }
 
-fn lines(done: &Done, files: &[Written], writing: f64) -> Vec<String> {
+fn lines(done: &Baked, files: &[Written], writing: f64) -> Vec<String> {
     let c = &done.certificate;
     let mut out = Vec::new();
     let total: u64 = files.iter().map(|f| f.bytes).sum();

@@ -2,16 +2,18 @@
 
 use super::{Finding, Options, short};
 use crate::failure::Failure;
-use crate::report::Page;
-use crate::study::Answer;
+use crate::report::{Page, answer_json, cell};
 use serde_json::{Value, json};
 use steradian_render::{Row, Sheet};
+use steradian_session::compare::Answer;
 
 fn columns(findings: &[Finding]) -> Vec<String> {
     // Every row answers for the same methods; those that no row shows have no column.
     let Some(first) = findings.first() else { return Vec::new() };
     let shown = |name: &String| {
-        findings.iter().any(|f| f.answers.iter().any(|a| a.name() == *name && matches!(a, Answer::Shown(_))))
+        findings
+            .iter()
+            .any(|f| f.answers.iter().any(|a| a.name() == *name && matches!(a, Answer::Rendered(_))))
     };
     first.answers.iter().map(Answer::name).filter(|n| shown(n)).collect()
 }
@@ -23,7 +25,7 @@ pub fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
         .iter()
         .map(|f| Row {
             label: wrapped(&f.brdf).into_iter().chain(wrapped(&f.environment)).collect(),
-            cells: columns.iter().map(|c| f.answers.iter().find(|a| a.name() == *c)?.cell(false)).collect(),
+            cells: columns.iter().map(|c| cell(f.answers.iter().find(|a| a.name() == *c)?, false)).collect(),
         })
         .collect();
     Sheet {
@@ -64,7 +66,7 @@ pub fn document(findings: &[Finding]) -> Value {
     let rows: Vec<Value> = findings
         .iter()
         .map(|f| {
-            let answers: Vec<Value> = f.answers.iter().map(Answer::json).collect();
+            let answers: Vec<Value> = f.answers.iter().map(answer_json).collect();
             json!({"environment": f.environment, "brdf": f.brdf, "techniques": answers})
         })
         .collect();
@@ -80,7 +82,7 @@ fn line(f: &Finding, a: &Answer) -> [String; 8] {
             let none = || "-".to_string();
             [environment, brdf, slug, none(), none(), none(), none(), why.clone()]
         }
-        Answer::Shown(s) => {
+        Answer::Rendered(s) => {
             let error = |f: &dyn Fn(&(steradian_render::Errors, f64)) -> String| {
                 s.errors.as_ref().map_or_else(|| "-".into(), f)
             };
@@ -123,7 +125,7 @@ pub fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
     for f in findings {
         page.heading(&format!("{} under {}", f.brdf, f.environment));
         for a in &f.answers {
-            let Answer::Shown(s) = a else { continue };
+            let Answer::Rendered(s) = a else { continue };
             let caption = s.errors.as_ref().map_or_else(String::new, |(e, flip)| {
                 format!(": {:.2} %, FLIP {flip:.3}", 100.0 * e.relative_rms)
             });

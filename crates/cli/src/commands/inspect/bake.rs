@@ -2,12 +2,12 @@
 
 use super::{Report, file_name};
 use crate::context::Context;
-use crate::elevation::{Elevations, points};
 use crate::failure::Failure;
-use crate::inputs::Adjust;
+use crate::report::points_json;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use steradian_formats::read_ktx2_array;
+use steradian_session::{Adjust, Elevations};
 use steradian_techniques::IN_FOLDER;
 
 /// Is this the name of tensors, or a folder that holds a bake?
@@ -58,7 +58,7 @@ pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failur
 
 /// The report on a saved bake.
 pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let file = crate::saved::read(Path::new(what), &Adjust::default(), context)?;
+    let file = context.saved_bake(Path::new(what), &Adjust::default())?;
     let bake = file.open()?;
     let (card, c, made) = (bake.card(), bake.certificate(), &file.made);
     let details: Map<String, Value> = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
@@ -82,7 +82,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "error_known": c.known.word(),
         "metric": c.metric,
         "details": details,
-        "points": points(c),
+        "points": points_json(c),
         "tensors": tensors,
         "metadata": file.tensors.metadata,
     });

@@ -3,11 +3,11 @@
 use super::{Line, Report, plot};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::inputs::{self, Method};
 use glam::DVec3;
 use serde_json::json;
 use std::path::Path;
 use steradian_brdf::{Brdf, Domain, albedo};
+use steradian_session::Method;
 
 /// View angles of the albedo table, degrees.
 const ANGLES: [f64; 6] = [0.0, 30.0, 60.0, 75.0, 85.0, 89.0];
@@ -19,7 +19,7 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
     if spec.is_empty() {
         return Ok(list());
     }
-    let brdf = inputs::brdf(spec, context)?;
+    let brdf = context.brdf(spec)?;
     let info = brdf.info();
     let wo = |degrees: f64| {
         let t = degrees.to_radians();

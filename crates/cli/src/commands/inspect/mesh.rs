@@ -3,26 +3,24 @@
 use super::{Report, file_name};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::inputs;
 use serde_json::json;
 use std::collections::HashMap;
 use std::path::Path;
-use steradian_scene::{Mesh, shapes};
+use steradian_scene::Mesh;
+use steradian_session::is_shape;
 
 /// Is this the name of a mesh file or of a built-in shape?
 pub fn is_mesh(what: &str) -> bool {
-    let name = what.split(':').next().unwrap_or(what);
     let lower = what.to_lowercase();
     let file = lower.strip_suffix(".gz").unwrap_or(&lower);
     let mesh = [".obj", ".ply", ".glb", ".gltf"].iter().any(|e| file.ends_with(e));
-    mesh || shapes::SHAPES.iter().any(|s| s.name == name)
+    mesh || is_shape(what)
 }
 
 /// The report on a mesh.
 pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let name = what.split(':').next().unwrap_or(what);
-    if shapes::SHAPES.iter().any(|s| s.name == name) {
-        let mesh = inputs::shape(what)?;
+    if is_shape(what) {
+        let mesh = context.mesh(what)?;
         return Ok(describe(what, &mesh, &[], &[], 1));
     }
     let loaded = steradian_scene::load(Path::new(what), &context.limits())?;
@@ -97,6 +95,7 @@ fn edges(mesh: &Mesh) -> (usize, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use steradian_scene::shapes;
 
     #[test]
     fn closed_and_open_shapes() {

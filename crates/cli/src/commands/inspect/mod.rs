@@ -8,7 +8,7 @@ mod plot;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, Adjust};
+use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub struct Options {
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
-    adjust: Adjust,
+    adjust: AdjustArgs,
     /// Level of a texture (.ktx2, .ktx, .dds)
     #[arg(long, value_name = "M", default_value_t = 0)]
     level: usize,
@@ -51,7 +51,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     } else if let Some(table) = bake::table(&o.what, context)? {
         table
     } else {
-        light::report(&o.what, &o.adjust, o.level, context)?
+        light::report(&o.what, &o.adjust.get(), o.level, context)?
     };
     if context.common.json {
         let mut document = report.json;
@@ -75,7 +75,7 @@ fn peak_memory() -> Option<u64> {
 
 /// A file's name without its folders.
 fn file_name(spec: &str) -> String {
-    if inputs::is_sky(spec) {
+    if steradian_session::is_sky(spec) {
         return spec.into();
     }
     Path::new(spec).file_name().map_or_else(|| spec.into(), |n| n.to_string_lossy().into_owned())

@@ -1,6 +1,5 @@
 //! Polar plots of a reflectance in the plane of incidence.
 
-use crate::commands::render::save_display;
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use glam::DVec3;
@@ -30,7 +29,7 @@ enum Mark {
 pub fn draw(brdf: &dyn Brdf, path: &Path, context: &Context) -> Outcome {
     match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
         Some("svg") => context.write_text(Some(path), &polar_svg(brdf, &PlotOptions::default())),
-        Some("png") => save_display(path, &png(&marks(brdf)), Vec::new(), context),
+        Some("png") => Ok(context.write_display(path, &png(&marks(brdf)), Vec::new())?),
         _ => Err(Failure::usage(format!("{}: plots are .svg or .png", path.display()))),
     }
 }

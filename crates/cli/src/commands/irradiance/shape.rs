@@ -80,7 +80,7 @@ pub fn zh3_json(radiance: &ShRgb) -> Value {
 
 /// Root mean square over normals of the difference of irradiances, over that of the irradiance (Parseval).
 fn error(radiance: &ShRgb, short: &ShRgb) -> f64 {
-    let k = inputs::cosine(ZH3_ORDER + 1);
+    let k = steradian_session::cosine(ZH3_ORDER + 1);
     let (a, b) = (truncated(radiance, ZH3_ORDER), truncated(short, ZH3_ORDER));
     let (mut sum, mut all) = (0.0, 0.0);
     for (a, b) in a.c.iter().zip(&b.c) {

@@ -2,16 +2,15 @@
 
 use glam::DMat3;
 use serde_json::{Value, json};
+use steradian_session::prefiltered::Verified;
 use steradian_verify::laws::Consumer;
 use steradian_verify::turn::{FACES, TURNS, Turn, map_name};
-use steradian_verify::{Coefficients, Error, Fault, Kernel, Level, Reading, Report, factor};
+use steradian_verify::{Error, Fault, Kernel, Level, Reading, factor};
 
 /// Everything that is said of a file.
 pub struct Summary<'a> {
-    pub file: Option<String>,
     pub consumer: &'a Consumer,
-    pub report: &'a Report,
-    pub irradiance: Option<Coefficients>,
+    pub found: &'a Verified,
     pub tolerance: Option<f64>,
 }
 
@@ -89,32 +88,20 @@ fn kind(f: &Fault) -> &'static str {
 }
 
 impl Summary<'_> {
-    /// One sentence for each fault.
-    pub fn faults(&self) -> Vec<String> {
-        let mut out: Vec<String> = self.report.faults.iter().map(ToString::to_string).collect();
-        if let Some(sh) = self.irradiance {
-            if let Some(f) = factor(sh.scale) {
-                out.push(format!("irradiance coefficients: factor {f}"));
-            } else if sh.fitted_rms > 0.02 {
-                out.push(format!("irradiance coefficients: {:.1} % off", 100.0 * sh.fitted_rms));
-            }
-        }
-        out
-    }
-
     /// As JSON.
     pub fn json(&self) -> Value {
-        let (r, worst) = (self.report, self.report.worst());
+        let r = &self.found.report;
+        let worst = r.worst();
         json!({
-            "file": self.file,
+            "file": self.found.file,
             "profile": self.consumer.name,
             "levels": r.levels.iter().enumerate().map(|(m, l)| level_json(m, l, &r.turn)).collect::<Vec<_>>(),
-            "irradiance_coefficients": self.irradiance.map(|s| json!({
+            "irradiance_coefficients": self.found.irradiance.map(|s| json!({
                 "scale": s.scale, "scale_name": factor(s.scale), "rms": s.rms, "rms_as_found": s.fitted_rms,
             })),
             "light_texels": r.reading.map(Reading::name),
             "kinds": r.faults.iter().map(kind).collect::<Vec<_>>(),
-            "faults": self.faults(),
+            "faults": self.found.faults(),
             "error": worst,
             "tolerance": self.tolerance,
             "within_tolerance": self.tolerance.map(|t| worst <= t),
@@ -128,7 +115,7 @@ impl Summary<'_> {
              expected (bias, worst texel), and against what it holds\n",
             self.consumer.name
         );
-        for (m, l) in self.report.levels.iter().enumerate() {
+        for (m, l) in self.found.report.levels.iter().enumerate() {
             let name = |k: Kernel| format!("{} {}", k.family.name(), k.describe());
             let (kernel, e, f) =
                 (format!("{} ({})", name(l.found), name(l.expected)), l.error, l.error_as_found);
@@ -143,13 +130,13 @@ impl Summary<'_> {
                 f.rms
             ));
         }
-        if self.report.turn != Turn::Axes(DMat3::IDENTITY) {
-            out.push_str(&format!("orientation: {}\n", self.report.turn.name()));
+        if self.found.report.turn != Turn::Axes(DMat3::IDENTITY) {
+            out.push_str(&format!("orientation: {}\n", self.found.report.turn.name()));
         }
-        if let Some(sh) = self.irradiance {
+        if let Some(sh) = self.found.irradiance {
             out.push_str(&format!("irradiance coefficients: x {:.4}, {:.2e} off\n", sh.scale, sh.rms));
         }
-        let faults = self.faults();
+        let faults = self.found.faults();
         if faults.is_empty() {
             out.push_str("as expected\n");
         }

@@ -1,26 +1,22 @@
-//! How long each stage of a bake takes, beside the bar that shows it.
+//! How long each stage of a bake takes, beside whoever follows it.
 
-use crate::context::Context;
-use crate::progress::Bars;
-use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use steradian_base::Progress;
 
 /// Stages in the order in which they first began, with their seconds.
 type Times = Vec<(String, f64)>;
 
-/// Records stages and passes them on to the bars.
+/// Records stages and passes them on.
 pub struct Stages {
-    bars: Option<Bars>,
+    next: Option<Arc<dyn Progress>>,
     state: Mutex<(Times, Option<(String, Instant)>)>,
 }
 
 impl Stages {
     /// No stage yet.
-    pub fn new(context: &Context) -> Self {
-        let shown = !context.common.quiet && std::io::stderr().is_terminal();
-        Self { bars: shown.then(Bars::new), state: Mutex::default() }
+    pub fn new(next: Option<Arc<dyn Progress>>) -> Self {
+        Self { next, state: Mutex::default() }
     }
 
     /// Ends the running stage and begins `next`.
@@ -46,20 +42,20 @@ impl Stages {
 impl Progress for Stages {
     fn begin(&self, label: &str, total: u64) {
         self.turn(Some(label));
-        if let Some(b) = &self.bars {
+        if let Some(b) = &self.next {
             b.begin(label, total);
         }
     }
 
     fn advance(&self, steps: u64) {
-        if let Some(b) = &self.bars {
+        if let Some(b) = &self.next {
             b.advance(steps);
         }
     }
 
     fn end(&self) {
         self.turn(None);
-        if let Some(b) = &self.bars {
+        if let Some(b) = &self.next {
             b.end();
         }
     }
@@ -71,7 +67,7 @@ mod tests {
 
     #[test]
     fn stages_of_one_name_add_up_in_the_order_of_their_beginnings() {
-        let s = Stages { bars: None, state: Mutex::default() };
+        let s = Stages::new(None);
         for label in ["light", "prefilter", "light"] {
             s.begin(label, 0);
             s.advance(1);

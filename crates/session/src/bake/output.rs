@@ -1,10 +1,10 @@
 //! Where a bake goes: tensors, one texture, or a folder with everything that an engine needs.
 
-use super::maps::Map;
-use super::{Asked, Done};
-use crate::context::Context;
+use super::tables::Map;
+use super::{Accuracy, Baked};
+
 use crate::destinations::Destinations;
-use crate::failure::Failure;
+use crate::{Error, Session};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use steradian_formats::{
@@ -16,16 +16,18 @@ use steradian_techniques::tensors::put_f32;
 use steradian_techniques::{GpuRoom, IN_FOLDER, seal};
 
 /// The kind of output that a name asks for.
+#[derive(Debug, Clone)]
 pub enum Output {
     /// The complete bake.
     Tensors(PathBuf),
-    /// The only table of a room.
+    /// The only table of a technique.
     Texture(PathBuf),
     /// All of it.
     Folder(PathBuf),
 }
 
 /// A file that was written.
+#[derive(Debug, Clone)]
 pub struct Written {
     /// Without the folders above the output.
     pub name: String,
@@ -40,7 +42,7 @@ type Pairs = Vec<(String, String)>;
 
 impl Output {
     /// By the extension; a destination that cannot be written is refused here.
-    pub fn of(path: &Path) -> Result<Self, Failure> {
+    pub fn of(path: &Path) -> Result<Self, Error> {
         let mut places = Destinations::default();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
@@ -48,7 +50,7 @@ impl Output {
             Some("safetensors") => places.file("--output", path).map(|()| Self::Tensors(path.into())),
             Some("ktx2") => places.file("--output", path).map(|()| Self::Texture(path.into())),
             None => places.folder(path, false).map(|()| Self::Folder(path.into())),
-            Some(e) => Err(Failure::usage(format!(
+            Some(e) => Err(Error::usage(format!(
                 "{}: cannot write '.{e}' files; use .safetensors, .ktx2, or a folder's name",
                 path.display()
             ))),
@@ -58,14 +60,14 @@ impl Output {
     /// Writes the bake; what is there stays whole until all is ready.
     pub fn write(
         &self,
-        done: &Done,
+        done: &Baked,
         mut tensors: TensorFile,
-        context: &Context,
-    ) -> Result<Vec<Written>, Failure> {
-        tensors.metadata.extend(context.provenance_pairs());
+        session: &Session,
+    ) -> Result<Vec<Written>, Error> {
+        tensors.metadata.extend(session.provenance_pairs());
         done.made.save(&mut tensors);
-        if let Some((asked, _)) = done.outcome() {
-            let energy = matches!(done.asked, Asked::Energy(_));
+        if let Some((asked, _)) = done.reached() {
+            let energy = matches!(done.accuracy, Accuracy::Energy(_));
             let key = if energy { "steradian.energy_epsilon" } else { "steradian.tolerance" };
             let met = if done.missed() { "missed" } else { "met" };
             tensors.metadata.insert(key.into(), asked.to_string());
@@ -94,23 +96,23 @@ impl Written {
     }
 }
 
-/// The map of a room that has one.
-fn only(room: &GpuRoom, path: &Path) -> Result<Map, Failure> {
+/// The map of a technique that has one.
+fn only(room: &GpuRoom, path: &Path) -> Result<Map, Error> {
     match room.tables.as_slice() {
-        _ if !room.buffers.is_empty() => Err(Failure::usage(format!(
+        _ if !room.buffers.is_empty() => Err(Error::usage(format!(
             "{}: {} has data that are no textures: give a folder, or use .safetensors",
             path.display(),
             room.slug
         ))),
         [table] => Ok(Map::of(table)),
-        [] => Err(Failure::usage(format!(
+        [] => Err(Error::usage(format!(
             "{}: {} has no tables, only numbers: use .safetensors",
             path.display(),
             room.slug
         ))),
         many => {
             let names: Vec<&str> = many.iter().map(|t| t.name).collect();
-            Err(Failure::usage(format!(
+            Err(Error::usage(format!(
                 "{}: {} has the tables {}: give a folder for one file each, or use .safetensors",
                 path.display(),
                 room.slug,
@@ -129,7 +131,7 @@ fn texture(path: &Path, map: Map, head: &Pairs) -> Result<Written, FormatError> 
     Ok(Written::of(path, Some((format, error))))
 }
 
-fn folder(path: &Path, done: &Done, tensors: &TensorFile, head: &Pairs) -> Result<Vec<Written>, Failure> {
+fn folder(path: &Path, done: &Baked, tensors: &TensorFile, head: &Pairs) -> Result<Vec<Written>, Error> {
     let room = done.bake.gpu();
     let mut written = Vec::new();
     write_dir_atomic(path, |to| {

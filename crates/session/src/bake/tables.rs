@@ -1,11 +1,11 @@
-//! The tables of a room as array textures.
+//! The tables of a technique as array textures.
 
 use steradian_formats::{TexelFormat, TextureArray};
 use steradian_techniques::gpu::{Format, Shape, Table};
 
 /// A table on its way to a file.
 pub struct Map {
-    /// The room's name of it.
+    /// The technique's name of it.
     pub name: &'static str,
     /// How it is looked up, in the words of the shader's documentation.
     pub shape: String,

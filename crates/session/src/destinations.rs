@@ -1,6 +1,6 @@
 //! Where outputs go, looked at before any work: a destination that cannot be written leaves nothing half done.
 
-use crate::failure::{Failure, Outcome};
+use crate::Error;
 use std::path::{Path, PathBuf};
 
 /// The destinations of one command.
@@ -12,7 +12,7 @@ pub struct Destinations {
 
 impl Destinations {
     /// A folder that is made where it is missing; with `deep` the folders above it too.
-    pub fn folder(&mut self, path: &Path, deep: bool) -> Outcome {
+    pub fn folder(&mut self, path: &Path, deep: bool) -> Result<(), Error> {
         if path.exists() && !path.is_dir() {
             return Err(unwritable(path, "exists and is not a folder"));
         }
@@ -27,25 +27,25 @@ impl Destinations {
         let spot = place(path);
         if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
             let why = format!("is the file of {other}: name a folder");
-            return Err(Failure::usage(format!("{}: {why}", path.display())));
+            return Err(Error::usage(format!("{}: {why}", path.display())));
         }
         self.folders.push(spot);
         Ok(())
     }
 
     /// A file. One inside a folder of outputs is not mistaken for one of them if it ends in .json.
-    pub fn file(&mut self, option: &str, path: &Path) -> Outcome {
+    pub fn file(&mut self, option: &str, path: &Path) -> Result<(), Error> {
         if path == Path::new("-") {
             return Ok(());
         }
         let spot = place(path);
         let inside = spot.parent().is_some_and(|p| self.folders.iter().any(|f| f == p));
         if self.folders.contains(&spot) {
-            return Err(Failure::usage(format!("{option} {}: is the folder of outputs", path.display())));
+            return Err(Error::usage(format!("{option} {}: is the folder of outputs", path.display())));
         }
         if inside && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
             let why = "lies in the folder of outputs: give it the extension .json";
-            return Err(Failure::usage(format!("{option} {}: {why}", path.display())));
+            return Err(Error::usage(format!("{option} {}: {why}", path.display())));
         }
         if !inside {
             has_parent(path)?;
@@ -59,15 +59,15 @@ impl Destinations {
         }
         if let Some((other, _)) = self.files.iter().find(|(_, p)| *p == spot) {
             let why = format!("is what {other} writes too: name two files");
-            return Err(Failure::usage(format!("{option} {}: {why}", path.display())));
+            return Err(Error::usage(format!("{option} {}: {why}", path.display())));
         }
         self.files.push((option.into(), spot));
         Ok(())
     }
 }
 
-fn unwritable(path: &Path, why: impl std::fmt::Display) -> Failure {
-    Failure::failed(format!("{}: cannot write: {why}", path.display()))
+fn unwritable(path: &Path, why: impl std::fmt::Display) -> Error {
+    Error::failed(format!("{}: cannot write: {why}", path.display()))
 }
 
 /// The folder that a path lies in.
@@ -75,7 +75,7 @@ fn parent(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn has_parent(path: &Path) -> Outcome {
+fn has_parent(path: &Path) -> Result<(), Error> {
     if path.exists() {
         return Ok(());
     }
@@ -107,7 +107,11 @@ mod tests {
         let d = tempfile::tempdir().unwrap();
         let at = |name: &str| d.path().join(name);
         std::fs::write(at("file"), "").unwrap();
-        let code = |r: Outcome| r.err().map_or(0, |f| f.code);
+        let code = |r: Result<(), Error>| match r.map_err(|e| e.kind()) {
+            Ok(()) => 0,
+            Err(crate::Kind::Usage) => 2,
+            Err(_) => 1,
+        };
         let mut all = Destinations::default();
         assert_eq!(code(all.file("-o", &at("none/a.exr"))), 1);
         assert_eq!(code(all.file("-o", &at("file/a.exr"))), 1);

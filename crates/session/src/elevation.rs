@@ -1,6 +1,5 @@
-//! Errors per elevation and of single points, where a certificate states them.
+//! Errors per elevation, where a certificate states them.
 
-use serde_json::{Value, json};
 use steradian_base::Certificate;
 
 /// Relative RMS errors by the angle between view and normal, radians, from the normal to the horizon.
@@ -39,18 +38,6 @@ impl Elevations {
 fn degrees(name: &str) -> Option<f64> {
     let digits = name.strip_prefix("error at ")?.split_whitespace().next()?;
     digits.parse().ok().filter(|d: &f64| (0.0..=180.0).contains(d))
-}
-
-/// What single points err by; null where that was not measured.
-pub fn points(c: &Certificate) -> Value {
-    c.spread.map_or(Value::Null, |s| {
-        json!({
-            "median": s.median,
-            "ninetieth": s.ninetieth,
-            "stops": s.stops,
-            "top_hundredth": s.top_hundredth,
-        })
-    })
 }
 
 #[cfg(test)]

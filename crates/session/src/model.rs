@@ -1,8 +1,8 @@
 //! Meshes with what their files say of their materials.
 
-use crate::context::Context;
-use crate::failure::Failure;
-use crate::inputs;
+use crate::Error;
+use crate::Session;
+use crate::inputs::{is_shape, shape};
 use glam::{Vec2, Vec3};
 use std::path::Path;
 use steradian_formats::mesh::{MaterialData, TextureRef};
@@ -12,7 +12,9 @@ use steradian_sphere::Frame;
 
 /// A mesh; its material slots are indices into `materials`, which is empty where the file has none.
 pub struct Model {
+    /// The geometry.
     pub mesh: Mesh,
+    /// What the file says, by slot.
     pub materials: Vec<FileMaterial>,
 }
 
@@ -23,13 +25,16 @@ impl Model {
     }
 }
 
-/// Loads a built-in shape or a mesh file with the materials that its triangles use.
-pub fn model(spec: &str, context: &mut Context) -> Result<Model, Failure> {
-    if inputs::is_shape(spec) {
-        return Ok(Model::bare(inputs::shape(spec)?));
+impl Session {
+    /// Loads a built-in shape or a mesh file with the materials that its triangles use.
+    pub fn model(&mut self, spec: &str) -> Result<Model, Error> {
+        if is_shape(spec) { Ok(Model::bare(shape(spec)?)) } else { of_file(spec, self) }
     }
+}
+
+fn of_file(spec: &str, session: &mut Session) -> Result<Model, Error> {
     let path = Path::new(spec);
-    let mut loaded = inputs::load_mesh(path, context)?;
+    let mut loaded = session.load_mesh(path)?;
     place_textures(&mut loaded);
     if loaded.materials.iter().any(|m| m.normal_texture.is_some()) {
         make_tangents(&mut loaded.meshes);
@@ -45,14 +50,14 @@ pub fn model(spec: &str, context: &mut Context) -> Result<Model, Failure> {
     let mut materials = Vec::new();
     for slot in used {
         let data = loaded.materials.get(slot as usize).unwrap_or(&fallback);
-        materials.push(FileMaterial::read(data, &loaded.textures, &context.limits())?);
+        materials.push(FileMaterial::read(data, &loaded.textures, &session.limits())?);
     }
     if mesh.uvs.is_empty()
         && materials
             .iter()
             .any(|m| m.base_colour.as_ref().is_some_and(|t| t.size() != (1, 1)) || !m.maps(true).is_empty())
     {
-        context.warn(format_args!("{spec}: has textures but no texture coordinates"));
+        session.warn(spec, "has textures but no texture coordinates");
     }
     Ok(Model { mesh, materials })
 }

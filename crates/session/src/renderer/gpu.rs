@@ -1,14 +1,13 @@
 //! Pictures on a GPU.
 
-use super::Engine;
-use crate::context::{Backend, Context, GpuPath};
-use crate::failure::Failure;
-use crate::studio::Baked;
+use super::Renderer;
+
+use crate::{Backend, Error, GpuPath, Notice, Prepared, Session};
 use glam::{Affine3A, Mat3};
 use std::sync::Arc;
 use steradian_formats::mesh::Wrap;
 use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
-use steradian_gpu::{Gpu, GpuError, Renderer};
+use steradian_gpu::{Gpu, GpuError, Renderer as Raster};
 use steradian_render::{Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture};
 use steradian_sphere::SphereImage;
 use steradian_techniques::direct::Direct;
@@ -19,32 +18,24 @@ pub struct Device {
 }
 
 /// The GPU or the CPU, as `--backend` says.
-pub fn open(context: &Context) -> Result<Engine, Failure> {
-    let automatic = match context.common.backend {
-        Backend::Cpu => return Ok(Engine::Cpu),
+pub fn open(session: &Session) -> Result<Renderer, Error> {
+    let automatic = match session.backend {
+        Backend::Cpu => return Ok(Renderer::Cpu),
         Backend::Auto => true,
-        Backend::Gpu | Backend::Both => false,
+        Backend::Gpu => false,
     };
     match Gpu::open() {
         Ok(gpu) if automatic && gpu.is_software() => {
-            context.say(format_args!(
-                "rendering on the CPU: {} is no GPU (--backend gpu uses it)",
-                gpu.describe()
-            ));
-            Ok(Engine::Cpu)
+            session
+                .tell(Notice::OnCpu { why: format!("{} is no GPU (--backend gpu uses it)", gpu.describe()) });
+            Ok(Renderer::Cpu)
         }
-        Ok(gpu) => Ok(Engine::Gpu(Box::new(Device { gpu }))),
+        Ok(gpu) => Ok(Renderer::Gpu(Box::new(Device { gpu }))),
         Err(e) if automatic => {
-            context.say(format_args!("rendering on the CPU: {e}"));
-            Ok(Engine::Cpu)
+            session.tell(Notice::OnCpu { why: e.to_string() });
+            Ok(Renderer::Cpu)
         }
         Err(e) => Err(e.into()),
-    }
-}
-
-impl From<GpuError> for Failure {
-    fn from(e: GpuError) -> Self {
-        Self::failed(e)
     }
 }
 
@@ -53,37 +44,35 @@ impl Device {
     pub fn film(
         &self,
         stage: &Stage<'_>,
-        baked: &[&Baked],
+        baked: &[Prepared],
         settings: &Settings,
-        context: &Context,
-    ) -> Result<Option<Film>, Failure> {
-        let automatic = context.common.backend == Backend::Auto;
+        session: &Session,
+    ) -> Result<Option<Film>, Error> {
+        let automatic = session.backend == Backend::Auto;
         if baked.iter().any(|b| b.bake.is_none()) {
             if automatic {
                 return Ok(None);
             }
-            return Err(Failure::usage(
+            return Err(Error::usage(
                 "the reference runs on the CPU: choose a technique, or use --backend cpu",
             ));
         }
         if let Some(why) = unlit(baked) {
             if automatic {
-                context.say(format_args!("rendering on the CPU: {why}"));
+                session.tell(Notice::OnCpu { why });
                 return Ok(None);
             }
-            return Err(Failure::usage(format!("{why}: use --suns fold or --backend cpu")));
+            return Err(Error::usage(format!("{why}: use --suns fold or --backend cpu")));
         }
-        match self.draw(stage, baked, settings, context.common.gpu_path) {
+        match self.draw(stage, baked, settings, session.gpu_path) {
             Ok((film, clipped)) => {
                 if clipped > 0 {
-                    context.warn(format_args!(
-                        "{clipped} samples are beyond the GPU's 16-bit range and were clipped"
-                    ));
+                    session.tell(Notice::Clipped { samples: clipped });
                 }
                 Ok(Some(film))
             }
             Err(e) if automatic => {
-                context.say(format_args!("rendering on the CPU: {e}"));
+                session.tell(Notice::OnCpu { why: e.to_string() });
                 Ok(None)
             }
             Err(e) => Err(e.into()),
@@ -93,7 +82,7 @@ impl Device {
     fn draw(
         &self,
         stage: &Stage<'_>,
-        baked: &[&Baked],
+        baked: &[Prepared],
         s: &Settings,
         path: GpuPath,
     ) -> Result<(Film, u32), GpuError> {
@@ -108,7 +97,7 @@ impl Device {
             scale: s.edge.div_ceil(4).clamp(1, 4),
             ..scene::Settings::new(s.width, s.height)
         };
-        let (picture, _) = Renderer::new(&self.gpu, scene(stage, baked), &settings)?.render(&self.gpu)?;
+        let (picture, _) = Raster::new(&self.gpu, scene(stage, baked), &settings)?.render(&self.gpu)?;
         let film = Film { width: s.width, height: s.height, rgb: picture.rgb, alpha: picture.alpha };
         Ok((film, picture.clipped))
     }
@@ -116,7 +105,7 @@ impl Device {
 
 /// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data have the
 /// points alone.
-fn lights(baked: &[&Baked]) -> Direct {
+fn lights(baked: &[Prepared]) -> Direct {
     let all = || baked.iter().map(|b| &b.direct.1);
     all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
 }
@@ -126,15 +115,15 @@ fn has_suns(d: &Direct) -> bool {
 }
 
 /// Why the GPU cannot shade the lights beside the techniques, where it cannot.
-fn unlit(baked: &[&Baked]) -> Option<String> {
+fn unlit(baked: &[Prepared]) -> Option<String> {
     let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
     without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
 }
 
 /// One object per material slot that has triangles.
-fn scene(stage: &Stage<'_>, baked: &[&Baked]) -> Scene {
+fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
     let (last, direct) = (baked.len().saturating_sub(1), lights(baked));
-    let object = |(k, b): (usize, &&Baked)| {
+    let object = |(k, b): (usize, &Prepared)| {
         let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
         let bake = &b.bake.as_ref()?.0;
         let maps = &b.surface.maps;

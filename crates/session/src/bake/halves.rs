@@ -1,8 +1,8 @@
 //! Bakes in 16-bit floats, where the error allows.
 
-use super::{Done, Options};
-use crate::context::Context;
-use crate::failure::Failure;
+use super::Baked;
+
+use crate::{Error, Session};
 use glam::{DVec3, Vec3};
 use steradian_formats::{Tensor, TensorData, TensorFile};
 use steradian_prefilter::probe;
@@ -22,18 +22,18 @@ const PROBES: usize = 1024;
 
 /// The bake as tensors, with halves where they are asked for and allowed; what they add joins the certificate.
 pub fn tensors(
-    done: &mut Done,
+    done: &mut Baked,
     technique: &'static dyn AnyTechnique,
-    o: &Options,
-    context: &Context,
-) -> Result<TensorFile, Failure> {
+    half: bool,
+    session: &Session,
+) -> Result<TensorFile, Error> {
     let whole = done.bake.save();
-    if !o.half {
+    if !half {
         return Ok(whole);
     }
     let slug = technique.card().slug;
     if technique.card().needs.sites {
-        context.say(format_args!("{slug}: halves are not measured on a mesh; stored as 32-bit floats"));
+        session.say(format_args!("{slug}: halves are not measured on a mesh; stored as 32-bit floats"));
         return Ok(whole);
     }
     let halved =
@@ -41,12 +41,12 @@ pub fn tensors(
     let loaded = technique.load(&halved)?;
     let added = difference(&*loaded, &*done.bake);
     let error = done.certificate.error;
-    let allowed = match done.asked.tolerance() {
+    let allowed = match done.accuracy.tolerance() {
         Some(t) => t - error,
         None => (SHARE * error).max(NEGLIGIBLE),
     };
     if added.is_nan() || added > allowed {
-        context.say(format_args!(
+        session.say(format_args!(
             "halves would add {added:.1e} to the error of {error:.1e}: stored as 32-bit floats"
         ));
         return Ok(whole);
@@ -58,7 +58,7 @@ pub fn tensors(
 }
 
 /// The error of the head as it is with halves.
-fn with_certificate(mut t: TensorFile, done: &Done) -> TensorFile {
+fn with_certificate(mut t: TensorFile, done: &Baked) -> TensorFile {
     let n = done.certificate.details.len() - 1;
     let half = done.certificate.details[n].1;
     t.metadata.insert("steradian.certificate.error".into(), done.certificate.error.to_string());

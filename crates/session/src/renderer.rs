@@ -1,30 +1,28 @@
 //! Where pictures are computed: on the CPU, or with the feature `gpu` on a GPU.
 
-use crate::context::Context;
-use crate::failure::Failure;
-use crate::studio::Baked;
+use crate::{Error, Prepared, Session};
 use steradian_render::{Film, Settings, Stage};
 
 #[cfg(feature = "gpu")]
-mod device;
+mod gpu;
 
 /// A place where pictures are computed.
-pub enum Engine {
+pub enum Renderer {
     /// The CPU renderer.
     Cpu,
     /// A GPU.
     #[cfg(feature = "gpu")]
-    Gpu(Box<device::Device>),
+    Gpu(Box<gpu::Device>),
 }
 
-impl Engine {
-    /// What `--backend` asks for; `both` counts as `gpu`. Without the feature there is only the CPU.
-    pub fn open(context: &Context) -> Result<Self, Failure> {
+impl Renderer {
+    /// What the session's back end asks for. Without the feature there is only the CPU.
+    pub fn open(session: &Session) -> Result<Self, Error> {
         #[cfg(feature = "gpu")]
-        return device::open(context);
+        return gpu::open(session);
         #[cfg(not(feature = "gpu"))]
         {
-            let _ = context; // whose construction has refused the GPU
+            let _ = session; // whose construction has refused the GPU
             Ok(Self::Cpu)
         }
     }
@@ -38,23 +36,23 @@ impl Engine {
         }
     }
 
-    /// The picture of `stage`, whose surfaces are those of `baked`, and the engine that made it: `--backend auto` leaves
+    /// The picture of `stage`, whose surfaces are those of `materials`, and where it was made: an automatic back end leaves
     /// to the CPU what the GPU cannot do.
     pub fn film(
         &self,
         stage: &Stage<'_>,
-        baked: &[&Baked],
+        materials: &[Prepared],
         settings: &Settings,
-        context: &Context,
-    ) -> Result<(Film, &'static str), Failure> {
+        session: &Session,
+    ) -> Result<(Film, &'static str), Error> {
         #[cfg(feature = "gpu")]
         if let Self::Gpu(device) = self
-            && let Some(film) = device.film(stage, baked, settings, context)?
+            && let Some(film) = device.film(stage, materials, settings, session)?
         {
             return Ok((film, self.name()));
         }
         #[cfg(not(feature = "gpu"))]
-        let _ = baked;
-        Ok((steradian_render::render(stage, settings, &context.task)?, Self::Cpu.name()))
+        let _ = materials;
+        Ok((steradian_render::render(stage, settings, &session.task)?, Self::Cpu.name()))
     }
 }

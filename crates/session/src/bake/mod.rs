@@ -1,0 +1,172 @@
+//! Bakes: a technique's precomputed data for a light, a reflectance and, where it bakes on one, a mesh.
+
+mod halves;
+mod output;
+mod stages;
+mod tables;
+
+pub use output::{Output, Written};
+
+use crate::{Adjust, Error, Outcome, Session};
+use stages::Stages;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+use steradian_base::{Certificate, ParamValues};
+use steradian_formats::TensorFile;
+use steradian_techniques::{AnyBake, AnyTechnique, Geometry, Made, Material, Sites, not_finite};
+
+/// What is to be baked.
+#[derive(Clone)]
+pub struct Request {
+    /// Light: an image, or a sky spec.
+    pub environment: String,
+    /// How it is read, turned and scaled.
+    pub adjust: Adjust,
+    /// A file of disk and directional lights that become part of the data.
+    pub sun_lights: Option<PathBuf>,
+    /// Spec of the reflectance.
+    pub brdf: String,
+    /// The technique.
+    pub technique: &'static dyn AnyTechnique,
+    /// Its parameters.
+    pub params: ParamValues,
+    /// What is asked of its error.
+    pub accuracy: Accuracy,
+    /// Mesh, for techniques that bake per vertex.
+    pub mesh: Option<String>,
+    /// Are 16-bit floats stored where the error allows?
+    pub half: bool,
+}
+
+/// An accuracy that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy {
+    /// None.
+    Usual,
+    /// A relative RMS error of radiance.
+    Error(f64),
+    /// A share of the reflectance's energy.
+    Energy(f64),
+}
+
+/// The name of the parameter that bounds the energy which orders miss.
+const EPSILON: &str = "energy_epsilon";
+/// The detail of a certificate that says what they miss.
+const MISSING: &str = "missing energy of the reflectance";
+
+impl Accuracy {
+    /// What a tolerance, or else an energy, asks of a technique: of one that bounds no energy the square root of it is a
+    /// tolerance.
+    pub fn of(tolerance: Option<f64>, energy: Option<f64>, technique: &dyn AnyTechnique) -> Self {
+        match (tolerance, energy) {
+            (Some(t), _) => Self::Error(t),
+            (None, Some(e)) if technique.params().iter().any(|p| p.name == EPSILON) => Self::Energy(e),
+            (None, Some(e)) => Self::Error(e.sqrt()),
+            (None, None) => Self::Usual,
+        }
+    }
+
+    /// The relative RMS error of radiance.
+    pub fn tolerance(self) -> Option<f64> {
+        if let Self::Error(t) = self { Some(t) } else { None }
+    }
+}
+
+/// A finished bake and how it came about.
+pub struct Baked {
+    /// The bake.
+    pub bake: Box<dyn AnyBake>,
+    /// Its error, with what the file's numbers add.
+    pub certificate: Certificate,
+    /// What it is made of.
+    pub made: Made,
+    /// What was asked for.
+    pub accuracy: Accuracy,
+    /// Seconds of wall time.
+    pub seconds: f64,
+    /// The same by stage.
+    pub stages: Vec<(String, f64)>,
+    tensors: TensorFile,
+}
+
+impl Baked {
+    /// The explicit accuracy, and what was reached of it.
+    pub fn reached(&self) -> Option<(f64, f64)> {
+        let details = &self.certificate.details;
+        match self.accuracy {
+            Accuracy::Usual => None,
+            Accuracy::Error(t) => Some((t, self.certificate.error)),
+            Accuracy::Energy(e) => details.iter().find(|d| d.0 == MISSING).map(|d| (e, d.1)),
+        }
+    }
+
+    /// Was it missed?
+    pub fn missed(&self) -> bool {
+        self.reached().is_some_and(|(asked, reached)| reached.is_nan() || reached > asked)
+    }
+
+    /// Writes it where `output` says, marked where the accuracy was missed.
+    pub fn write(&self, output: &Output, session: &Session) -> Result<Vec<Written>, Error> {
+        session.check()?;
+        output.write(self, self.tensors.clone(), session)
+    }
+}
+
+impl Session {
+    /// Bakes. What is refused is refused before the work.
+    pub fn bake(&mut self, request: &Request) -> Result<Outcome<Baked>, Error> {
+        let brdf = self.brdf(&request.brdf)?;
+        let (technique, card) = (request.technique, request.technique.card());
+        (card.materials)(&*brdf).map_err(|why| Error::usage(format!("{}: {why}", card.slug)))?;
+        let mut params = request.params.clone();
+        if let Accuracy::Energy(e) = request.accuracy {
+            params.0.insert(EPSILON.into(), e);
+        }
+        params.check(technique.params())?;
+        let geometry = geometry(request, self)?;
+        let adjust = &request.adjust;
+        let mut lights = self.light(&request.environment, adjust)?;
+        if let Some(path) = &request.sun_lights {
+            self.join_lights(path, &mut lights, adjust)?;
+        }
+        let stages = Arc::new(Stages::new(self.task.progress()));
+        let tolerance = request.accuracy.tolerance();
+        let task = self.task.clone().with_progress(stages.clone()).with_tolerance(tolerance);
+        let (start, material) = (Instant::now(), Material::new(brdf));
+        let bake = technique.bake(&lights, &material, geometry.as_ref(), &params, &task)?;
+        let (rotate, exposure) = (adjust.rotate, adjust.light_exposure);
+        let held = material.brdf.held();
+        let mut done = Baked {
+            certificate: bake.certificate().clone(),
+            bake,
+            made: Made::of(&request.brdf, held, &request.environment, rotate, exposure),
+            accuracy: request.accuracy,
+            seconds: start.elapsed().as_secs_f64(),
+            stages: stages.finish(),
+            tensors: TensorFile::default(),
+        };
+        done.tensors = halves::tensors(&mut done, technique, request.half, self)?;
+        if let Some(name) = not_finite(&done.tensors) {
+            let why = format!("tensor '{name}' came out not finite: scale the light down");
+            return Err(Error::failed(format!("{}: {why}", card.slug)));
+        }
+        let c = &done.certificate;
+        self.note_error(format!("{} {:.3e} ({})", c.metric, c.error, c.known.word()));
+        let reached = done.reached();
+        Ok(Outcome::new(done, reached.map(|r| r.0), reached.map_or(0.0, |r| r.1)))
+    }
+}
+
+fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>, Error> {
+    let card = request.technique.card();
+    match (&request.mesh, card.needs.sites) {
+        (None, false) => Ok(None),
+        (None, true) => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
+        (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
+        (Some(mesh), true) => {
+            let mesh = Arc::new(session.mesh(mesh)?);
+            Ok(Some(Geometry { mesh, sites: Sites::Vertices }))
+        }
+    }
+}

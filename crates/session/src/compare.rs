@@ -1,0 +1,264 @@
+//! Techniques beside the reference: one picture each, and how far it is from the reference's.
+
+use crate::material::Under;
+use crate::picture::{auto_exposure, background};
+use crate::{Error, Kind, Material, Method, Prepared, Renderer, Scene, Session};
+use std::time::Instant;
+use steradian_base::Certificate;
+use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors, flip_displays};
+use steradian_render::{Background, Develop, Display, Film, Settings, Stage};
+use steradian_scene::{Bvh, Camera};
+
+/// How pictures are compared.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Relative error of the reference at each sample.
+    pub reference_tolerance: f64,
+    /// Exposure value on top of the automatic one.
+    pub ev: f32,
+}
+
+/// One technique's picture.
+pub struct Rendering {
+    /// Technique, with the file of a saved bake.
+    pub label: String,
+    /// Where it was computed: cpu or gpu.
+    pub backend: &'static str,
+    /// Tone-mapped.
+    pub picture: Display,
+    /// Errors of radiance and mean FLIP over the pixels that the mesh covers; `None` for the reference itself.
+    pub errors: Option<(Errors, f64)>,
+    /// Where the picture differs from the reference (FLIP); `None` for the reference itself.
+    pub difference: Option<Display>,
+    /// Mean FLIP to the CPU's picture, where both were asked for.
+    pub flip_to_cpu: Option<f64>,
+    /// What the technique certifies; of several materials the largest error.
+    pub certificate: Option<Certificate>,
+    /// Of the bakes.
+    pub bake_seconds: f64,
+    /// Of the picture.
+    pub shade_seconds: f64,
+    /// Bytes that shading reads.
+    pub bytes: usize,
+}
+
+/// A technique's answer: a picture, or why there is none.
+pub enum Answer {
+    /// A picture.
+    Rendered(Box<Rendering>),
+    /// A refusal.
+    Refused {
+        /// Technique, with the file of a saved bake.
+        label: String,
+        /// Where it was to be computed: cpu or gpu.
+        backend: &'static str,
+        /// Why.
+        why: String,
+    },
+}
+
+impl Answer {
+    /// The technique's name, and the GPU where it computed.
+    pub fn name(&self) -> String {
+        let (label, backend) = match self {
+            Self::Rendered(r) => (&r.label, r.backend),
+            Self::Refused { label, backend, .. } => (label, *backend),
+        };
+        if backend == "cpu" { label.clone() } else { format!("{label} ({backend})") }
+    }
+
+    /// The picture.
+    pub fn rendering(&self) -> Option<&Rendering> {
+        match self {
+            Self::Rendered(r) => Some(r),
+            Self::Refused { .. } => None,
+        }
+    }
+}
+
+/// A scene on its way to pictures.
+struct Subject<'a> {
+    scene: &'a Scene,
+    bvh: Bvh,
+    camera: Camera,
+    background: Background,
+    settings: Settings,
+}
+
+impl Session {
+    /// The reference's picture of a scene first, then each technique's on each renderer: a technique shades those
+    /// materials that it takes, the reference the others. The materials' own techniques are not looked at.
+    pub fn compare(
+        &self,
+        scene: &Scene,
+        methods: &[Method],
+        renderers: &[Renderer],
+        plan: &Plan,
+    ) -> Result<Vec<Answer>, Error> {
+        let camera = scene.camera_or_framed(None)?;
+        let case = &Subject {
+            scene,
+            bvh: Bvh::build(&scene.mesh),
+            camera,
+            background: background(scene, &camera),
+            settings: Settings { inner: 1, share: true, ..scene.settings },
+        };
+        let exact = self.prepare_by(case, &Method::Reference, plan)?;
+        let (reference, _, seconds) = self.film_of(case, &exact, &Renderer::Cpu)?;
+        let ev = plan.ev + auto_exposure(&reference);
+        let develop = Develop { ev, mapper: scene.tone_mapper };
+        let truth = Truth { display: develop.film(&reference), film: reference, develop };
+        let mut out = vec![Answer::Rendered(Box::new(truth.rendering(seconds)))];
+        for method in methods {
+            match self.prepare_by(case, method, plan) {
+                Ok(prepared) => self.answer(case, method, &prepared, renderers, &truth, &mut out)?,
+                Err(e) if e.kind() == Kind::Usage => {
+                    out.extend(renderers.iter().map(|r| Answer::Refused {
+                        label: method.label(),
+                        backend: r.name(),
+                        why: e.to_string(),
+                    }));
+                }
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(out)
+    }
+
+    fn answer(
+        &self,
+        case: &Subject<'_>,
+        method: &Method,
+        prepared: &[Prepared],
+        renderers: &[Renderer],
+        truth: &Truth,
+        out: &mut Vec<Answer>,
+    ) -> Result<(), Error> {
+        let mut on_cpu: Option<Display> = None;
+        for renderer in renderers {
+            let (film, backend, shade_seconds) = self.film_of(case, prepared, renderer)?;
+            let picture = truth.develop.film(&film);
+            let flip_to_cpu = on_cpu.as_ref().map(|cpu| flip_displays(cpu, &picture, DEFAULT_PPD).mean);
+            if renderers.len() > 1 && backend == "cpu" {
+                on_cpu = Some(picture.clone());
+            }
+            let (e, flip, difference) = differences(&film, &picture, &truth.film, &truth.display);
+            out.push(Answer::Rendered(Box::new(Rendering {
+                label: method.label(),
+                backend,
+                errors: Some((e, flip)),
+                difference: Some(difference),
+                picture,
+                flip_to_cpu,
+                certificate: worst(prepared),
+                bake_seconds: prepared.iter().map(|p| p.seconds).sum(),
+                shade_seconds,
+                bytes: prepared.iter().map(|p| p.bytes).sum(),
+            })));
+        }
+        Ok(())
+    }
+
+    /// Bakes `method` for the materials that it takes and the reference for the others; fails where it takes none.
+    fn prepare_by(&self, case: &Subject<'_>, method: &Method, plan: &Plan) -> Result<Vec<Prepared>, Error> {
+        let one = |m: &Material, method: &Method| {
+            let tolerance = match method {
+                Method::Reference => Some(plan.reference_tolerance),
+                _ => case.scene.tolerance,
+            };
+            let mut m = m.with(method.clone());
+            if let Method::Technique(t) = method {
+                // What is given for several techniques goes to those that have it.
+                m.params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
+            }
+            let under = Under { lights: &case.scene.lights, camera: &case.camera, tolerance };
+            let prepared = self.prepare(&m, method, under, &self.task)?;
+            self.tell_left_out(&prepared);
+            Ok::<_, Error>(prepared)
+        };
+        let materials = &case.scene.materials;
+        let mut out: Vec<Prepared> = Vec::new();
+        let mut refused = None;
+        for (i, m) in materials.iter().enumerate() {
+            let alike =
+                |l: &Material| l.brdf.spec() == m.brdf.spec() && l.maps.is_empty() == m.maps.is_empty();
+            if let Some(k) = materials[..i].iter().position(alike) {
+                let shared = out[k].shared(m);
+                out.push(shared);
+                continue;
+            }
+            out.push(match one(m, method) {
+                Err(e) if e.kind() == Kind::Usage => {
+                    refused = Some(e);
+                    one(m, &Method::Reference)?
+                }
+                other => other?,
+            });
+        }
+        match refused {
+            Some(e) if out.iter().all(|p| p.certificate.is_none()) => Err(e),
+            _ => Ok(out),
+        }
+    }
+
+    /// The picture, where it was made, and its seconds.
+    fn film_of(
+        &self,
+        case: &Subject<'_>,
+        prepared: &[Prepared],
+        renderer: &Renderer,
+    ) -> Result<(Film, &'static str, f64), Error> {
+        let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();
+        let stage = Stage {
+            mesh: &case.scene.mesh,
+            bvh: &case.bvh,
+            surfaces: &surfaces,
+            background: &case.background,
+            camera: case.camera,
+        };
+        let start = Instant::now();
+        let (film, backend) = renderer.film(&stage, prepared, &case.settings, self)?;
+        Ok((film, backend, start.elapsed().as_secs_f64()))
+    }
+}
+
+/// The reference's picture.
+struct Truth {
+    film: Film,
+    display: Display,
+    develop: Develop,
+}
+
+impl Truth {
+    fn rendering(&self, shade_seconds: f64) -> Rendering {
+        Rendering {
+            label: Method::Reference.label(),
+            backend: Renderer::Cpu.name(),
+            picture: self.display.clone(),
+            errors: None,
+            difference: None,
+            flip_to_cpu: None,
+            certificate: None,
+            bake_seconds: 0.0,
+            shade_seconds,
+            bytes: 0,
+        }
+    }
+}
+
+/// The certificate of the largest error.
+fn worst(prepared: &[Prepared]) -> Option<Certificate> {
+    let all = prepared.iter().filter_map(|p| p.certificate.clone());
+    all.max_by(|a, b| a.error.total_cmp(&b.error))
+}
+
+/// Relative RMS error of radiance and mean FLIP, over the pixels that the mesh covers, and a picture of FLIP.
+fn differences(film: &Film, picture: &Display, reference: &Film, truth: &Display) -> (Errors, f64, Display) {
+    let covered = |i: usize| reference.alpha[i] > 0.999;
+    let e = errors(film, reference, covered);
+    let map = flip_displays(truth, picture, DEFAULT_PPD).map;
+    let (sum, n) = (0..map.len())
+        .filter(|&i| covered(i))
+        .fold((0.0, 0usize), |(s, n), i| (s + f64::from(map[i]), n + 1));
+    (e, sum / n.max(1) as f64, difference_picture(&map, truth.width, truth.height))
+}

@@ -1,0 +1,236 @@
+//! Radiance at points.
+
+use crate::saved::for_any_mesh;
+use crate::{Elevations, Error, Method, Outcome, Session};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+use steradian_base::{Certificate, ParamValues};
+use steradian_brdf::SharedBrdf;
+use steradian_light::Lights;
+use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_scene::Mesh;
+use steradian_sphere::Frame;
+use steradian_techniques::direct::{Direct, split};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
+};
+
+/// Tolerance of the reference where none is asked for.
+const REFERENCE_TOLERANCE: f64 = 1e-4;
+
+/// Surface points and the directions in which they are seen; all vectors are of one length, and unit.
+#[derive(Debug, Clone, Default)]
+pub struct Points {
+    /// Normals.
+    pub n: Vec<DVec3>,
+    /// Directions to the viewer.
+    pub wo: Vec<DVec3>,
+    /// Tangents, orthogonal to the normals.
+    pub t: Vec<DVec3>,
+    /// Positions, metres, which point lights and meshes need.
+    pub p: Option<Vec<DVec3>>,
+}
+
+/// What is evaluated at points.
+#[derive(Clone)]
+pub struct Request {
+    /// The lights.
+    pub lights: Lights,
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+    /// Technique, or the reference.
+    pub method: Method,
+    /// Parameters of the technique.
+    pub params: ParamValues,
+    /// Relative error asked for: of each point by the reference (usually 1e-4), in the RMS over normals and views by a
+    /// technique.
+    pub tolerance: Option<f64>,
+    /// How the reference reads texels; techniques fix their own lookup.
+    pub lookup: Option<Lookup>,
+    /// For techniques that bake on a mesh.
+    pub mesh: Option<Arc<Mesh>>,
+}
+
+/// Radiance at points.
+#[derive(Debug, Clone)]
+pub struct Answers {
+    /// Radiance and relative error of each point.
+    pub rows: Vec<([f64; 3], f64)>,
+    /// The error that a tolerance speaks of: the largest of the points for the reference, the RMS over normals and views
+    /// for a technique.
+    pub error: f64,
+    /// What a technique certifies.
+    pub certificate: Option<Certificate>,
+}
+
+impl Points {
+    /// Points of normals and views, with any tangents.
+    pub fn new(n: Vec<DVec3>, wo: Vec<DVec3>) -> Self {
+        let t = n.iter().map(|n| Frame::from_normal(*n).t).collect();
+        Self { n, wo, t, p: None }
+    }
+}
+
+impl Session {
+    /// Radiance that leaves `points` towards their viewers.
+    pub fn eval(&mut self, request: &Request, points: &Points) -> Result<Outcome<Answers>, Error> {
+        let answers = match &request.method {
+            Method::Reference => reference(request, points, self)?,
+            _ if request.lookup.is_some() => {
+                return Err(Error::usage(
+                    "--lookup belongs to --technique reference; techniques fix their own lookup",
+                ));
+            }
+            Method::Technique(t) => baked(*t, request, points, self)?,
+            Method::File(file) => saved(file, points)?,
+        };
+        let worst = answers.rows.iter().map(|a| a.1).fold(0.0, f64::max);
+        self.note_error(format!("relative error at most {worst:.3e}"));
+        let error = answers.error;
+        Ok(Outcome::new(answers, request.tolerance, error))
+    }
+}
+
+fn reference(r: &Request, q: &Points, session: &Session) -> Result<Answers, Error> {
+    if !r.params.0.is_empty() {
+        return Err(Error::usage("the reference takes no --param"));
+    }
+    let judge = Judge::new(&r.lights, r.lookup.unwrap_or(Lookup::Constant), &session.task)?;
+    let points: Vec<JudgePoint> = (0..q.n.len())
+        .map(|i| JudgePoint {
+            frame: Frame { n: q.n[i], t: q.t[i], b: q.n[i].cross(q.t[i]) },
+            wo: q.wo[i],
+            position: q.p.as_ref().map(|p| p[i]),
+        })
+        .collect();
+    let tolerance = r.tolerance.unwrap_or(REFERENCE_TOLERANCE);
+    let estimates = judge.radiance_batch(&*r.brdf, &points, tolerance, &session.task)?;
+    let rows: Vec<_> = estimates.into_iter().map(|e| (e.rgb, e.error)).collect();
+    let error = rows.iter().map(|a| a.1).fold(0.0, f64::max);
+    Ok(Answers { rows, error, certificate: None })
+}
+
+/// Bakes, then shades.
+fn baked(
+    technique: &'static dyn AnyTechnique,
+    r: &Request,
+    q: &Points,
+    session: &Session,
+) -> Result<Answers, Error> {
+    let geometry = geometry(technique, r, q)?;
+    let task = session.task.clone().with_tolerance(r.tolerance);
+    let (baked, direct) = split(&r.lights, session.suns);
+    let material = Material::new(r.brdf.clone());
+    let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &r.params, &task)?;
+    Ok(answers(&mut *bake, &View::default(), Some((&r.brdf, &direct)), q))
+}
+
+/// Shades by a bake from a file.
+fn saved(file: &SavedBake, q: &Points) -> Result<Answers, Error> {
+    for_any_mesh(file)?;
+    let mut bake = file.open()?;
+    let view = View { light_rotation: file.turn, ..View::default() };
+    Ok(answers(&mut *bake, &view, None, q))
+}
+
+fn answers(
+    bake: &mut dyn AnyBake,
+    view: &View,
+    direct: Option<(&SharedBrdf, &Direct)>,
+    q: &Points,
+) -> Answers {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
+    bake.frame(view);
+    for (view, points) in batches(bake, view, q) {
+        if bake.card().needs.view {
+            bake.frame(&view);
+        }
+        let part = shade(bake, direct, q, &points);
+        for (k, i) in points.into_iter().enumerate() {
+            (0..3).for_each(|c| rgb[c][i] = part[c][k]);
+        }
+    }
+    let lit = direct.is_some_and(|(_, lights)| !lights.is_empty());
+    let c = bake.certificate().clone();
+    let c = if lit { c.beside_exact_lights() } else { c };
+    let elevations = Elevations::of(&c);
+    let error = |i: usize| elevations.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
+    let row = |i: usize| (std::array::from_fn(|k| shortest(rgb[k][i])), error(i));
+    Answers { rows: (0..q.n.len()).map(row).collect(), error: c.error, certificate: Some(c) }
+}
+
+/// The double with the fewest digits that is this float: 0.1 for 0.1f32.
+pub fn shortest(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or(f64::from(v))
+}
+
+/// The points that are shaded at once: all, or for techniques that prepare a frame those of one direction of view.
+fn batches(bake: &dyn AnyBake, view: &View, q: &Points) -> Vec<(View, Vec<usize>)> {
+    if !bake.card().needs.view {
+        return vec![(*view, (0..q.n.len()).collect())];
+    }
+    let mut out: Vec<(View, Vec<usize>)> = Vec::new();
+    let mut order: Vec<usize> = (0..q.n.len()).collect();
+    let key = |i: usize| q.wo[i].to_array().map(f64::to_bits);
+    order.sort_by_key(|&i| key(i));
+    for i in order {
+        match out.last_mut() {
+            Some((_, points)) if key(points[0]) == key(i) => points.push(i),
+            _ => out.push((seen_along(q.wo[i], view), vec![i])),
+        }
+    }
+    out
+}
+
+/// A viewer far away along `wo`.
+fn seen_along(wo: DVec3, view: &View) -> View {
+    const FAR: f64 = 1e6;
+    View { eye: (FAR * wo).as_vec3(), forward: -wo.as_vec3(), ..*view }
+}
+
+fn shade(
+    bake: &dyn AnyBake,
+    direct: Option<(&SharedBrdf, &Direct)>,
+    q: &Points,
+    points: &[usize],
+) -> [Vec<f32>; 3] {
+    let mut buf = PointsBuf::with_capacity(points.len());
+    for &i in points {
+        let p = q.p.as_ref().map_or(Vec3::ZERO, |p| p[i].as_vec3());
+        buf.push(q.n[i].as_vec3(), q.t[i].as_vec3(), q.wo[i].as_vec3(), p);
+    }
+    let mut all: Batch<'_> = buf.as_points();
+    // Every point is its own site.
+    let sites: Vec<u32> = points.iter().map(|&i| i as u32).collect();
+    let weights = vec![0.0f32; points.len()];
+    if bake.card().needs.sites {
+        all.site.index = [&sites, &sites, &sites];
+        all.site.weight = [&weights, &weights];
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    bake.shade(&all, &mut Radiance::of(&mut rgb));
+    if let Some((brdf, direct)) = direct {
+        direct.add(&**brdf, &all, &mut Radiance::of(&mut rgb));
+    }
+    rgb
+}
+
+fn geometry(technique: &dyn AnyTechnique, r: &Request, q: &Points) -> Result<Option<Geometry>, Error> {
+    let card = technique.card();
+    match (&r.mesh, &q.p) {
+        (None, _) if card.needs.sites => {
+            Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug)))
+        }
+        (Some(_), None) if card.needs.sites => {
+            Err(Error::input("the points need positions (columns px,py,pz) with --mesh"))
+        }
+        (Some(mesh), Some(p)) if card.needs.sites => {
+            let sites = Sites::Points {
+                p: p.iter().map(|v| v.as_vec3()).collect(),
+                n: q.n.iter().map(|v| v.as_vec3()).collect(),
+            };
+            Ok(Some(Geometry { mesh: mesh.clone(), sites }))
+        }
+        _ => Ok(None),
+    }
+}

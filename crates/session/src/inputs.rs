@@ -1,0 +1,346 @@
+//! Inputs by name: light, reflectance, geometry, textures, technique. What a caller names may be any file; what a scene
+//! file names lies below its folder; what a saved bake names is not opened.
+
+use crate::model::complete;
+use crate::{Error, Session};
+use glam::{DMat3, DVec3};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use steradian_base::{brief, unknown};
+use steradian_brdf::{Files, SharedBrdf, parse_with};
+use steradian_formats::{Container, Raster, ReadOptions, TextureLevels, read_image, read_image_with};
+use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
+use steradian_light::{Lamp, Lights, adjust as placed};
+use steradian_prefilter::source::add_beams;
+use steradian_prefilter::{Beam, Cosine, Zonal};
+use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
+use steradian_scene::{Mesh, shapes};
+use steradian_sphere::sh::{self, ShRgb};
+use steradian_techniques::{AnyTechnique, SavedBake};
+
+/// The light where none is given.
+pub const DEFAULT_SKY: &str = "sky";
+
+/// How the file of a light is read, turned and scaled.
+#[derive(Debug, Clone, Default)]
+pub struct Adjust {
+    /// Arrangement of the file; `None`: what the file records, else by its shape.
+    pub layout: Option<FileLayout>,
+    /// Convention of the file; `None`: ours, or what the file says.
+    pub profile: Option<&'static Profile>,
+    /// Rotation of the light about +Y, degrees.
+    pub rotate: f64,
+    /// Exposure value by which it is scaled: stops.
+    pub light_exposure: f64,
+}
+
+impl Adjust {
+    /// The rotation.
+    pub fn rotation(&self) -> DMat3 {
+        placed::about_y(self.rotate)
+    }
+
+    /// The factor on radiance.
+    pub fn gain(&self) -> f64 {
+        self.light_exposure.exp2()
+    }
+}
+
+/// Is this the spec of an environment by formula rather than a file?
+pub fn is_sky(spec: &str) -> bool {
+    steradian_light::sky::is_name(spec)
+}
+
+/// The lights of a sky spec.
+fn sky(spec: &str) -> Result<Lights, Error> {
+    Lights::of_sky(spec, SKY_SIZE).map_err(Error::usage)
+}
+
+/// Size of the images of skies.
+const SKY_SIZE: (usize, usize) = (1024, 512);
+
+/// The files of a spec of [`Session::map`]: `whole` where that exists or cannot be anything else, else its parts, each of which
+/// `part` makes a path.
+pub(crate) fn light_files(
+    whole: &Path,
+    part: impl Fn(&str) -> Result<PathBuf, Error>,
+    spec: &str,
+) -> Result<Vec<PathBuf>, Error> {
+    if whole.exists() {
+        return Ok(vec![whole.into()]);
+    }
+    if spec.contains(',') {
+        return spec.split(',').map(part).collect();
+    }
+    Ok(steradian_light::load::parts(whole)?)
+}
+
+/// One level of a texture as an image on the sphere. Where the file records its profile, that is undone.
+pub(crate) fn texture_map(
+    path: &Path,
+    t: &TextureLevels,
+    level: usize,
+    options: &LoadOptions,
+) -> Result<Loaded, Error> {
+    let name = path.display();
+    if level >= t.levels.len() {
+        return Err(Error::usage(format!(
+            "{name}: has no level {level}; there are 0 to {}",
+            t.levels.len() - 1
+        )));
+    }
+    let (w, h) = t.size(level);
+    let layout = if t.faces == 6 { Some(FileLayout::VerticalStrip) } else { options.layout };
+    let recorded = t.get("steradian.profile").and_then(Profile::find);
+    let options = LoadOptions { layout, profile: options.profile.or(recorded), ..*options };
+    let mut raster = Raster::rgb(w, h * t.faces, t.planes(level));
+    raster.metadata = t.metadata.clone();
+    Ok(steradian_light::load::from_raster(&name.to_string(), raster, &options)?)
+}
+
+/// SH coefficients of everything distant in `lights` up to `order`: texel sums of the image, disks and directional
+/// lights in closed form.
+pub fn coefficients(lights: &Lights, order: usize) -> ShRgb {
+    let mut sh = match &lights.environment {
+        Some(e) => sh::project(&e.image, order),
+        None => ShRgb::zero(order),
+    };
+    let beams: Vec<Beam> =
+        lights.disks.iter().map(Beam::from).chain(lights.directionals.iter().map(Beam::from)).collect();
+    add_beams(&mut sh, &beams);
+    sh
+}
+
+/// Zonal coefficients of the clamped cosine for `bands` bands: π, 2π/3, π/4, 0, −π/24, …
+pub fn cosine(bands: usize) -> Vec<f64> {
+    Cosine.coefficients(bands.saturating_sub(1))
+}
+
+/// A technique of the registry, a saved bake of one, or the reference.
+#[derive(Clone)]
+pub enum Method {
+    /// The reference.
+    Reference,
+    /// A technique.
+    Technique(&'static dyn AnyTechnique),
+    /// A technique's saved bake: light and reflectance are what it was made of.
+    File(Arc<SavedBake>),
+}
+
+impl Method {
+    /// The technique called `slug`; `-` and `_` are the same.
+    pub fn find(slug: &str) -> Result<Self, Error> {
+        if slug == "reference" {
+            return Ok(Self::Reference);
+        }
+        let found = steradian_techniques::find(slug).map(Self::Technique);
+        found.ok_or_else(|| Error::usage(unknown("technique", slug, &Self::slugs())))
+    }
+
+    /// Every slug, the reference first.
+    pub fn slugs() -> Vec<&'static str> {
+        let all = steradian_techniques::registry().iter().map(|t| t.card().slug);
+        std::iter::once("reference").chain(all).collect()
+    }
+
+    /// Its slug.
+    pub fn slug(&self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Technique(t) => t.card().slug,
+            Self::File(f) => f.technique.card().slug,
+        }
+    }
+
+    /// Its slug, with the file of a saved bake.
+    pub fn label(&self) -> String {
+        match self {
+            Self::File(f) => format!("{} {}", self.slug(), f.name()),
+            _ => self.slug().into(),
+        }
+    }
+}
+
+/// Is this the name of a built-in shape rather than a file (`./teapot` is a file)?
+pub fn is_shape(spec: &str) -> bool {
+    let name = spec.split(':').next().unwrap_or(spec);
+    shapes::SHAPES.iter().any(|s| s.name == name)
+}
+
+/// A built-in shape.
+pub(crate) fn shape(spec: &str) -> Result<Mesh, Error> {
+    shapes::by_name(spec).map_err(Error::usage)
+}
+
+/// Refuses a picture with pixels that are no numbers: they would spread over everything that it covers.
+fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Error> {
+    match raster.first_non_finite() {
+        None => Ok(raster),
+        Some((x, y, channel)) => {
+            let why = format!("pixel ({x}, {y}) of channel {channel} is not finite");
+            Err(Error::input(format!("{}: {why}", path.display())))
+        }
+    }
+}
+
+/// Luminance-weighted mean direction of a light: its first band.
+pub fn dominant(sh: &ShRgb) -> Option<DVec3> {
+    if sh.order < 1 {
+        return None;
+    }
+    let y = |i: usize| 0.2126 * sh.c[0][i] + 0.7152 * sh.c[1][i] + 0.0722 * sh.c[2][i];
+    DVec3::new(y(3), y(1), y(2)).try_normalize()
+}
+
+impl Session {
+    /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
+    /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
+    pub fn map(&mut self, spec: &str, adjust: &Adjust, level: usize) -> Result<Loaded, Error> {
+        let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
+        self.map_of(&files, spec, adjust, level)
+    }
+
+    /// [`Session::map`] of files; `spec` is what messages call them.
+    fn map_of(
+        &mut self,
+        files: &[PathBuf],
+        spec: &str,
+        adjust: &Adjust,
+        level: usize,
+    ) -> Result<Loaded, Error> {
+        let options = LoadOptions {
+            layout: adjust.layout,
+            profile: adjust.profile,
+            negative: self.negative,
+            limits: self.limits(),
+        };
+        if let [path] = files
+            && let Some(container) = Container::of_file(path)
+        {
+            let texture = container.read(path, &self.limits())?;
+            self.note_input(path);
+            return texture_map(path, &texture, level, &options);
+        }
+        if level > 0 {
+            return Err(Error::usage(format!(
+                "{spec}: has one level only; --level is for textures (.ktx2, .ktx, .dds)"
+            )));
+        }
+        let loaded = load_files(files, &options)?;
+        files.iter().for_each(|p| self.note_input(p));
+        loaded.report.warnings.iter().for_each(|w| self.warn(spec, w));
+        Ok(loaded)
+    }
+
+    /// Loads a light: a file as [`Session::map`] takes it, or a sky spec.
+    pub fn light(&mut self, spec: &str, adjust: &Adjust) -> Result<Lights, Error> {
+        let mut lights =
+            if is_sky(spec) { sky(spec)? } else { self.map(spec, adjust, 0)?.into_environment().into() };
+        lights.adjust(adjust.rotate, adjust.gain());
+        // What a file holds was checked when it was read; exposure may make more of it.
+        lights.check().map_err(|e| Error::input(format!("{}: {e}", brief(spec))))?;
+        Ok(lights)
+    }
+
+    /// Loads the light that `files` are; `spec` is what messages call it.
+    pub(crate) fn light_of(
+        &mut self,
+        files: &[PathBuf],
+        spec: &str,
+        adjust: &Adjust,
+    ) -> Result<Lights, Error> {
+        let mut lights: Lights = self.map_of(files, spec, adjust, 0)?.into_environment().into();
+        lights.adjust(adjust.rotate, adjust.gain());
+        Ok(lights)
+    }
+
+    /// Adds the lights of a file to `lights`, distant ones turned and scaled as `adjust` says.
+    pub fn join_lights(&mut self, path: &Path, lights: &mut Lights, adjust: &Adjust) -> Result<(), Error> {
+        let all = Lamp::read(path)?;
+        self.note_input(path);
+        all.into_iter().for_each(|l| l.adjusted(adjust.rotation(), adjust.gain()).join(lights));
+        Ok(())
+    }
+
+    /// SH coefficients up to `order` of a light as [`Session::light`] takes it. A file is projected in its own layout, and turned
+    /// in the space of coefficients.
+    pub fn light_coefficients(&mut self, spec: &str, adjust: &Adjust, order: usize) -> Result<ShRgb, Error> {
+        let mut sh = if is_sky(spec) {
+            coefficients(&sky(spec)?, order)
+        } else {
+            sh::project(&self.map(spec, adjust, 0)?.image, order)
+        };
+        if adjust.rotate != 0.0 {
+            sh = sh::Rotation::new(order, adjust.rotation()).apply_rgb(&sh);
+        }
+        sh.c.iter_mut().flatten().for_each(|v| *v *= adjust.gain());
+        Ok(sh)
+    }
+
+    /// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.
+    pub fn brdf(&mut self, spec: &str) -> Result<SharedBrdf, Error> {
+        let brdf = parse_with(spec, Files::Any)?;
+        for part in spec.split([':', ',', '=']).skip(1) {
+            if Path::new(part).is_file() {
+                self.note_input(Path::new(part));
+            }
+        }
+        Ok(brdf)
+    }
+
+    /// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file.
+    pub fn mesh(&mut self, spec: &str) -> Result<Mesh, Error> {
+        if is_shape(spec) { shape(spec) } else { self.mesh_file(Path::new(spec)) }
+    }
+
+    /// Loads a mesh file with all that it says; what was mended is warned about.
+    pub(crate) fn load_mesh(&mut self, path: &Path) -> Result<steradian_scene::Loaded, Error> {
+        let loaded = steradian_scene::load(path, &self.limits())?;
+        self.note_input(path);
+        loaded.notes.iter().for_each(|n| self.warn(path.display(), n));
+        Ok(loaded)
+    }
+
+    /// Loads the geometry of a mesh file.
+    pub(crate) fn mesh_file(&mut self, path: &Path) -> Result<Mesh, Error> {
+        let mut loaded = self.load_mesh(path)?;
+        complete(&mut loaded.meshes);
+        let mut mesh = loaded.merged();
+        mesh.materials.clear();
+        Ok(mesh)
+    }
+
+    /// Loads a texture.
+    pub fn texture(&mut self, path: &Path) -> Result<Arc<Texture>, Error> {
+        let raster = all_finite(path, read_image(path, &self.limits())?)?;
+        self.note_input(path);
+        let (w, h) = (raster.width, raster.height);
+        let texture = raster.into_rgb().and_then(|p| Texture::new(w, h, &p)).map(Arc::new);
+        texture.ok_or_else(|| Error::input(format!("{}: has no colour", path.display())))
+    }
+
+    /// The planes of an image that holds numbers, not colours.
+    fn data(&mut self, path: &Path) -> Result<(usize, usize, [Vec<f32>; 3]), Error> {
+        let options = ReadOptions { limits: self.limits(), data: true, ..ReadOptions::default() };
+        let raster = all_finite(path, read_image_with(path, &options)?)?;
+        self.note_input(path);
+        let (w, h) = (raster.width, raster.height);
+        let planes = raster.into_rgb().filter(|p| !p[0].is_empty());
+        planes
+            .map(|p| (w, h, p))
+            .ok_or_else(|| Error::input(format!("{}: has no red, green and blue", path.display())))
+    }
+
+    /// Loads a tangent-space normal map (glTF's: green up).
+    pub fn normal_map(&mut self, path: &Path, scale: f32) -> Result<Maps, Error> {
+        let (w, h, planes) = self.data(path)?;
+        Ok(Maps { normal: NormalMap::new(w, h, &planes, scale).map(Arc::new), ..Maps::default() })
+    }
+
+    /// Loads a map of perceptual roughness: the green channel (as in glTF's), or the only one.
+    pub fn roughness_map(&mut self, path: &Path) -> Result<Maps, Error> {
+        let (w, h, planes) = self.data(path)?;
+        let alpha2 = steradian_render::maps::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
+        Ok(Maps { alpha2: alpha2.map(Arc::new), ..Maps::default() })
+    }
+}

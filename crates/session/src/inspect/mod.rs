@@ -1,0 +1,5 @@
+//! What inputs are.
+
+mod light;
+
+pub use light::{Advice, EnvironmentFacts};

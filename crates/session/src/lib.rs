@@ -1,0 +1,57 @@
+//! What every front end calls: inputs by name, bakes, the choice of a technique, pictures, comparisons and reports.
+//!
+//! A [`Session`] holds what requests share. Requests are plain data, results are plain data with a certificate, and
+//! errors are of one type ([`Error`]) that says whose fault they are. Where an accuracy was asked for, the result is an
+//! [`Outcome`], which cannot be used without saying what a miss means.
+//!
+//! ```
+//! use steradian_session::{Scene, Session};
+//! # fn main() -> Result<(), steradian_session::Error> {
+//! let mut session = Session::new();
+//! let mut scene = Scene::of("sphere", Some("ggx:alpha=0.3"), "sky:elevation=30", &mut session)?;
+//! (scene.settings.width, scene.settings.height) = (32, 32);
+//! scene.tolerance = Some(0.5);
+//! let picture = session.render(&scene)?.met()?;
+//! println!("{}: {:.1} %", picture.materials[0].method.slug(), 100.0 * picture.error());
+//! # Ok(())
+//! # }
+//! ```
+
+pub mod bake;
+mod choose;
+pub mod compare;
+mod destinations;
+mod elevation;
+mod error;
+pub mod eval;
+mod inputs;
+pub mod inspect;
+mod material;
+mod model;
+mod notice;
+mod outcome;
+mod outputs;
+mod picture;
+pub mod prefiltered;
+mod renderer;
+mod saved;
+mod scene;
+mod scene_file;
+mod session;
+
+pub use choose::Chosen;
+pub use destinations::Destinations;
+pub use elevation::Elevations;
+pub use error::{Error, Kind};
+pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, is_shape, is_sky};
+pub use material::{Material, Prepared};
+pub use model::{Model, make_tangents};
+pub use notice::Notice;
+pub use outcome::{Missed, Outcome};
+pub use outputs::{IMAGES, check_format, check_output};
+pub use picture::{Picture, auto_exposure};
+pub use renderer::Renderer;
+pub use scene::Scene;
+pub use saved::{for_any_mesh, light_as_baked};
+pub use scene_file::SceneOverrides;
+pub use session::{Backend, GpuPath, Session};

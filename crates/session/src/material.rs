@@ -1,0 +1,258 @@
+//! Materials: as they are asked for, and ready to shade.
+
+use crate::{Error, Method, Notice, Session};
+use std::sync::Arc;
+use std::time::Instant;
+use steradian_base::{Certificate, ParamValues, Task};
+use steradian_brdf::SharedBrdf;
+use steradian_light::Lights;
+use steradian_reference::{Judge, Lookup};
+use steradian_render::{BakeShader, DirectShader, JudgeShader, Maps, Shader, Surface, Texture};
+use steradian_scene::Camera;
+use steradian_techniques::direct::{Direct, Suns, split};
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Varies, View};
+
+/// Relative error per sample at which the reference renders pictures: far below what eight bits show.
+const PICTURE_TOLERANCE: f64 = 2e-3;
+
+/// A material as asked for.
+#[derive(Clone)]
+pub struct Material {
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+    /// Technique or reference; `None` leaves the choice to the session.
+    pub method: Option<Method>,
+    /// Parameters of the technique.
+    pub params: ParamValues,
+    /// Multiplies the net reflectance.
+    pub base_colour: Option<Arc<Texture>>,
+    /// Normals and roughness that vary over the surface.
+    pub maps: Maps,
+}
+
+impl Material {
+    /// A plain material whose technique is chosen by the session.
+    pub fn new(brdf: SharedBrdf) -> Self {
+        let params = ParamValues::default();
+        Self { brdf, method: None, params, base_colour: None, maps: Maps::default() }
+    }
+
+    /// The same material shaded by `method`.
+    pub fn with(&self, method: Method) -> Self {
+        Self { method: Some(method), ..self.clone() }
+    }
+
+    /// Do both shade alike but for their textures?
+    pub(crate) fn shades_like(&self, other: &Prepared) -> bool {
+        self.brdf.spec() == other.material.brdf.spec()
+            && self.params == other.material.params
+            && self.maps.is_empty() == other.material.maps.is_empty()
+            && self.method.as_ref().is_none_or(|m| m.slug() == other.method.slug())
+    }
+}
+
+/// A material that is ready to shade.
+#[derive(Clone)]
+pub struct Prepared {
+    /// What was asked for.
+    pub material: Material,
+    /// What shades it.
+    pub method: Method,
+    /// The surface, for [`steradian_render::render`].
+    pub surface: Surface,
+    /// The technique's statement of its error; `None` for the reference.
+    pub certificate: Option<Certificate>,
+    /// The reference, which says its error once it has shaded.
+    pub reference: Option<Arc<JudgeShader>>,
+    /// What of the surface's maps it shades with.
+    pub varies: Varies,
+    /// Are there lights beside the technique's data, which know no maps but the mean normal?
+    pub lit: bool,
+    /// Relative RMS error over points of the picture, against the reference, where that was measured.
+    pub picture_error: Option<f64>,
+    /// The technique's bake; `None` for the reference.
+    #[cfg(feature = "gpu")]
+    pub(crate) bake: Option<Arc<BakeShader>>,
+    /// The reflectance, and the lights that are shaded with it on top of the technique.
+    #[cfg(feature = "gpu")]
+    pub(crate) direct: (SharedBrdf, Direct),
+    /// Bytes that shading reads; 0 for the reference.
+    pub bytes: usize,
+    /// Seconds that the bake took.
+    pub seconds: f64,
+}
+
+impl Prepared {
+    /// The error reached: what the technique states, or the largest that the reference was left with.
+    pub fn error(&self) -> f64 {
+        let judged = self.reference.as_ref().map_or(0.0, |j| j.worst());
+        self.certificate.as_ref().map_or(judged, |c| c.error)
+    }
+
+    /// How the error is known.
+    pub fn known(&self) -> &'static str {
+        self.certificate.as_ref().map_or("estimated", |c| c.known.word())
+    }
+
+    /// The spec of the reflectance.
+    pub fn spec(&self) -> String {
+        match &self.method {
+            Method::File(f) => f.made.brdf.clone(),
+            _ => self.material.brdf.spec(),
+        }
+    }
+
+    /// The same data under another material's textures; it costs nothing.
+    pub(crate) fn shared(&self, material: &Material) -> Self {
+        let (base_colour, maps) = (material.base_colour.clone(), material.maps.clone());
+        Self {
+            material: material.clone(),
+            surface: Surface { shader: self.surface.shader.clone(), base_colour, maps },
+            bytes: 0,
+            seconds: 0.0,
+            ..self.clone()
+        }
+    }
+
+    /// What of the material's maps its technique leaves out.
+    pub fn left_out(&self) -> Vec<&'static str> {
+        let maps = &self.material.maps;
+        let mut left_out = self.varies.left_out(maps.alpha2.is_some(), maps.filters());
+        if self.lit && !maps.is_empty() {
+            left_out.push("its maps, but for the mean normal, under lights that no environment holds");
+        }
+        left_out
+    }
+}
+
+/// The light and the view of a picture, and the accuracy asked of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Under<'a> {
+    pub lights: &'a Lights,
+    pub camera: &'a Camera,
+    pub tolerance: Option<f64>,
+}
+
+impl Session {
+    /// Bakes a material by `method`, opens its bake, or makes the reference its shader.
+    pub(crate) fn prepare(
+        &self,
+        material: &Material,
+        method: &Method,
+        under: Under<'_>,
+        task: &Task,
+    ) -> Result<Prepared, Error> {
+        let start = Instant::now();
+        let mut view = view(under.camera);
+        let (bake, direct) = match method {
+            Method::Reference => return reference(material, under, task),
+            Method::Technique(t) => link(*t, material, self.suns, under, task)?,
+            Method::File(file) => {
+                view.light_rotation = file.turn;
+                (file.open()?, Direct::default())
+            }
+        };
+        let prepared = framed(material, method, bake, direct, &view);
+        Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
+    }
+
+    /// Tells what of a material's maps its technique leaves out.
+    pub(crate) fn tell_left_out(&self, p: &Prepared) {
+        let what = p.left_out();
+        if !what.is_empty() {
+            self.tell(Notice::LeftOut { technique: p.method.slug(), what });
+        }
+    }
+}
+
+/// The reference, which needs no bake but hierarchies of the lights.
+fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
+    let start = Instant::now();
+    let judge = Arc::new(Judge::new(under.lights, Lookup::Bilinear, task)?);
+    let tolerance = under.tolerance.unwrap_or(PICTURE_TOLERANCE);
+    let shader = Arc::new(JudgeShader::new(judge, material.brdf.clone(), tolerance));
+    Ok(Prepared {
+        material: material.clone(),
+        method: Method::Reference,
+        surface: surface(material, shader.clone()),
+        certificate: None,
+        reference: Some(shader),
+        varies: Varies::NONE,
+        lit: false,
+        picture_error: None,
+        #[cfg(feature = "gpu")]
+        bake: None,
+        #[cfg(feature = "gpu")]
+        direct: (material.brdf.clone(), Direct::default()),
+        bytes: 0,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// A technique's bake, and the lights that are no part of it.
+fn link(
+    technique: &'static dyn AnyTechnique,
+    material: &Material,
+    usual: Suns,
+    under: Under<'_>,
+    task: &Task,
+) -> Result<(Box<dyn AnyBake>, Direct), Error> {
+    let task = task.clone().with_tolerance(under.tolerance);
+    // Only what is part of a technique's data is filtered by maps.
+    let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
+    let of = steradian_techniques::Material::new(material.brdf.clone());
+    let with = |suns: Suns| {
+        let (baked, direct) = split(under.lights, suns);
+        technique.bake(&baked, &of, None, &material.params, &task).map(|b| (b, direct))
+    };
+    match with(suns) {
+        Err(BakeError::Light { .. }) if suns != usual => Ok(with(usual)?),
+        other => Ok(other?),
+    }
+}
+
+/// A bake in the view of a camera.
+fn framed(
+    material: &Material,
+    method: &Method,
+    mut bake: Box<dyn AnyBake>,
+    direct: Direct,
+    view: &View,
+) -> Prepared {
+    bake.frame(view);
+    let (mut certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+    if !direct.is_empty() {
+        certificate = certificate.beside_exact_lights();
+    }
+    let bake = Arc::new(BakeShader(bake));
+    let shader: Arc<dyn Shader> = if direct.is_empty() {
+        bake.clone()
+    } else {
+        Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: material.brdf.clone() })
+    };
+    Prepared {
+        material: material.clone(),
+        method: method.clone(),
+        surface: surface(material, shader),
+        certificate: Some(certificate),
+        reference: None,
+        varies,
+        lit: !direct.is_empty(),
+        picture_error: None,
+        #[cfg(feature = "gpu")]
+        bake: Some(bake),
+        #[cfg(feature = "gpu")]
+        direct: (material.brdf.clone(), direct),
+        bytes,
+        seconds: 0.0,
+    }
+}
+
+fn surface(material: &Material, shader: Arc<dyn Shader>) -> Surface {
+    Surface { shader, base_colour: material.base_colour.clone(), maps: material.maps.clone() }
+}
+
+fn view(camera: &Camera) -> View {
+    let (Camera::Pinhole { from, .. } | Camera::Orthographic { from, .. }) = *camera;
+    View { eye: from, forward: camera.axes()[2], ..View::default() }
+}

@@ -1,0 +1,116 @@
+//! Outputs: formats, provenance, and what a format could not hold.
+
+use crate::{Error, Notice, Session};
+use std::path::Path;
+use steradian_formats::{
+    Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_image,
+};
+use steradian_render::{Develop, Display, Film};
+use steradian_sphere::SphereImage;
+
+/// Extensions of image files that are written.
+pub const IMAGES: [&str; 5] = ["exr", "hdr", "pic", "pfm", "png"];
+
+/// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the work, so that
+/// it is not done in vain.
+pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if extension.as_deref().is_some_and(|e| known.contains(&e)) {
+        return Ok(());
+    }
+    let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
+    let what = match extension {
+        Some(e) => format!("cannot write '.{e}' files"),
+        None => "the name has no extension to tell the format".into(),
+    };
+    Err(Error::usage(format!("{}: {what}; use one of {}", path.display(), there_are.join(" "))))
+}
+
+/// Refuses texel formats where the output is no texture.
+pub fn check_format(format: Option<TexelFormat>, path: &Path) -> Result<(), Error> {
+    match format {
+        Some(f) if Container::of_name(path).is_none() => Err(Error::usage(format!(
+            "{}: --format {} is for .ktx2, .ktx and .dds",
+            path.display(),
+            f.name()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+impl Session {
+    /// An image to a file, with provenance; what it could not hold is told and returned.
+    pub fn write_image(
+        &self,
+        path: &Path,
+        raster: &Raster,
+        mut options: WriteOptions,
+    ) -> Result<WriteReport, Error> {
+        self.check()?;
+        check_output(path, &IMAGES)?;
+        options.metadata.extend(self.provenance_pairs());
+        let report = write_image(path, raster, &options)?;
+        self.tell_lost(path, report);
+        Ok(report)
+    }
+
+    /// A film: tone-mapped as PNG, linear otherwise.
+    pub fn write_film(&self, path: &Path, film: Film, develop: Develop) -> Result<(), Error> {
+        // Tone mapping would make black of it.
+        let bad = |plane: &Vec<f32>| plane.iter().position(|x| !x.is_finite());
+        if let Some(k) = film.rgb.iter().find_map(bad) {
+            let (x, y) = (k % film.width, k / film.width);
+            let why = format!("pixel ({x}, {y}) is not finite: scale the light down");
+            return Err(Error::failed(format!("{}: {why}", path.display())));
+        }
+        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return self.write_image(path, &film.into_raster(), WriteOptions::default()).map(|_| ());
+        }
+        let metadata = vec![
+            ("steradian.exposure".to_string(), develop.ev.to_string()),
+            ("steradian.tone_mapper".to_string(), develop.mapper.name().to_string()),
+        ];
+        self.write_display(path, &develop.film(&film), metadata)
+    }
+
+    /// A display picture as PNG.
+    pub fn write_display(
+        &self,
+        path: &Path,
+        picture: &Display,
+        metadata: Vec<(String, String)>,
+    ) -> Result<(), Error> {
+        let plane = |c: usize| picture.rgb.iter().skip(c).step_by(3).map(|v| f32::from(*v) / 255.0).collect();
+        let raster = Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
+        let options = WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() };
+        self.write_image(path, &raster, options).map(|_| ())
+    }
+
+    /// A cube map as a texture of one level, with provenance where the container has room.
+    pub fn write_cube(
+        &self,
+        path: &Path,
+        image: &SphereImage,
+        format: TexelFormat,
+        metadata: Vec<(String, String)>,
+    ) -> Result<WriteReport, Error> {
+        let container = Container::of_name(path).unwrap_or(Container::Ktx2);
+        let [r, g, b] = &image.planes;
+        let texels = (0..r.len()).flat_map(|i| [r[i], g[i], b[i], 1.0]).collect();
+        let mut pairs = self.provenance_pairs();
+        pairs.push(("steradian.profile".into(), "steradian".into()));
+        pairs.extend(metadata);
+        let (width, height) = (image.width, image.height);
+        let texture = TextureLevels { width, height, faces: 6, levels: vec![texels], metadata: pairs };
+        let report = container.write(path, &texture, format)?;
+        self.tell_lost(path, report);
+        Ok(report)
+    }
+
+    /// Tells what a format could not hold.
+    pub fn tell_lost(&self, path: &Path, report: WriteReport) {
+        if report.clipped > 0 || report.vanished > 0 {
+            self.tell(Notice::Lost { path: path.into(), report });
+        }
+    }
+}

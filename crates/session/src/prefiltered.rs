@@ -1,0 +1,318 @@
+//! Prefiltered files of any tool: their levels over our world, and what they really hold.
+
+use crate::{Adjust, Error, Kind, Outcome, Session, inputs};
+use serde_json::Value;
+use std::path::{Component, Path, PathBuf};
+use steradian_engines::{filament_irradiance, irradiance};
+use steradian_formats::{Container, Raster, ReadOptions, read_image_with, read_text};
+use steradian_light::load::{self, FileLayout, LoadOptions, Profile};
+use steradian_sphere::SphereImage;
+use steradian_verify::laws::Consumer;
+use steradian_verify::{Coefficients, Family, Input, Kernel, Report, check, factor};
+
+/// Bytes that a text beside images may have.
+const TEXT: u64 = 4 << 20;
+
+/// What a file holds.
+struct Held {
+    /// Level by level, as the profile places them.
+    pub levels: Vec<SphereImage>,
+    /// Keys and values.
+    pub metadata: Vec<(String, String)>,
+    /// Nine irradiance coefficients, as they are in the file.
+    pub sh: Option<Vec<[f64; 3]>>,
+    /// Step of values that are stored divided by their largest channel; 0 elsewhere.
+    pub step: f64,
+}
+
+/// How the file is read.
+struct Reading {
+    /// Its convention.
+    pub profile: &'static Profile,
+    /// Its arrangement; `None`: by its shape.
+    pub layout: Option<FileLayout>,
+}
+
+impl Reading {
+    fn options(&self, session: &Session) -> LoadOptions {
+        let (negative, limits) = (session.negative, session.limits());
+        LoadOptions { layout: self.layout, profile: Some(self.profile), negative, limits }
+    }
+}
+
+/// What a file should hold.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Texture, image, pattern with {}, glTF file with a light, or folder of levels.
+    pub file: String,
+    /// Whose file.
+    pub consumer: Consumer,
+    /// The light that it was made from: image or sky spec.
+    pub environment: String,
+    /// How that is read, turned and scaled.
+    pub adjust: Adjust,
+    /// The kernel; `None`: what file and name say, else the consumer's.
+    pub kernel: Option<Family>,
+    /// Perceptual roughness of a file of one level; `None`: what the file says, else 0.
+    pub perceptual_roughness: Option<f64>,
+    /// Arrangement of the file; `None`: by its shape.
+    pub layout: Option<FileLayout>,
+    /// Largest relative RMS error of a level against what the consumer expects.
+    pub tolerance: Option<f64>,
+}
+
+/// What it holds.
+pub struct Verified {
+    /// Its name without folders.
+    pub file: Option<String>,
+    /// Level by level, with faults.
+    pub report: Report,
+    /// Of irradiance coefficients beside the levels.
+    pub irradiance: Option<Coefficients>,
+}
+
+/// Irradiance coefficients are off where they err by more than this.
+const COEFFICIENTS: f64 = 0.02;
+
+impl Verified {
+    /// One sentence for each fault.
+    pub fn faults(&self) -> Vec<String> {
+        let mut out: Vec<String> = self.report.faults.iter().map(ToString::to_string).collect();
+        if let Some(sh) = self.irradiance {
+            if let Some(f) = factor(sh.scale) {
+                out.push(format!("irradiance coefficients: factor {f}"));
+            } else if sh.fitted_rms > COEFFICIENTS {
+                out.push(format!("irradiance coefficients: {:.1} % off", 100.0 * sh.fitted_rms));
+            }
+        }
+        out
+    }
+}
+
+impl Session {
+    /// Compares the levels of a prefiltered file with the light that it was made from.
+    pub fn verify(&mut self, r: &Request) -> Result<Outcome<Verified>, Error> {
+        let reading = Reading { profile: r.consumer.profile, layout: r.layout };
+        let held = decode(&r.file, &reading, self)?;
+        let lights = self.light(&r.environment, &r.adjust)?;
+        let expected = expected(r, &held);
+        let input = Input {
+            levels: &held.levels,
+            expected: &expected,
+            law: r.consumer.law,
+            lights: &lights,
+            read: r.adjust.profile.unwrap_or_else(Profile::own),
+            step: held.step,
+        };
+        let report = check(&input, &self.task)?;
+        let irradiance = held.sh.as_deref().map(|sh| {
+            let light = inputs::coefficients(&lights, 2);
+            let gltf = r.consumer.name == "gltf";
+            Coefficients::compare(sh, &if gltf { irradiance(&light) } else { filament_irradiance(&light) })
+        });
+        let file = Path::new(&r.file).file_name().map(|n| n.to_string_lossy().into_owned());
+        let verified = Verified { file, report, irradiance };
+        let worst = verified.report.worst();
+        Ok(Outcome::new(verified, r.tolerance, worst))
+    }
+}
+
+/// The kernel that each level should hold.
+fn expected(r: &Request, held: &Held) -> Vec<Kernel> {
+    let get = |key: &str| held.metadata.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+    let name = Path::new(&r.file).file_name().map(|n| n.to_string_lossy().to_lowercase());
+    let name = name.unwrap_or_default();
+    let says = |words: &[&str]| words.iter().any(|w| name.contains(w));
+    let family =
+        r.kernel.or_else(|| get("steradian.kernel").and_then(Family::from_name)).or_else(|| match () {
+            () if says(&["diffuse", "irradiance", "lambert"]) => Some(Family::Lambert),
+            () if says(&["sheen", "charlie"]) => Some(Family::Charlie),
+            () => None,
+        });
+    let last = held.levels.len() - 1;
+    // Our own files of one kernel say its roughness; the law of an engine is not asked there.
+    let recorded: Vec<f64> = get("steradian.perceptual_roughness")
+        .map(|t| t.split_whitespace().filter_map(|v| v.parse().ok()).collect())
+        .unwrap_or_default();
+    let alone = r
+        .perceptual_roughness
+        .or_else(|| (last == 0 && r.consumer.name == "raw").then(|| recorded.first().copied()).flatten());
+    (0..=last)
+        .map(|m| {
+            let law = r.consumer.kernel(m, last);
+            match (family, law.roughness()) {
+                (Some(Family::Lambert), _) => Kernel { family: Family::Lambert, width: 0.0 },
+                (f, Some(r)) => {
+                    Kernel::at(f.unwrap_or(Family::Ggx), if last == 0 { alone.unwrap_or(r) } else { r })
+                }
+                _ => law,
+            }
+        })
+        .collect()
+}
+
+/// Reads a texture, an image, a pattern with {}, a glTF file with a light, or a folder of levels.
+fn decode(spec: &str, reading: &Reading, session: &mut Session) -> Result<Held, Error> {
+    let path = Path::new(spec);
+    if path.is_dir() {
+        return folder(path, reading, session);
+    }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf")) {
+        session.note_input(path);
+        return gltf(path, reading, session);
+    }
+    let options = reading.options(session);
+    if let Some(container) = Container::of_file(path) {
+        session.note_input(path);
+        let texture = container.read(path, &session.limits())?;
+        let levels = (0..texture.levels.len())
+            .map(|m| Ok(inputs::texture_map(path, &texture, m, &options)?.image))
+            .collect::<Result<_, Error>>()?;
+        let sh = texture.get("sh").and_then(coefficients);
+        return Ok(Held { levels, metadata: texture.metadata, sh, step: 0.0 });
+    }
+    session.note_input(path);
+    let loaded = load::load(path, &options).map_err(|e| match Error::from(e) {
+        // Every image is told by its first bytes, whatever its name.
+        e if e.kind() == Kind::Input && path.is_file() && Container::of_name(path).is_some() => {
+            Error::input(format!(
+                "{spec}: is no texture (.ktx2, .ktx, .dds) by its first bytes, and no image that is read here"
+            ))
+        }
+        e => e,
+    })?;
+    loaded.report.warnings.iter().for_each(|w| session.warn(spec, w));
+    Ok(Held { levels: vec![loaded.image], metadata: loaded.report.metadata, sh: None, step: 0.0 })
+}
+
+/// Nine lines of three numbers.
+fn coefficients(text: &str) -> Option<Vec<[f64; 3]>> {
+    let numbers: Vec<f64> = text.split_whitespace().map(|v| v.parse().ok()).collect::<Option<_>>()?;
+    let rows: Vec<[f64; 3]> = numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+    (rows.len() == 9).then_some(rows)
+}
+
+/// Levels in files of their own: `m0_px.exr` … as cmgen writes them, or `NAME_level0.exr` …
+fn folder(dir: &Path, reading: &Reading, session: &mut Session) -> Result<Held, Error> {
+    let unreadable = |e: std::io::Error| Error::input(format!("{}: cannot read: {e}", dir.display()));
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(dir).map_err(unreadable)? {
+        names.push(entry.map_err(unreadable)?.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    let options = reading.options(session);
+    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None, step: 0.0 };
+    for m in 0..16 {
+        let faces = format!("m{m}_px.");
+        let whole = format!("_level{m}.");
+        let loaded = if let Some(n) = names.iter().find(|n| n.starts_with(&faces)) {
+            session.note_input(&dir.join(n));
+            if Container::of_file(&dir.join(n)).is_some() {
+                faces_of_textures(dir, n, &options, session)?
+            } else {
+                load::load(&dir.join(n.replacen("px", "{}", 1)), &options)?
+            }
+        } else if let Some(n) = names.iter().find(|n| n.contains(&whole)) {
+            session.note_input(&dir.join(n));
+            load::load(&dir.join(n), &options)?
+        } else {
+            break;
+        };
+        held.metadata = loaded.report.metadata;
+        held.levels.push(loaded.image);
+    }
+    if held.levels.is_empty() {
+        return Err(Error::input(format!(
+            "{}: holds neither m0_px.* … nor *_level0.* …; name the file itself",
+            dir.display()
+        )));
+    }
+    held.sh = read_text(&dir.join("sh.txt"), TEXT, "coefficients").ok().as_deref().and_then(coefficients);
+    Ok(held)
+}
+
+/// Six textures of one face each, as cmgen writes DDS; `first` is the name of +X.
+fn faces_of_textures(
+    dir: &Path,
+    first: &str,
+    options: &LoadOptions,
+    session: &Session,
+) -> Result<load::Loaded, Error> {
+    let (mut strip, mut size) = (<[Vec<f32>; 3]>::default(), None);
+    for part in ["px", "nx", "py", "ny", "pz", "nz"] {
+        let path = dir.join(first.replacen("px", part, 1));
+        let bad = |why: &str| Error::input(format!("{}: {why}", path.display()));
+        let container = Container::of_file(&path).ok_or_else(|| bad("is missing or no texture"))?;
+        let t = container.read(&path, &session.limits())?;
+        if t.faces != 1 || t.width != t.height || *size.get_or_insert(t.width) != t.width {
+            return Err(bad("is not one square face of the size of the others"));
+        }
+        let planes = t.planes(0);
+        strip.iter_mut().zip(planes).for_each(|(all, face)| all.extend(face));
+    }
+    let n = size.unwrap_or(0);
+    let options = LoadOptions { layout: Some(FileLayout::VerticalStrip), ..*options };
+    let raster = Raster::rgb(n, 6 * n, strip);
+    Ok(load::from_raster(&dir.join(first).display().to_string(), raster, &options)?)
+}
+
+/// The light of `EXT_lights_image_based`: RGBD images and irradiance coefficients.
+fn gltf(path: &Path, reading: &Reading, session: &mut Session) -> Result<Held, Error> {
+    let bad = |why: &str| Error::input(format!("{}: {why}", path.display()));
+    let text = read_text(path, TEXT, "a glTF document beside its images")?;
+    let document: Value = serde_json::from_str(&text).map_err(|e| bad(&format!("is no JSON: {e}")))?;
+    let light = &document["extensions"]["EXT_lights_image_based"]["lights"][0];
+    let levels =
+        light["specularImages"].as_array().ok_or_else(|| bad("holds no light of EXT_lights_image_based"))?;
+    let options = reading.options(session);
+    let mut held = Held { levels: Vec::new(), metadata: Vec::new(), sh: None, step: 1.0 / 255.0 };
+    for (m, faces) in levels.iter().enumerate() {
+        let faces = faces.as_array().filter(|f| f.len() == 6);
+        let faces = faces.ok_or_else(|| bad(&format!("level {m} has not six images")))?;
+        let mut planes: [Vec<f32>; 3] = Default::default();
+        let mut size = None;
+        for face in faces {
+            let uri = face.as_u64().and_then(|i| document["images"][i as usize]["uri"].as_str());
+            let uri = uri.ok_or_else(|| bad(&format!("level {m}: an image has no uri")))?;
+            let file =
+                beside(path, uri).ok_or_else(|| bad(&format!("'{uri}' leads out of the file's folder")))?;
+            let raster = rgbd(&file, session)?;
+            if *size.get_or_insert(raster.width) != raster.width || raster.width != raster.height {
+                return Err(bad(&format!("level {m}: its faces are not square and of one size")));
+            }
+            for (plane, name) in planes.iter_mut().zip(["R", "G", "B"]) {
+                plane.extend_from_slice(raster.channel(name).unwrap_or_default());
+            }
+        }
+        let n = size.unwrap_or(0);
+        let raster = Raster::rgb(n, 6 * n, planes);
+        let options = LoadOptions { layout: Some(FileLayout::VerticalStrip), ..options };
+        held.levels.push(load::from_raster(&path.display().to_string(), raster, &options)?.image);
+    }
+    let rows = light["irradianceCoefficients"].as_array();
+    let row = |r: &Value| -> Option<[f64; 3]> { Some([r[0].as_f64()?, r[1].as_f64()?, r[2].as_f64()?]) };
+    held.sh = rows.and_then(|r| r.iter().map(row).collect::<Option<Vec<_>>>()).filter(|r| r.len() == 9);
+    if held.levels.is_empty() { Err(bad("its light has no levels")) } else { Ok(held) }
+}
+
+/// A file below the folder of `path`.
+fn beside(path: &Path, uri: &str) -> Option<PathBuf> {
+    let relative = Path::new(uri);
+    let plain = relative.components().all(|c| matches!(c, Component::Normal(_)));
+    (plain && !uri.contains(':')).then(|| path.with_file_name("").join(relative))
+}
+
+/// Texels rgb/a; a file without alpha is as it is.
+fn rgbd(path: &Path, session: &Session) -> Result<Raster, Error> {
+    let options =
+        ReadOptions { limits: session.limits(), data: true, all_channels: true, ..ReadOptions::default() };
+    let mut raster = read_image_with(path, &options)?;
+    let alpha: Option<Vec<f32>> = raster.channel("A").map(<[f32]>::to_vec);
+    if let Some(alpha) = alpha {
+        for channel in raster.channels.iter_mut().filter(|c| c.name != "A") {
+            channel.data.iter_mut().zip(&alpha).for_each(|(v, a)| *v /= a.max(1.0 / 255.0));
+        }
+    }
+    raster.low_range = false;
+    Ok(raster)
+}

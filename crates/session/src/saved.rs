@@ -1,0 +1,69 @@
+//! Saved bakes in use: their lights, and what they are shaded with.
+
+use crate::{Adjust, Error, Notice, Session, is_sky};
+use std::path::Path;
+use steradian_light::Lights;
+use steradian_techniques::SavedBake;
+
+impl Session {
+    /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust` says.
+    pub fn saved_bake(&mut self, path: &Path, adjust: &Adjust) -> Result<SavedBake, Error> {
+        if adjust.light_exposure != 0.0 {
+            return Err(Error::usage(
+                "--light-exposure: a bake holds its light as it was scaled; bake again",
+            ));
+        }
+        let mut file = SavedBake::read(path, &self.limits())?;
+        self.note_input(&file.path);
+        file.turn = adjust.rotation().as_mat3();
+        Ok(file)
+    }
+
+    /// The light of a saved bake, to be seen or compared with: `environment`, else the sky that the file names. A light
+    /// that is not the one that was baked is told.
+    pub fn light_of_bake(
+        &mut self,
+        file: &SavedBake,
+        environment: Option<&str>,
+        given: &Adjust,
+    ) -> Result<Option<Lights>, Error> {
+        let named = Some(&*file.made.environment).filter(|e| is_sky(e));
+        let Some(spec) = environment.or(named) else { return Ok(None) };
+        self.tell_other_light(file, spec);
+        self.light(spec, &light_as_baked(file, given)).map(Some)
+    }
+
+    /// Tells where `spec` is not the light that was baked.
+    pub fn tell_other_light(&self, file: &SavedBake, spec: &str) {
+        if !file.was_made_of(spec) {
+            self.tell_not_baked(file, spec, "from another light", &file.made.environment);
+        }
+    }
+
+    /// Tells where `spec`, a reflectance's canonical one, is not what was baked.
+    pub fn tell_other_brdf(&self, file: &SavedBake, spec: &str) {
+        if file.is_of_another_brdf(spec) {
+            self.tell_not_baked(file, spec, "of another reflectance", &file.made.brdf);
+        }
+    }
+
+    fn tell_not_baked(&self, file: &SavedBake, given: &str, of: &'static str, baked: &str) {
+        let (given, bake, baked) = (given.into(), file.path.display().to_string(), baked.into());
+        self.tell(Notice::NotBaked { given, bake, of, baked });
+    }
+}
+
+/// Refuses data per vertex, which need the mesh that they were baked on.
+pub fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
+    if file.technique.card().needs.sites {
+        let why = "holds data for the vertices of one mesh, which is not shaded here yet";
+        return Err(Error::usage(format!("{}: {why}", file.path.display())));
+    }
+    Ok(())
+}
+
+/// How a light is turned and scaled to be that of a saved bake, turned as `given` says.
+pub fn light_as_baked(file: &SavedBake, given: &Adjust) -> Adjust {
+    let (rotate, light_exposure) = (file.made.rotate + given.rotate, file.made.exposure);
+    Adjust { rotate, light_exposure, ..given.clone() }
+}

@@ -1,0 +1,80 @@
+//! Everything that a picture is made of.
+
+use crate::inputs::DEFAULT_SKY;
+use crate::{Adjust, Error, Material, Model, Session};
+use steradian_light::Lights;
+use steradian_render::scenefile::SceneBackground;
+use steradian_render::{Settings, ToneMapper};
+use steradian_scene::{Camera, Mesh};
+
+/// A mesh with its materials, lights, camera, and how its picture is made.
+#[derive(Clone)]
+pub struct Scene {
+    /// The geometry; [`Mesh::materials`] are indices into `materials`.
+    pub mesh: Mesh,
+    /// One per slot.
+    pub materials: Vec<Material>,
+    /// The lights.
+    pub lights: Lights,
+    /// The camera; `None` sees the whole mesh.
+    pub camera: Option<Camera>,
+    /// Size and sampling of the picture.
+    pub settings: Settings,
+    /// Exposure value before tone mapping; `None` is automatic.
+    pub exposure: Option<f32>,
+    /// How radiance becomes a display's colours.
+    pub tone_mapper: ToneMapper,
+    /// What is seen beside the mesh.
+    pub background: SceneBackground,
+    /// Relative RMS error of radiance that is asked for.
+    pub tolerance: Option<f64>,
+}
+
+/// Vertical field of view of cameras that are not given, degrees.
+const FOV: f32 = 32.0;
+
+impl Scene {
+    /// `mesh` under `lights`, 512 × 512 pixels, seen whole before its environment.
+    pub fn new(mesh: Mesh, materials: Vec<Material>, lights: Lights) -> Self {
+        Self {
+            mesh,
+            materials,
+            lights,
+            camera: None,
+            settings: Settings::new(512, 512),
+            exposure: None,
+            tone_mapper: ToneMapper::default(),
+            background: SceneBackground::Environment(0.0),
+            tolerance: None,
+        }
+    }
+
+    /// A mesh file or built-in shape, with `brdf` or else the file's own materials (or a grey one), under an image or a
+    /// sky; an empty name is the usual sky.
+    pub fn of(mesh: &str, brdf: Option<&str>, light: &str, session: &mut Session) -> Result<Self, Error> {
+        let Model { mesh, materials } = session.model(mesh)?;
+        let given = brdf.map(|spec| session.brdf(spec)).transpose()?;
+        let mut all = Vec::new();
+        for m in &materials {
+            let brdf = given.clone().map_or_else(|| m.brdf(), Ok)?;
+            let maps = m.maps(given.is_none());
+            all.push(Material { base_colour: m.base_colour.clone(), maps, ..Material::new(brdf) });
+        }
+        if all.is_empty() {
+            let brdf = given.map_or_else(|| session.brdf("lambert:albedo=0.6"), Ok)?;
+            all.push(Material::new(brdf));
+        }
+        let light = if light.is_empty() { DEFAULT_SKY } else { light };
+        Ok(Self::new(mesh, all, session.light(light, &Adjust::default())?))
+    }
+
+    /// The camera, or one that sees the whole mesh with a vertical field of view of `fov` degrees.
+    pub fn camera_or_framed(&self, fov: Option<f32>) -> Result<Camera, Error> {
+        if let Some(camera) = self.camera {
+            return Ok(camera);
+        }
+        let (low, high) = self.mesh.bounds().ok_or_else(|| Error::input("the mesh has no triangles"))?;
+        let aspect = self.settings.width as f32 / self.settings.height as f32;
+        Ok(Camera::framing(low, high, fov.unwrap_or(FOV).to_radians(), aspect))
+    }
+}

@@ -1,0 +1,152 @@
+//! The session: limits, progress, provenance, and who is told what happens.
+
+use crate::{Error, Notice};
+use std::path::Path;
+use std::sync::Arc;
+use steradian_base::{Input, Provenance, Task};
+use steradian_formats::Limits;
+use steradian_light::load::Negative;
+use steradian_techniques::direct::Suns;
+
+/// Where pictures are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Backend {
+    /// A GPU where the build has the feature `gpu` and there is one, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// A GPU.
+    Gpu,
+}
+
+/// How a GPU shades pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GpuPath {
+    /// What is faster on the adapter: compute on software adapters and data-centre accelerators, else raster.
+    #[default]
+    Auto,
+    /// In the fragment shader, multisampled.
+    Raster,
+    /// In compute shaders, from a visibility buffer.
+    Compute,
+}
+
+/// Who is told what happens.
+type Listener = Arc<dyn Fn(&Notice) + Send + Sync>;
+
+/// What every request shares: progress, cancellation and limits ([`Task`]), how lights are read, where pictures are
+/// computed, and the provenance of what is written.
+pub struct Session {
+    /// Progress, cancellation and the limit of memory.
+    pub task: Task,
+    /// What becomes of finite negative radiance in inputs.
+    pub negative: Negative,
+    /// What becomes of disks and directional lights under a technique: folded into its data, unless this says otherwise.
+    pub suns: Suns,
+    /// Where pictures are computed.
+    pub backend: Backend,
+    /// How a GPU shades them.
+    pub gpu_path: GpuPath,
+    provenance: Provenance,
+    notes: Vec<(String, String)>,
+    listener: Option<Listener>,
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Session {
+    /// A session without progress that nobody listens to.
+    pub fn new() -> Self {
+        Self {
+            task: Task::quiet(),
+            negative: Negative::Keep,
+            suns: Suns::Fold,
+            backend: Backend::default(),
+            gpu_path: GpuPath::default(),
+            provenance: Provenance::new([]),
+            notes: Vec::new(),
+            listener: None,
+        }
+    }
+
+    /// The same session with another task.
+    pub fn with_task(mut self, task: Task) -> Self {
+        self.task = task;
+        self
+    }
+
+    /// The same session whose files say that it was called with `arguments`; paths lose their folders.
+    pub fn with_arguments(mut self, arguments: impl IntoIterator<Item = String>) -> Self {
+        self.provenance = Provenance::new(arguments);
+        self
+    }
+
+    /// The same session that tells `listener` what happens.
+    pub fn with_listener(mut self, listener: impl Fn(&Notice) + Send + Sync + 'static) -> Self {
+        self.listener = Some(Arc::new(listener));
+        self
+    }
+
+    /// Limits for readers.
+    pub fn limits(&self) -> Limits {
+        Limits { max_memory: self.task.max_memory(), ..Limits::default() }
+    }
+
+    /// Tells the listener.
+    pub fn tell(&self, notice: Notice) {
+        if let Some(listener) = &self.listener {
+            listener(&notice);
+        }
+    }
+
+    /// Tells the listener of something odd in an input.
+    pub(crate) fn warn(&self, name: impl std::fmt::Display, what: impl std::fmt::Display) {
+        self.tell(Notice::Input { name: name.to_string(), what: what.to_string() });
+    }
+
+    /// Tells the listener anything else.
+    pub(crate) fn say(&self, line: impl std::fmt::Display) {
+        self.tell(Notice::Remark(line.to_string()));
+    }
+
+    /// Notes an input file for the provenance; what is no file is ignored.
+    pub fn note_input(&mut self, path: &Path) {
+        if let Ok(input) = Input::of_file(path)
+            && !self.provenance.inputs.contains(&input)
+        {
+            self.provenance.inputs.push(input);
+        }
+    }
+
+    /// Notes the reached error for the provenance.
+    pub fn note_error(&mut self, error: impl Into<String>) {
+        self.provenance.error = Some(error.into());
+    }
+
+    /// Notes what files written from now on say of their content.
+    pub fn note(&mut self, pair: (String, String)) {
+        self.notes.push(pair);
+    }
+
+    /// Where outputs come from.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// The same, and what was noted of their content, as pairs for files.
+    pub fn provenance_pairs(&self) -> Vec<(String, String)> {
+        let mut pairs = self.provenance.pairs();
+        pairs.extend(self.notes.iter().cloned());
+        pairs
+    }
+
+    /// Fails once the caller has asked to stop.
+    pub fn check(&self) -> Result<(), Error> {
+        Ok(self.task.check()?)
+    }
+}
