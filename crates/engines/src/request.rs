@@ -80,6 +80,33 @@ pub fn kernel_name(text: &str) -> Result<String, String> {
 }
 
 impl Request {
+    /// An engine's usual files in the folder `output`, called by `name`.
+    pub fn of(engine: &'static Engine, output: PathBuf, name: &str) -> Self {
+        Self {
+            output,
+            name: name.into(),
+            kernel: "ggx".into(),
+            brdf: None,
+            perceptual_roughness: None,
+            alpha: None,
+            exponent: None,
+            sigma: None,
+            engine: Some(engine),
+            size: None,
+            levels: None,
+            format: None,
+            tolerance: Self::TOLERANCE,
+            check: Self::CHECK,
+            method: MethodChoice::default(),
+            dump: false,
+        }
+    }
+
+    /// The usual relative RMS error of a level.
+    pub const TOLERANCE: f64 = 2e-3;
+    /// The usual number of texels of each level whose error is measured.
+    pub const CHECK: usize = 64;
+
     /// The spec of a kernel `brdf:SPEC`.
     pub fn brdf_spec(&self) -> Option<&str> {
         self.kernel.strip_prefix(BRDF)

@@ -51,6 +51,21 @@ pub struct Request {
     pub mesh: Option<Arc<Mesh>>,
 }
 
+impl Request {
+    /// `brdf` under `lights` by `method`, with everything else as usual.
+    pub fn new(lights: Lights, brdf: SharedBrdf, method: Method) -> Self {
+        Self {
+            lights,
+            brdf,
+            method,
+            params: ParamValues::default(),
+            tolerance: None,
+            lookup: None,
+            mesh: None,
+        }
+    }
+}
+
 /// Radiance at points.
 #[derive(Debug, Clone)]
 pub struct Answers {

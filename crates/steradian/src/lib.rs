@@ -4,34 +4,37 @@
 //!
 //! ```text
 //! L_o(x, wo) = ∫ L(wi) · V(x, wi) · f(wi, wo) · ⟨n·wi⟩ dwi        [W sr⁻¹ m⁻²]
-//! ```
-//!
-//! Light ([`light`]), reflectance ([`brdf`]) and geometry ([`scene`]) come in; [`techniques`] turn them into small
-//! precomputed data of known error and shade with it; the [`reference`](mod@reference) judges them; [`render`] makes
-//! pictures.
+//! A [`session`] puts them together: from names to a picture and a certificate.
 //!
 //! ```
-//! use steradian::sphere::Frame;
-//! use steradian::sphere::glam::DVec3;
-//! use steradian::{base::Task, brdf, light, reference};
-//!
-//! // A white furnace: whatever reflects half of the light looks half as bright.
-//! let sky = light::sky::by_name("furnace", 32, 16).expect("a known name");
-//! let lights = light::Lights::from(light::Environment { image: sky.image });
-//! let judge = reference::Judge::new(&lights, reference::Lookup::Constant, &Task::quiet()).expect("finite light");
-//! let clay = brdf::parse("lambert:albedo=0.5").expect("a known model");
-//! let seen = judge.radiance(&*clay, &Frame::from_normal(DVec3::Y), DVec3::Y, None, 1e-4);
-//! assert!((seen.rgb[0] - 0.5).abs() < 1e-3);
+//! use steradian::session::{Scene, Session};
+//! # fn main() -> Result<(), steradian::session::Error> {
+//! let mut session = Session::new();
+//! let mut scene = Scene::of("teapot", Some("lambert:albedo=0.5"), "sky:elevation=40", &mut session)?;
+//! (scene.settings.width, scene.settings.height) = (64, 48);
+//! scene.tolerance = Some(0.2);
+//! let picture = session.render(&scene)?.met()?; // a missed tolerance is an error here
+//! let material = &picture.materials[0];
+//! println!("{}: certified {:.2} %", material.method.slug(), 100.0 * picture.error());
+//! let file = std::env::temp_dir().join("steradian-teapot.png");
+//! session.write_film(&file, picture.film, picture.develop)?;
+//! # Ok(())
+//! # }
 //! ```
+//!
+//! `examples/` shows single radiances, engines' files, techniques and reflectances of one's own, and batches.
 
 pub use steradian_base as base;
 pub use steradian_brdf as brdf;
+pub use steradian_engines as engines;
 pub use steradian_formats as formats;
 pub use steradian_light as light;
 pub use steradian_prefilter as prefilter;
 pub use steradian_reference as reference;
 pub use steradian_render as render;
 pub use steradian_scene as scene;
+pub use steradian_session as session;
 pub use steradian_simd as simd;
 pub use steradian_sphere as sphere;
 pub use steradian_techniques as techniques;
+pub use steradian_verify as verify;

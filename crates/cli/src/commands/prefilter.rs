@@ -85,9 +85,6 @@ pub struct Options {
     light_exposure: f64,
 }
 
-/// Relative RMS error where nothing is asked for.
-const TOLERANCE: f64 = 2e-3;
-
 fn unit(text: &str) -> Result<f64, String> {
     let v = inputs::finite(text)?;
     if (0.0..=1.0).contains(&v) { Ok(v) } else { Err(format!("'{text}' is not within 0 to 1")) }
@@ -120,7 +117,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         size: o.size,
         levels: o.levels.map(usize::from),
         format: o.format,
-        tolerance: o.tolerance.unwrap_or(TOLERANCE),
+        tolerance: o.tolerance.unwrap_or(Request::TOLERANCE),
         check: o.check.into(),
         method: o.method,
         dump: o.dump_levels.is_some(),
