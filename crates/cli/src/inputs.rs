@@ -8,7 +8,7 @@ use steradian_base::ParamValues;
 use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_light::suns::Taken;
 use steradian_light::{Lamp, Lights};
-use steradian_session::Adjust;
+use steradian_session::{Adjust, Destinations};
 use steradian_techniques::direct::Suns;
 
 /// How the file of a light is read, turned and scaled.
@@ -81,6 +81,11 @@ pub fn parameters(given: &[(String, f64)]) -> Result<ParamValues, Failure> {
         }
     }
     Ok(out)
+}
+
+/// Refuses a text output that cannot be written, before the work.
+pub fn check_text(path: Option<&Path>) -> Outcome {
+    Ok(path.map_or(Ok(()), |p| Destinations::default().file("--output", p))?)
 }
 
 /// Lights beside the environment, and how they are shaded.

@@ -39,7 +39,9 @@ impl Progress for Bars {
     fn advance(&self, steps: u64) {
         self.with(|slot| {
             if let Some(bar) = slot {
-                bar.inc(steps);
+                // A stage may turn out longer than was thought: a bar never passes its end.
+                let most = bar.length().unwrap_or(u64::MAX);
+                bar.set_position((bar.position() + steps).min(most));
             }
         });
     }

@@ -167,6 +167,31 @@ pub fn is_shape(spec: &str) -> bool {
     shapes::SHAPES.iter().any(|s| s.name == name)
 }
 
+/// Does a name stand for a file? Names without dots and folders that are no files are names of something else.
+fn names_a_file(spec: &str) -> bool {
+    Path::new(spec).exists() || spec.contains(['.', '/', '\\', '{', ','])
+}
+
+/// Refuses what is neither a shape nor, by its name, a file.
+pub(crate) fn check_shape(spec: &str) -> Result<(), Error> {
+    let names: Vec<&str> = shapes::SHAPES.iter().map(|s| s.name).collect();
+    let name = spec.split(':').next().unwrap_or(spec);
+    if is_shape(spec) || names_a_file(spec) {
+        return Ok(());
+    }
+    Err(Error::Input(format!("{}: no such file; {}", brief(spec), unknown("shape", name, &names))))
+}
+
+/// Refuses what is neither a sky nor, by its name, a file.
+fn check_light(spec: &str) -> Result<(), Error> {
+    let name = spec.split(':').next().unwrap_or(spec);
+    if is_sky(spec) || names_a_file(spec) {
+        return Ok(());
+    }
+    let known = unknown("sky", name, &steradian_light::sky::NAMES);
+    Err(Error::Input(format!("{}: no such file; {known}", brief(spec))))
+}
+
 /// A built-in shape.
 pub(crate) fn shape(spec: &str) -> Result<Mesh, Error> {
     shapes::by_name(spec).map_err(Error::usage)
@@ -196,6 +221,7 @@ impl Session {
     /// Loads an image on the sphere in the layout of its file: an image, `front,back` or six files separated by commas, a
     /// pattern with `{}`, or a level of a texture (KTX2, KTX1, DDS).
     pub fn map(&mut self, spec: &str, adjust: &Adjust, level: usize) -> Result<Loaded, Error> {
+        check_light(spec)?;
         let files = light_files(Path::new(spec), |part| Ok(part.into()), spec)?;
         self.map_of(&files, spec, adjust, level)
     }
@@ -290,6 +316,7 @@ impl Session {
 
     /// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file.
     pub fn mesh(&mut self, spec: &str) -> Result<Mesh, Error> {
+        check_shape(spec)?;
         if is_shape(spec) { shape(spec) } else { self.mesh_file(Path::new(spec)) }
     }
 

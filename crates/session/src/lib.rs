@@ -51,7 +51,7 @@ pub use outcome::{Missed, Outcome};
 pub use outputs::{IMAGES, check_format, check_output};
 pub use picture::{Picture, auto_exposure};
 pub use renderer::Renderer;
-pub use scene::Scene;
 pub use saved::{for_any_mesh, light_as_baked};
+pub use scene::Scene;
 pub use scene_file::SceneOverrides;
 pub use session::{Backend, GpuPath, Session};

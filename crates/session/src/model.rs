@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::Session;
-use crate::inputs::{is_shape, shape};
+use crate::inputs::{check_shape, is_shape, shape};
 use glam::{Vec2, Vec3};
 use std::path::Path;
 use steradian_formats::mesh::{MaterialData, TextureRef};
@@ -28,6 +28,7 @@ impl Model {
 impl Session {
     /// Loads a built-in shape or a mesh file with the materials that its triangles use.
     pub fn model(&mut self, spec: &str) -> Result<Model, Error> {
+        check_shape(spec)?;
         if is_shape(spec) { Ok(Model::bare(shape(spec)?)) } else { of_file(spec, self) }
     }
 }

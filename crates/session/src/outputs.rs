@@ -1,6 +1,6 @@
 //! Outputs: formats, provenance, and what a format could not hold.
 
-use crate::{Error, Notice, Session};
+use crate::{Destinations, Error, Notice, Session};
 use std::path::Path;
 use steradian_formats::{
     Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_image,
@@ -16,7 +16,7 @@ pub const IMAGES: [&str; 5] = ["exr", "hdr", "pic", "pfm", "png"];
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     if extension.as_deref().is_some_and(|e| known.contains(&e)) {
-        return Ok(());
+        return Destinations::default().file("--output", path);
     }
     let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
     let what = match extension {

@@ -13,7 +13,7 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Cell, Row, Settings, Sheet, ToneMapper};
 use steradian_scene::Camera;
 use steradian_session::compare::{Answer, Plan};
-use steradian_session::{self as session, Destinations, Material, Method, Renderer, check_output};
+use steradian_session::{self as session, Material, Method, Renderer, check_output};
 
 /// Options of `steradian demo`.
 #[derive(Debug, Args)]
@@ -121,7 +121,6 @@ const TOLERANCE: f64 = 1e-2;
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png"])?;
-    Destinations::default().file("--output", &o.output)?;
     let start = Instant::now();
     let side = usize::from(o.size);
     let mut rows = Vec::new();

@@ -75,6 +75,7 @@ impl Reading {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    inputs::check_text(o.output.as_deref())?;
     context.suns = o.lights.suns();
     let request = request(&o, context)?;
     let table = csv::read(&o.points, &context.limits())?;

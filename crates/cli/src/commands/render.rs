@@ -13,8 +13,8 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Maps, NormalFiltering, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    Backend, DEFAULT_SKY, Destinations, Material, Method, Model, Picture, Prepared, Renderer, Scene,
-    SceneOverrides, check_output, for_any_mesh, make_tangents,
+    Backend, DEFAULT_SKY, Material, Method, Model, Picture, Prepared, Renderer, Scene, SceneOverrides,
+    check_output, for_any_mesh, make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -152,7 +152,6 @@ fn background(text: &str) -> Result<SceneBackground, String> {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png", "exr", "hdr", "pfm"])?;
-    Destinations::default().file("--output", &o.output)?;
     let scene = scene(&o, context)?;
     // What is asked for by name fails before the work.
     let renderer = (context.backend != Backend::Auto).then(|| Renderer::open(context)).transpose()?;

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::csv;
 use crate::failure::Outcome;
-use crate::inputs::AdjustArgs;
+use crate::inputs::{self, AdjustArgs};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -30,6 +30,7 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    inputs::check_text(o.output.as_deref())?;
     let adjust = o.adjust.get();
     let mut image = context.map(&o.map, &adjust, o.level)?.image;
     steradian_light::adjust::scale(&mut image, adjust.gain());

@@ -75,7 +75,8 @@ fn techniques(brdf: &dyn Brdf) -> Vec<&'static str> {
 }
 
 fn list() -> Report {
-    let models = steradian_brdf::models();
+    let models: Vec<_> =
+        steradian_brdf::models().iter().chain(steradian_brdf::measured_models()).copied().collect();
     let json = json!({
         "kind": "brdf models",
         "models": models.iter().map(|m| json!({"name": m.name, "source": m.source})).collect::<Vec<_>>(),

@@ -40,6 +40,7 @@ struct Report {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    crate::inputs::check_text(o.plot.as_deref())?;
     let report = if let Some(spec) = o.what.strip_prefix("brdf:") {
         brdf::report(spec, o.plot.as_deref(), context)?
     } else if o.plot.is_some() {
