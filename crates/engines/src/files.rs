@@ -69,7 +69,14 @@ fn folder(
     let (engine, name) = (&made.engine(), &*o.name);
     let Packed { specular, diffuse: cosine, sheen } = packed;
     let mut written = Vec::new();
-    write_dir_atomic(&o.output, |dir| {
+    let fixed = engine.files == Files::Khronos;
+    let output = if o.own_folder && fixed { o.output.join(name) } else { o.output.clone() };
+    if output != o.output {
+        let unwritable =
+            |e: std::io::Error| FormatError::Unwritable { path: o.output.clone(), why: e.to_string() };
+        std::fs::create_dir_all(&o.output).map_err(unwritable)?;
+    }
+    write_dir_atomic(&output, |dir| {
         written = match engine.files {
             Files::Ktx2 { specular: s, diffuse } => {
                 let files = [(Some(s), &specular), (diffuse, &cosine)];

@@ -17,6 +17,8 @@ pub struct Request {
     pub output: PathBuf,
     /// What the files of an engine are called by.
     pub name: String,
+    /// Do files that an engine gives fixed names go into a folder of their own below `output`, called by `name`?
+    pub own_folder: bool,
     /// Kernel, as [`kernel_name`] gives it.
     pub kernel: String,
     /// The reflectance of a kernel `brdf:SPEC`.
@@ -85,6 +87,7 @@ impl Request {
         Self {
             output,
             name: name.into(),
+            own_folder: false,
             kernel: "ggx".into(),
             brdf: None,
             perceptual_roughness: None,

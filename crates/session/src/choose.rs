@@ -9,10 +9,12 @@ use steradian_render::{Background, Film, Maps, Settings, Stage, Surface, errors,
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Seconds of bakes among which a technique is chosen.
+/// Time of all bakes among which a technique is chosen, once one is good enough.
 const BUDGET: Duration = Duration::from_secs(4);
-/// Seconds that a single bake gets where nothing was found within [`BUDGET`].
-const GRACE: Duration = Duration::from_secs(4);
+/// Time that a single bake gets of it, so that none keeps the others from their turn.
+const SLICE: Duration = Duration::from_millis(1500);
+/// Time that a single bake gets where none was good enough within [`SLICE`].
+const GRACE: Duration = Duration::from_secs(10);
 /// Seconds for the reference to look at a few hundred points of a picture.
 const LOOK: Duration = Duration::from_secs(2);
 /// Pixels a side of the sample of a picture: some hundred points, of which the object covers a part.
@@ -124,6 +126,16 @@ impl<'a> Sample<'a> {
     }
 }
 
+/// What came of a technique.
+enum Tried {
+    /// It may be taken.
+    Fits(Box<Candidate>),
+    /// It refuses, or is not good enough.
+    Unfit,
+    /// It took too long.
+    Stopped,
+}
+
 /// A technique that was baked.
 struct Candidate {
     prepared: Prepared,
@@ -181,16 +193,26 @@ impl Session {
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
         let end = Instant::now() + BUDGET;
         let mut found: Vec<Candidate> = Vec::new();
-        for t in candidates(&*m.brdf) {
-            if found.iter().any(|c| !c.rank.0 && under.tolerance.is_none() && c.rank.1 <= INVISIBLE) {
+        let mut left = candidates(&*m.brdf);
+        for limit in [SLICE, GRACE] {
+            let mut stopped = Vec::new();
+            for t in left {
+                let invisible = |c: &Candidate| !c.rank.0 && c.rank.1 <= INVISIBLE;
+                let enough = under.tolerance.is_none() && found.iter().any(invisible);
+                let now = Instant::now();
+                if enough || (now >= end && !found.is_empty()) {
+                    break;
+                }
+                match self.candidate(t, m, under, sample, now + limit)? {
+                    Tried::Fits(c) => found.push(*c),
+                    Tried::Unfit => {}
+                    Tried::Stopped => stopped.push(t),
+                }
+            }
+            left = stopped;
+            if !found.is_empty() {
                 break;
             }
-            let now = Instant::now();
-            if now >= end && !found.is_empty() {
-                break;
-            }
-            let deadline = if found.is_empty() { end.max(now + GRACE) } else { end };
-            found.extend(self.candidate(t, m, under, sample, deadline)?);
         }
         let best =
             found.into_iter().min_by(|a, b| a.rank.0.cmp(&b.rank.0).then(a.rank.1.total_cmp(&b.rank.1)));
@@ -200,7 +222,7 @@ impl Session {
         }
     }
 
-    /// `t` baked and looked at; `None` where it takes too long, is refused, or is not good enough.
+    /// `t` baked and looked at.
     fn candidate(
         &self,
         t: &'static dyn AnyTechnique,
@@ -208,7 +230,7 @@ impl Session {
         under: Under<'_>,
         sample: &Sample<'_>,
         deadline: Instant,
-    ) -> Result<Option<Candidate>, Error> {
+    ) -> Result<Tried, Error> {
         let task = self.task.clone().with_deadline(deadline);
         let done = self.prepare(m, &Method::Technique(t), under, &task).and_then(|mut p| {
             p.picture_error = sample.error(&p, &task)?;
@@ -218,10 +240,10 @@ impl Session {
             Ok(p) => p,
             Err(e) if e.is_cancelled() => {
                 self.check()?;
-                return Ok(None);
+                return Ok(Tried::Stopped);
             }
             // These lights or parameters are not for it.
-            Err(e) if e.kind() == Kind::Usage => return Ok(None),
+            Err(e) if e.kind() == Kind::Usage => return Ok(Tried::Unfit),
             Err(e) => return Err(e),
         };
         prepared.material.method = None;
@@ -232,7 +254,7 @@ impl Session {
         };
         let cost = if under.tolerance.is_some() { prepared.bytes as f64 } else { error };
         let rank = (!prepared.left_out().is_empty(), cost);
-        Ok(fits.then_some(Candidate { prepared, rank }))
+        Ok(if fits { Tried::Fits(Box::new(Candidate { prepared, rank })) } else { Tried::Unfit })
     }
 
     fn fall_back(&self, m: &Material, under: Under<'_>) -> Result<Prepared, Error> {

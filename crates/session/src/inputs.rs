@@ -51,6 +51,47 @@ pub fn is_sky(spec: &str) -> bool {
     steradian_light::sky::is_name(spec)
 }
 
+/// Extensions of images in a folder of lights.
+const LIGHTS: [&str; 4] = ["hdr", "exr", "pfm", "pic"];
+
+/// The lights that a name stands for, sorted: those in a folder, those of a pattern with `*` in the file's name, or the
+/// one that it names.
+pub fn expand_lights(spec: &str) -> Result<Vec<String>, Error> {
+    let path = Path::new(spec);
+    let pattern = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let folder = path.is_dir();
+    if !folder && (path.exists() || !pattern.contains('*')) {
+        return Ok(vec![spec.into()]);
+    }
+    let above = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let dir = if folder { path } else { above };
+    let unreadable = |e: std::io::Error| Error::input(format!("{}: cannot read: {e}", dir.display()));
+    let mut out = Vec::new();
+    for entry in std::fs::read_dir(dir).map_err(unreadable)? {
+        let file = entry.map_err(unreadable)?.path();
+        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let image = file.extension().is_some_and(|e| LIGHTS.iter().any(|l| e.eq_ignore_ascii_case(l)));
+        if file.is_file() && if folder { image } else { matches(&pattern, &name) } {
+            out.push(file.display().to_string());
+        }
+    }
+    out.sort();
+    if out.is_empty() { Err(Error::input(format!("{spec}: holds no images of lights"))) } else { Ok(out) }
+}
+
+/// Does `name` match a pattern in which `*` stands for any characters?
+fn matches(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else { return false };
+    let mut parts: Vec<&str> = parts.collect();
+    let Some(last) = parts.pop() else { return rest.is_empty() };
+    for part in parts {
+        let Some(at) = rest.find(part) else { return false };
+        rest = &rest[at + part.len()..];
+    }
+    rest.ends_with(last)
+}
+
 /// The lights of a sky spec.
 fn sky(spec: &str) -> Result<Lights, Error> {
     Lights::of_sky(spec, SKY_SIZE).map_err(Error::usage)
@@ -369,5 +410,36 @@ impl Session {
         let (w, h, planes) = self.data(path)?;
         let alpha2 = steradian_render::maps::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
         Ok(Maps { alpha2: alpha2.map(Arc::new), ..Maps::default() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_and_patterns_stand_for_their_images() {
+        let dir = tempfile::tempdir().expect("a folder");
+        for name in ["b.hdr", "a.exr", "ab.hdr", "notes.txt"] {
+            std::fs::write(dir.path().join(name), "").expect("a file");
+        }
+        let names = |spec: &str| -> Vec<String> {
+            let all = expand_lights(&dir.path().join(spec).display().to_string()).unwrap_or_default();
+            let name = |p: String| Path::new(&p).file_name().map(|n| n.to_string_lossy().into_owned());
+            all.into_iter().filter_map(name).collect()
+        };
+        assert_eq!(names(""), ["a.exr", "ab.hdr", "b.hdr"]);
+        assert_eq!(names("*.hdr"), ["ab.hdr", "b.hdr"]);
+        assert_eq!(names("a*b*"), ["ab.hdr"]);
+        assert_eq!(names("none*.hdr"), Vec::<String>::new());
+        assert_eq!(expand_lights("sky:elevation=3").ok(), Some(vec!["sky:elevation=3".to_string()]));
+    }
+
+    #[test]
+    fn unknown_names_list_the_known() {
+        let e = check_shape("teapott").expect_err("unknown").to_string();
+        assert!(e.contains("did you mean 'teapot'") && e.contains("torus"), "{e}");
+        assert!(check_light("skyy").is_err_and(|e| e.to_string().contains("did you mean 'sky'")));
+        assert!(check_shape("none.obj").is_ok() && check_light("front,back").is_ok());
     }
 }

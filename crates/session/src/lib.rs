@@ -43,7 +43,7 @@ pub use choose::Chosen;
 pub use destinations::Destinations;
 pub use elevation::Elevations;
 pub use error::{Error, Kind};
-pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, is_shape, is_sky};
+pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky};
 pub use material::{Material, Prepared};
 pub use model::{Model, make_tangents};
 pub use notice::Notice;

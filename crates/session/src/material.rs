@@ -156,6 +156,26 @@ impl Session {
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
 
+    /// Materials as another camera sees them: those whose techniques prepare a view are prepared anew.
+    pub(crate) fn seen_by(
+        &self,
+        scene: &crate::Scene,
+        materials: Vec<Prepared>,
+        camera: Camera,
+    ) -> Result<Vec<Prepared>, Error> {
+        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance };
+        let again = |p: Prepared| match &p.method {
+            Method::Technique(t) if t.card().needs.view => {
+                self.prepare(&p.material, &p.method, under, &self.task)
+            }
+            Method::File(f) if f.technique.card().needs.view => {
+                self.prepare(&p.material, &p.method, under, &self.task)
+            }
+            _ => Ok(p),
+        };
+        materials.into_iter().map(again).collect()
+    }
+
     /// Tells what of a material's maps its technique leaves out.
     pub(crate) fn tell_left_out(&self, p: &Prepared) {
         let what = p.left_out();

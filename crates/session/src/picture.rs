@@ -1,6 +1,7 @@
 //! Pictures of scenes.
 
 use crate::{Error, Method, Outcome, Prepared, Renderer, Scene, Session};
+use glam::{Quat, Vec3};
 use std::time::Instant;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Backdrop, Background, Develop, Display, Film, Settings, Stage};
@@ -45,21 +46,65 @@ impl Session {
         scene: &Scene,
         renderer: Option<Renderer>,
     ) -> Result<Outcome<Picture>, Error> {
-        let camera = scene.camera_or_framed(None)?;
-        let bvh = Bvh::build(&scene.mesh);
+        let (camera, bvh) = (scene.camera_or_framed(None)?, Bvh::build(&scene.mesh));
         let materials = self.prepare_all(scene, &bvh, camera)?;
-        let exact = materials.iter().any(|m| matches!(m.method, Method::Reference));
-        let renderer = match renderer {
-            Some(renderer) => renderer,
-            None if exact => Renderer::Cpu,
-            None => Renderer::open(self)?,
-        };
+        let renderer = self.renderer_for(&materials, renderer)?;
+        let picture = self.shoot(scene, &bvh, camera, materials, &renderer)?;
+        let error = picture.error();
+        self.note_error(format!("relative error {error:.3e}"));
+        Ok(Outcome::new(picture, scene.tolerance, error))
+    }
+
+    /// `frames` pictures on a circle about the axis of the camera's up through what it looks at, the first one from where
+    /// the camera stands, all exposed as the first one is. `each` gets them with their numbers from 0.
+    pub fn orbit(
+        &mut self,
+        scene: &Scene,
+        frames: usize,
+        renderer: Option<Renderer>,
+        mut each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
+    ) -> Result<Outcome<Option<Picture>>, Error> {
+        let (camera, bvh) = (scene.camera_or_framed(None)?, Bvh::build(&scene.mesh));
+        let mut materials = self.prepare_all(scene, &bvh, camera)?;
+        let renderer = self.renderer_for(&materials, renderer)?;
+        let mut scene = scene.clone();
+        let mut last = None;
+        for k in 0..frames {
+            let camera = turned(camera, std::f32::consts::TAU * k as f32 / frames as f32);
+            if k > 0 {
+                materials = self.seen_by(&scene, materials, camera)?;
+            }
+            let mut picture = self.shoot(&scene, &bvh, camera, materials.clone(), &renderer)?;
+            scene.exposure = Some(picture.develop.ev);
+            self.note_error(format!("relative error {:.3e}", picture.error()));
+            each(self, k, &mut picture)?;
+            last = Some(picture);
+        }
+        let error = last.as_ref().map_or(0.0, Picture::error);
+        Ok(Outcome::new(last, scene.tolerance, error))
+    }
+
+    fn renderer_for(&self, materials: &[Prepared], given: Option<Renderer>) -> Result<Renderer, Error> {
+        match given {
+            Some(renderer) => Ok(renderer),
+            None if exact(materials) => Ok(Renderer::Cpu),
+            None => Renderer::open(self),
+        }
+    }
+
+    fn shoot(
+        &self,
+        scene: &Scene,
+        bvh: &Bvh,
+        camera: Camera,
+        materials: Vec<Prepared>,
+        renderer: &Renderer,
+    ) -> Result<Picture, Error> {
         let background = background(scene, &camera);
         let surfaces: Vec<_> = materials.iter().map(|m| m.surface.clone()).collect();
-        let stage =
-            Stage { mesh: &scene.mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
+        let stage = Stage { mesh: &scene.mesh, bvh, surfaces: &surfaces, background: &background, camera };
         let mut settings = scene.settings;
-        if exact {
+        if exact(&materials) {
             // The reference integrates each point on its own: one in a pixel and surface is enough, coverage gets its
             // samples.
             settings = Settings { inner: 1, share: true, ..settings };
@@ -69,10 +114,26 @@ impl Session {
         let seconds = start.elapsed().as_secs_f64();
         let ev = scene.exposure.unwrap_or_else(|| auto_exposure(&film));
         let develop = Develop { ev, mapper: scene.tone_mapper };
-        let picture = Picture { film, develop, materials, backend, seconds };
-        let error = picture.error();
-        self.note_error(format!("relative error {error:.3e}"));
-        Ok(Outcome::new(picture, scene.tolerance, error))
+        Ok(Picture { film, develop, materials, backend, seconds })
+    }
+}
+
+/// Does the reference shade any of them?
+fn exact(materials: &[Prepared]) -> bool {
+    materials.iter().any(|m| matches!(m.method, Method::Reference))
+}
+
+/// A camera turned by `angle` about its up through what it looks at.
+fn turned(camera: Camera, angle: f32) -> Camera {
+    let around =
+        |from: Vec3, at: Vec3, up: Vec3| at + Quat::from_axis_angle(up.normalize(), angle) * (from - at);
+    match camera {
+        Camera::Pinhole { from, at, up, fov_y } => {
+            Camera::Pinhole { from: around(from, at, up), at, up, fov_y }
+        }
+        Camera::Orthographic { from, at, up, height } => {
+            Camera::Orthographic { from: around(from, at, up), at, up, height }
+        }
     }
 }
 
@@ -98,5 +159,20 @@ pub(crate) fn footprint(camera: &Camera, height: usize) -> f64 {
     match camera {
         Camera::Pinhole { fov_y, .. } => 2.0 * f64::from(0.5 * fov_y).tan() / height.max(1) as f64,
         Camera::Orthographic { .. } => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_turn_about_what_they_look_at() {
+        let (from, at) = (Vec3::new(1.0, 1.0, 3.0), Vec3::new(1.0, 0.0, 1.0));
+        let camera = Camera::Pinhole { from, at, up: Vec3::Y, fov_y: 0.5 };
+        let Camera::Pinhole { from, .. } = turned(camera, std::f32::consts::FRAC_PI_2) else {
+            panic!("a pinhole")
+        };
+        assert!(from.distance(Vec3::new(3.0, 1.0, 1.0)) < 1e-5, "{from}");
     }
 }

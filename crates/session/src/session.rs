@@ -128,6 +128,13 @@ impl Session {
         self.provenance.error = Some(error.into());
     }
 
+    /// Forgets inputs, error and notes: what is written from now on has inputs of its own.
+    pub fn begin_output(&mut self) {
+        self.provenance.inputs.clear();
+        self.provenance.error = None;
+        self.notes.clear();
+    }
+
     /// Notes what files written from now on say of their content.
     pub fn note(&mut self, pair: (String, String)) {
         self.notes.push(pair);

@@ -7,7 +7,7 @@ use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs};
 use clap::Args;
-use forms::{document, html, sheet, table};
+use forms::{csv, document, html, latex, sheet, table};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_brdf::SharedBrdf;
@@ -52,6 +52,9 @@ pub struct Options {
     /// Report as one web page: table, pictures, maps of the differences
     #[arg(long, value_name = "OUT.html")]
     html: Option<PathBuf>,
+    /// The table as .csv, or as .tex (LaTeX, booktabs)
+    #[arg(long, value_name = "OUT.csv|OUT.tex")]
+    table: Option<PathBuf>,
     /// Size of each picture, pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     size: (usize, usize),
@@ -75,7 +78,8 @@ struct Finding {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let mut places = Destinations::default();
-    for (path, known) in [(&o.output, &["png"][..]), (&o.html, &["html", "htm"])] {
+    let outputs = [(&o.output, &["png"][..]), (&o.html, &["html", "htm"]), (&o.table, &["csv", "tex"])];
+    for (path, known) in outputs {
         if let Some(path) = path {
             check_output(path, known)?;
             places.file("--output", path)?;
@@ -87,6 +91,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if let Some(path) = &o.html {
         context.write_text(Some(path), &html(&o, &findings)?)?;
+    }
+    if let Some(path) = &o.table {
+        let tex = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tex"));
+        context.write_text(Some(path), &if tex { latex(&findings) } else { csv(&findings) })?;
     }
     if context.common.json {
         context.print_json(document(&findings))?;

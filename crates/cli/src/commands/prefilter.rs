@@ -6,20 +6,22 @@ use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs;
 use clap::Args;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_engines::{Engine, Filtered, MethodChoice, Request, kernel_name};
 use steradian_formats::TexelFormat;
 use steradian_light::load::{FileLayout, Profile};
-use steradian_session::{Adjust, Destinations, is_sky};
+use steradian_session::{Adjust, Destinations, expand_lights, is_sky};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image or sky spec
-    #[arg(value_name = "ENV")]
-    environment: String,
-    /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder
+    /// Images or sky specs; a folder or a pattern with * stands for the images in it
+    #[arg(value_name = "ENV", required = true, num_args = 1..)]
+    environment: Vec<String>,
+    /// Output: .ktx2 .ktx .dds (a cube), .exr .hdr .pfm (lat-long); with --profile a folder, with several profiles the folder
+    /// of theirs; {} in a file's name stands for the input's
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// ggx, beckmann, charlie, phong, blinn-phong, lambert, gaussian (of the angle), spherical-gaussian, or
@@ -38,9 +40,9 @@ pub struct Options {
     /// Standard deviation of gaussian and spherical-gaussian, degrees
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
     sigma: Option<f64>,
-    /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw
-    #[arg(long, value_name = "NAME", value_parser = Engine::parse)]
-    profile: Option<&'static Engine>,
+    /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw; several, separated by commas
+    #[arg(long, value_name = "NAME", value_parser = Engine::parse, value_delimiter = ',')]
+    profile: Vec<&'static Engine>,
     /// Side of level 0; of a lat-long image the width, or WIDTHxHEIGHT [default: 256, or the profile's]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
     size: Option<(usize, usize)>,
@@ -68,7 +70,8 @@ pub struct Options {
     /// Folder for every level as a lat-long .exr
     #[arg(long, value_name = "DIR")]
     dump_levels: Option<PathBuf>,
-    /// Name in the names of the files of --profile and --dump-levels [default: that of the input]
+    /// Name in the names of the files of --profile and --dump-levels, or where these are fixed of their folder [default: that
+    /// of the input]
     #[arg(long, value_name = "NAME", value_parser = file_name)]
     name: Option<String>,
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
@@ -99,21 +102,71 @@ fn file_name(text: &str) -> Result<String, String> {
     Ok(text.into())
 }
 
-fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
-    if o.name.is_some() && o.profile.is_none() && o.dump_levels.is_none() {
+/// One input for one consumer.
+struct Job {
+    environment: String,
+    engine: Option<&'static Engine>,
+    output: PathBuf,
+    name: String,
+    /// Files of fixed names go into a folder called by `name`.
+    own_folder: bool,
+}
+
+/// Every input for every consumer.
+fn jobs(o: &Options) -> Result<Vec<Job>, Failure> {
+    let mut inputs = Vec::new();
+    for spec in &o.environment {
+        inputs.extend(expand_lights(spec)?);
+    }
+    let (several, profiles) = (inputs.len() > 1, o.profile.len() > 1);
+    let names: Vec<String> = inputs.iter().map(|i| o.name.clone().unwrap_or_else(|| stem(i))).collect();
+    let twice = names.iter().enumerate().find(|(i, n)| names[..*i].contains(n));
+    if let Some((_, name)) = twice {
+        let why = "several inputs would have it: their files would replace one another";
+        return Err(Failure::usage(format!("name '{name}': {why}")));
+    }
+    let file = o.output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let engines: Vec<Option<&'static Engine>> =
+        if o.profile.is_empty() { vec![None] } else { o.profile.iter().copied().map(Some).collect() };
+    if several && o.profile.is_empty() && !file.contains("{}") {
+        let why = "several inputs need a {} in the output's name, such as rough-{}.ktx2";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
+    let mut out = Vec::new();
+    for (environment, name) in inputs.into_iter().zip(names) {
+        for engine in &engines {
+            let output = match engine {
+                Some(e) if profiles => o.output.join(e.name),
+                Some(_) => o.output.clone(),
+                None => o.output.with_file_name(file.replacen("{}", &name, 1)),
+            };
+            let own_folder = several || o.name.is_some();
+            let (environment, name) = (environment.clone(), name.clone());
+            out.push(Job { environment, engine: *engine, output, name, own_folder });
+        }
+    }
+    if out.len() > 1 && o.extract_sun.is_some() {
+        return Err(Failure::usage("--extract-sun names one file: give one input and one profile"));
+    }
+    Ok(out)
+}
+
+fn request(o: &Options, job: &Job, context: &mut Context) -> Result<Request, Failure> {
+    if o.name.is_some() && o.profile.is_empty() && o.dump_levels.is_none() {
         let why = "names the files of --profile and --dump-levels; --output names this one";
         return Err(Failure::usage(format!("--name {why}")));
     }
     let mut request = Request {
-        output: o.output.clone(),
-        name: o.name.clone().unwrap_or_else(|| stem(&o.environment)),
+        output: job.output.clone(),
+        name: job.name.clone(),
+        own_folder: job.own_folder,
         kernel: o.kernel.clone(),
         brdf: None,
         perceptual_roughness: o.perceptual_roughness,
         alpha: o.alpha,
         exponent: o.exponent,
         sigma: o.sigma,
-        engine: o.profile,
+        engine: job.engine,
         size: o.size,
         levels: o.levels.map(usize::from),
         format: o.format,
@@ -125,17 +178,17 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
     request.brdf = request.brdf_spec().map(|spec| context.brdf(spec)).transpose()?;
     // Refused before any work.
     request.plan(context.common.max_memory)?;
-    destinations(o)?;
+    destinations(o, job)?;
     Ok(request)
 }
 
 /// Refuses outputs that cannot be written, or of which one would replace another.
-fn destinations(o: &Options) -> Outcome {
+fn destinations(o: &Options, job: &Job) -> Outcome {
     let mut places = Destinations::default();
-    if o.profile.is_none() {
-        places.file("--output", &o.output)?;
-    } else {
-        places.folder(&o.output, false)?;
+    match job.engine {
+        None => places.file("--output", &job.output)?,
+        // The folder of several profiles is made; one of a single profile is made in a folder that is there.
+        Some(_) => places.folder(&job.output, o.profile.len() > 1)?,
     }
     if let Some(folder) = &o.dump_levels {
         places.folder(folder, true)?;
@@ -147,15 +200,43 @@ fn destinations(o: &Options) -> Outcome {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let jobs = jobs(&o)?;
+    let (several, mut documents, mut missed) = (jobs.len() > 1, Vec::new(), None);
+    // What cannot be met is refused before any work.
+    for job in &jobs {
+        request(&o, job, context)?;
+    }
+    for job in &jobs {
+        if several {
+            context.say(format_args!("{}: {}", job.environment, job.output.display()));
+        }
+        let (document, miss) = one(&o, job, context)?;
+        documents.push(document);
+        missed = missed.or(miss);
+    }
+    if context.common.json {
+        let document = if several { json!({ "outputs": documents }) } else { documents.remove(0) };
+        context.print_json(document)?;
+    }
+    missed.map_or(Ok(()), |why| Err(Failure::missed(why)))
+}
+
+/// Makes and writes one output; its report, and the miss where its tolerance was missed.
+fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<String>), Failure> {
     let start = Instant::now();
-    let request = request(&o, context)?;
+    context.begin_output();
+    let request = request(o, job, context)?;
+    if let Some(folder) = job.output.parent().filter(|_| job.engine.is_some() && o.profile.len() > 1) {
+        std::fs::create_dir_all(folder)
+            .map_err(|e| Failure::failed(format!("{}: cannot write: {e}", folder.display())))?;
+    }
     let adjust = Adjust {
         layout: o.layout,
         profile: o.input_profile,
         rotate: o.rotate,
         light_exposure: o.light_exposure,
     };
-    let mut lights = context.light(&o.environment, &adjust)?;
+    let mut lights = context.light(&job.environment, &adjust)?;
     let suns = o.extract_sun.as_ref().map(|_| steradian_light::suns::take(&mut lights));
     if let Some(taken) = &suns {
         context.note(taken.metadata());
@@ -184,20 +265,15 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         inputs::write_suns(taken, path, context)?;
         document["suns"] = taken.json();
     }
-    if context.common.json {
-        context.print_json(document)?;
-    } else {
+    if !context.common.json {
         report::say(&made, &written, context);
         if let Some(s) = snippet {
             context.print(&s)?;
         }
     }
-    match o.tolerance {
-        Some(t) if worst > t => {
-            Err(Failure::missed(format!("relative RMS error {worst:.2e} is above {t:.2e} ({how}{packing})")))
-        }
-        _ => Ok(()),
-    }
+    let missed = o.tolerance.filter(|t| worst > *t);
+    let missed = missed.map(|t| format!("relative RMS error {worst:.2e} is above {t:.2e} ({how}{packing})"));
+    Ok((document, missed))
 }
 
 /// A name without folders, extensions and odd characters.

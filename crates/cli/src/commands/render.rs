@@ -93,6 +93,12 @@ pub struct Options {
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     from: Option<[f64; 3]>,
+    /// Upward direction of the camera [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
+    up: Option<[f64; 3]>,
+    /// N pictures around the target, all exposed as the first one is; {} in the name of the output stands for the number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=3600))]
+    orbit: Option<u16>,
     /// Target of the camera, metres [default: centre of the mesh]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     at: Option<[f64; 3]>,
@@ -155,10 +161,41 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let scene = scene(&o, context)?;
     // What is asked for by name fails before the work.
     let renderer = (context.backend != Backend::Auto).then(|| Renderer::open(context)).transpose()?;
+    if let Some(frames) = o.orbit {
+        return orbit(&o, &scene, frames.into(), renderer, context);
+    }
     let (mut picture, missed) = context.render_on(&scene, renderer)?.even_if_missed();
     let film = std::mem::take(&mut picture.film);
     context.write_film(&o.output, film, picture.develop)?;
     report(&o, &scene, &picture, context)?;
+    missed.map_or(Ok(()), |m| Err(m.into()))
+}
+
+/// The name of frame `k` of several.
+fn frame(output: &Path, k: usize) -> PathBuf {
+    let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    output.with_file_name(name.replacen("{}", &format!("{k:04}"), 1))
+}
+
+fn orbit(
+    o: &Options,
+    scene: &Scene,
+    frames: usize,
+    renderer: Option<Renderer>,
+    context: &mut Context,
+) -> Outcome {
+    if !o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}")) {
+        let why = "--orbit writes several pictures: put {} into the name, such as turn-{}.png";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
+    let orbit = context.orbit(scene, frames, renderer, |session, k, picture| {
+        let film = std::mem::take(&mut picture.film);
+        session.write_film(&frame(&o.output, k), film, picture.develop)
+    })?;
+    let (last, missed) = orbit.even_if_missed();
+    if let Some(picture) = last {
+        report(o, scene, &picture, context)?;
+    }
     missed.map_or(Ok(()), |m| Err(m.into()))
 }
 
@@ -335,6 +372,9 @@ fn camera(o: &Options, scene: &mut Scene) -> Outcome {
         return Err(Failure::input(format!("{}: has no triangles", o.input)));
     }
     let fov = o.fov.map(|d| d as f32);
+    if o.up.is_some_and(|v| v == [0.0; 3]) {
+        return Err(Failure::usage("--up must not be zero"));
+    }
     if fov.is_some_and(|f| f >= 180.0) {
         return Err(Failure::usage("--fov must be below 180 degrees"));
     }
@@ -343,13 +383,13 @@ fn camera(o: &Options, scene: &mut Scene) -> Outcome {
         Camera::Pinhole { from, at, up, fov_y } => Camera::Pinhole {
             from: o.from.map_or(from, vector),
             at: o.at.map_or(at, vector),
-            up,
+            up: o.up.map_or(up, vector),
             fov_y: fov.map_or(fov_y, f32::to_radians),
         },
         Camera::Orthographic { from, at, up, height } => Camera::Orthographic {
             from: o.from.map_or(from, vector),
             at: o.at.map_or(at, vector),
-            up,
+            up: o.up.map_or(up, vector),
             height,
         },
     });

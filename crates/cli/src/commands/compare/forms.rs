@@ -118,6 +118,63 @@ pub fn table(findings: &[Finding]) -> String {
         .collect()
 }
 
+/// The numbers of a row: relative RMS, FLIP, seconds of bake and picture, bytes; `None` for a refusal.
+fn numbers(a: &Answer) -> Option<[Option<f64>; 5]> {
+    let r = a.rendering()?;
+    let e = r.errors.as_ref();
+    let errors = [e.map(|e| e.0.relative_rms), e.map(|e| e.1)];
+    Some([errors[0], errors[1], Some(r.bake_seconds), Some(r.shade_seconds), Some(r.bytes as f64)])
+}
+
+/// The table as CSV (RFC 4180), numbers in full; a refusal leaves them out and says why.
+pub fn csv(findings: &[Finding]) -> String {
+    let quoted = |t: &str| format!("\"{}\"", t.replace('"', "\"\""));
+    let mut out = String::from(
+        "environment,brdf,technique,relative_rms,flip,bake_seconds,shade_seconds,bytes,refused\n",
+    );
+    for f in findings {
+        for a in &f.answers {
+            let why = if let Answer::Refused { why, .. } = a { quoted(why) } else { String::new() };
+            let all = numbers(a).unwrap_or([None; 5]);
+            let all = all.map(|v| v.map_or_else(String::new, |v| v.to_string())).join(",");
+            let head = [&f.environment, &f.brdf, &a.name()].map(|t| quoted(t)).join(",");
+            out.push_str(&format!("{head},{all},{why}\n"));
+        }
+    }
+    out
+}
+
+/// The table as LaTeX with booktabs; refusals are left out.
+pub fn latex(findings: &[Finding]) -> String {
+    let plain = |t: &str| -> String {
+        t.chars().map(|c| if "_&%#$".contains(c) { format!("\\{c}") } else { c.into() }).collect()
+    };
+    let mut out = String::from(
+        "\\begin{tabular}{lllrrrrr}\n\\toprule\nenvironment & reflectance & technique & rel.\\ RMS \\% & FLIP & \
+         bake s & shade s & bytes \\\\\n\\midrule\n",
+    );
+    for f in findings {
+        for (a, n) in f.answers.iter().filter_map(|a| Some((a, numbers(a)?))) {
+            let number = |v: Option<f64>, scale: f64, digits: usize| {
+                v.map_or_else(|| "--".into(), |v| format!("{:.digits$}", v * scale))
+            };
+            let cells = [
+                plain(&f.environment),
+                plain(&f.brdf),
+                plain(&a.name()),
+                number(n[0], 100.0, 2),
+                number(n[1], 1.0, 4),
+                number(n[2], 1.0, 3),
+                number(n[3], 1.0, 3),
+                number(n[4], 1.0, 0),
+            ];
+            out.push_str(&format!("{} \\\\\n", cells.join(" & ")));
+        }
+    }
+    out.push_str("\\bottomrule\n\\end{tabular}\n");
+    out
+}
+
 /// One web page.
 pub fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
     let mut page = Page::new("Techniques and the reference", &short(&o.mesh));
