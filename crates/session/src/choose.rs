@@ -2,25 +2,27 @@
 
 use crate::material::Under;
 use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use steradian_base::{Known, Task};
 use steradian_brdf::Brdf;
-use steradian_render::{Background, Film, Maps, Settings, Stage, Surface, errors, render};
+use steradian_reference::{Judge, Lookup};
+use steradian_render::{Background, Film, JudgeShader, Maps, Settings, Stage, Surface, errors, render};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Time of all bakes among which a technique is chosen, once one is good enough.
-const BUDGET: Duration = Duration::from_secs(4);
-/// Time that a single bake gets of it, so that none keeps the others from their turn.
-const SLICE: Duration = Duration::from_millis(1500);
-/// Time that a single bake gets where none was good enough within [`SLICE`].
-const GRACE: Duration = Duration::from_secs(10);
+/// Time of a single bake and of all among which a technique is chosen: a bake that takes longer gives the others their
+/// turn, and where none is good enough those that were stopped get more.
+const BUDGETS: [[Duration; 2]; 2] =
+    [[Duration::from_secs(2), Duration::from_secs(4)], [Duration::from_secs(10), Duration::from_secs(15)]];
 /// Seconds for the reference to look at a few hundred points of a picture.
-const LOOK: Duration = Duration::from_secs(2);
+const LOOK: Duration = Duration::from_secs(3);
 /// Pixels a side of the sample of a picture: some hundred points, of which the object covers a part.
 const SAMPLE: usize = 24;
 /// Relative error of the reference at these points: far below the errors that are compared.
 const SAMPLE_TOLERANCE: f64 = 1e-2;
+/// Evaluations of the reflectance at one of them.
+const SAMPLE_EVALUATIONS: u64 = 100_000;
 /// An error that no picture shows: the first technique to reach it is taken.
 const INVISIBLE: f64 = 5e-3;
 /// Techniques of a larger error need a specimen like the material, where no tolerance is given.
@@ -84,10 +86,12 @@ impl<'a> Sample<'a> {
             return Ok(sample);
         }
         let task = session.task.clone().without_progress().with_deadline(Instant::now() + LOOK);
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: Some(SAMPLE_TOLERANCE) };
-        let truth = session
-            .prepare(material, &Method::Reference, under, &task)
-            .and_then(|p| sample.film(&p.surface, &task));
+        let truth =
+            Judge::new(&scene.lights, Lookup::Bilinear, &task).map_err(Error::from).and_then(|judge| {
+                let judge = Arc::new(judge.with_budget(SAMPLE_EVALUATIONS));
+                let shader = Arc::new(JudgeShader::new(judge, material.brdf.clone(), SAMPLE_TOLERANCE));
+                sample.film(&Surface { shader, base_colour: None, maps: Maps::default() }, &task)
+            });
         sample.truth = match truth {
             Ok(film) => Some(film),
             Err(e) if e.is_cancelled() => {
@@ -191,16 +195,18 @@ impl Session {
     /// Without a tolerance the technique of the smallest error in this picture, with one the smallest data that meet it;
     /// else the reference. Techniques that leave out what the material gives come last.
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
-        let end = Instant::now() + BUDGET;
         let mut found: Vec<Candidate> = Vec::new();
         let mut left = candidates(&*m.brdf);
-        for limit in [SLICE, GRACE] {
-            let mut stopped = Vec::new();
+        // With a tolerance all that is found meets it.
+        let below = |found: &[Candidate], error: f64| {
+            found.iter().any(|c| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error))
+        };
+        for [limit, all] in BUDGETS {
+            let (end, mut stopped) = (Instant::now() + all, Vec::new());
             for t in left {
-                let invisible = |c: &Candidate| !c.rank.0 && c.rank.1 <= INVISIBLE;
-                let enough = under.tolerance.is_none() && found.iter().any(invisible);
                 let now = Instant::now();
-                if enough || (now >= end && !found.is_empty()) {
+                let invisible = under.tolerance.is_none() && below(&found, INVISIBLE);
+                if invisible || (now >= end && below(&found, USEFUL)) {
                     break;
                 }
                 match self.candidate(t, m, under, sample, now + limit)? {
@@ -210,7 +216,7 @@ impl Session {
                 }
             }
             left = stopped;
-            if !found.is_empty() {
+            if below(&found, USEFUL) {
                 break;
             }
         }

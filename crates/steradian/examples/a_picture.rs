@@ -1,5 +1,7 @@
 //! From names to a picture and a certificate.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::path::Path;
 use steradian::session::{Error, Scene, Session};
 

@@ -1,5 +1,7 @@
 //! A light becomes an engine's files: here Bevy's two cubes, with what to paste.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::path::Path;
 use steradian::engines::{Engine, Filtered, Request};
 use steradian::session::{Adjust, Error, Session};

@@ -1,5 +1,7 @@
 //! A reflectance of one's own, shaded by the techniques that take any isotropic one.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian::brdf::{Brdf, Info, Lobe, Sample, SharedBrdf};
@@ -49,7 +51,7 @@ impl Brdf for Minnaert {
         let (r, (s, c)) = (u.x.sqrt(), (2.0 * PI * u.y).sin_cos());
         let wi = DVec3::new(r * c, r * s, (1.0 - u.x).max(0.0).sqrt());
         let pdf = self.pdf(wi, wo);
-        (pdf > 0.0).then(|| Sample { wi, pdf })
+        (pdf > 0.0).then_some(Sample { wi, pdf })
     }
 
     fn pdf(&self, wi: DVec3, _: DVec3) -> f64 {

@@ -1,5 +1,7 @@
 //! A technique of one's own beside the reference: diffuse light as a constant and a gradient, four coefficients.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use steradian::base::{Certificate, Known, Task};
 use steradian::brdf::Brdf;
 use steradian::light::Lights;

@@ -1,5 +1,7 @@
 //! The radiance that leaves one point, by the reference and by a technique with its certificate.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use steradian::session::eval::{Points, Request};
 use steradian::session::{Adjust, Error, Method, Session};
 use steradian::sphere::glam::DVec3;

@@ -1,5 +1,7 @@
 //! One bake, and the radiance of batches of points as arrays: what a renderer of one's own calls in every frame.
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use steradian::base::Task;
 use steradian::session::{Adjust, Error, Session};
 use steradian::sphere::glam::Vec3;

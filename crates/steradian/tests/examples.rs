@@ -1,5 +1,7 @@
 //! Every example runs, and what it gives is right.
 
+#![allow(clippy::print_stdout, reason = "examples say what they found")]
+
 #[path = "../examples/a_picture.rs"]
 mod a_picture;
 #[path = "../examples/engine_files.rs"]
