@@ -1,5 +1,6 @@
 //! One slice: the first two passes of 5.22, k_lq(θ_o) = ∫ (∫ f_cos cos qφ dφ) f_lq(θ_i) sin θ_i dθ_i.
 
+use super::bands::{Bands, Rgb};
 use super::geometry::{Slice, Zone};
 use super::ring::{Rings, width};
 use super::rule::{self, Node, POINTS};
@@ -94,9 +95,9 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
     let total: f64 = panels.iter().map(|p| integral(p, n, tail..tail + 3)).sum();
     rings.floor = 0.1 * request.tolerance * (std::f64::consts::PI * total).sqrt();
     let mut made = panels.len();
-    let mut work = Projector::new(request, polar);
-    let k = vec![0.0; work.sum.len()];
-    let mut kernel = Kernel { k, energy: [0.0; 3], cosine: [0.0; 3], accuracy: 0.0 };
+    let mut bands = Bands::new(request, polar);
+    let mut k = vec![Default::default(); bands.sum.len()];
+    let mut kernel = Kernel { k: Vec::new(), energy: [0.0; 3], cosine: [0.0; 3], accuracy: 0.0 };
     let mut square_error = 0.0;
     let enough = request.tolerance * total.sqrt() / (made as f64).sqrt();
     while !panels.is_empty() {
@@ -104,7 +105,7 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
         for panel in panels {
             // An error of the energy weighs as half of it on the norm.
             let of_energy = 0.5 * missed(&panel, n, tail) / total.sqrt().max(f64::MIN_POSITIVE);
-            let error = work.project(&panel, n, tail).max(of_energy);
+            let error = project(&mut bands, &panel, n, tail).max(of_energy);
             let [a, b] = panel.ends;
             if error > enough && made + 2 <= PANELS.max(2 * panel_limit(request)) && b - a > 1e-9 {
                 let middle = 0.5 * (a + b);
@@ -113,7 +114,7 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
                 continue;
             }
             square_error += error * error;
-            kernel.k.iter_mut().zip(&work.sum).for_each(|(k, s)| *k += s);
+            add(&mut k, &bands.sum);
             for c in 0..3 {
                 kernel.energy[c] += integral(&panel, n, tail + c..tail + c + 1);
                 kernel.cosine[c] += integral(&panel, n, tail + 3 + c..tail + 4 + c);
@@ -121,6 +122,7 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
         }
         panels = next;
     }
+    kernel.k = bands.rows(&k);
     let energy: f64 = kernel.energy.iter().sum();
     kernel.accuracy = if energy > 0.0 { (square_error / energy).sqrt() } else { 0.0 };
     kernel
@@ -138,46 +140,16 @@ fn integral(panel: &Panel, n: usize, range: std::ops::Range<usize>) -> f64 {
     nodes.iter().zip(panel.rings.chunks_exact(n)).map(|(node, ring)| one(node, ring)).sum()
 }
 
-/// The second pass with its scratch.
-struct Projector<'a> {
-    polar: &'a Polar,
-    bands: usize,
-    /// `[q][c][l]`.
-    sum: Vec<f64>,
-    difference: Vec<f64>,
-    row: Vec<f64>,
+/// A panel's part of k_lq into `bands`; returns its estimated error.
+fn project(bands: &mut Bands, panel: &Panel, n: usize, tail: usize) -> f64 {
+    let nodes = rule::nodes(panel.ends[0], panel.ends[1]);
+    let difference = bands.project(&nodes, &panel.thetas, &panel.rings, n);
+    rule::error(difference, integral(panel, n, tail..tail + 3).max(0.0).sqrt())
 }
 
-impl<'a> Projector<'a> {
-    fn new(request: &Request, polar: &'a Polar) -> Self {
-        let bands = request.f + 1;
-        let empty = vec![0.0; 3 * bands * (request.q + 1)];
-        Self { polar, bands, sum: empty.clone(), difference: empty, row: Vec::new() }
-    }
-
-    /// A panel's part of k_lq into `sum`; returns its estimated error.
-    fn project(&mut self, panel: &Panel, n: usize, tail: usize) -> f64 {
-        self.sum.fill(0.0);
-        self.difference.fill(0.0);
-        let (bands, polar) = (self.bands, self.polar);
-        let (sum, difference) = (&mut self.sum, &mut self.difference);
-        let nodes = rule::nodes(panel.ends[0], panel.ends[1]);
-        for ((node, ring), theta) in nodes.iter().zip(panel.rings.chunks_exact(n)).zip(panel.thetas) {
-            let (s, c) = theta.sin_cos();
-            polar.for_each(s, c, &mut self.row, |q, row| {
-                let first = q.min(bands);
-                for (channel, g) in ring[3 * q..3 * q + 3].iter().enumerate() {
-                    let at = (3 * q + channel) * bands;
-                    axpy(&mut sum[at + first..at + bands], g * node.weight, &row[first..]);
-                    axpy(&mut difference[at + first..at + bands], g * node.difference, &row[first..]);
-                }
-            });
-        }
-        let weight = |i: usize| if i < 3 * bands { 1.0 } else { 2.0 };
-        let square: f64 = self.difference.iter().enumerate().map(|(i, d)| weight(i) * d * d).sum();
-        let energy = integral(panel, n, tail..tail + 3).max(0.0);
-        rule::error(square.sqrt(), energy.sqrt())
-    }
+fn add(to: &mut [Rgb], more: &[Rgb]) {
+    let more = more.as_flattened().as_flattened();
+    to.as_flattened_mut().as_flattened_mut().iter_mut().zip(more).for_each(|(a, b)| *a += b);
 }
 
 /// The estimated error of a panel's energy.
@@ -190,8 +162,4 @@ fn missed(panel: &Panel, n: usize, tail: usize) -> f64 {
         difference += node.difference * here;
     }
     rule::error(difference.abs(), energy.max(0.0))
-}
-
-fn axpy(y: &mut [f64], a: f64, x: &[f64]) {
-    y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
 }

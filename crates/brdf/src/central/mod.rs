@@ -20,6 +20,7 @@
 //! **What is refused**: anisotropic reflectance has a fourth dimension that these expansions do not hold. Only what
 //! depends on t·wi and t·wo alone (Kajiya–Kay, Banks's map) goes through, about the tangent and with q = 0.
 
+mod bands;
 mod choose;
 mod error;
 mod fit;
@@ -33,6 +34,7 @@ mod slices;
 #[cfg(test)]
 mod tests;
 mod theta;
+mod waves;
 
 pub use choose::best_centre;
 pub use error::CentralError;

@@ -2,10 +2,12 @@
 
 use super::geometry::{Elevation, Slice};
 use super::rule;
+use super::waves::{self, ROOM, Values, Waves};
 use crate::adaptive::graded;
 use crate::{Brdf, Lobe};
 use glam::DVec3;
 use std::f64::consts::PI;
+use steradian_simd::run;
 
 /// Panels of a circle at most.
 const PANELS: usize = 96;
@@ -43,8 +45,12 @@ pub(super) struct Rings<'a> {
     loudest: f64,
     /// Absolute accuracy that suffices everywhere, once the slice's energy is known.
     pub floor: f64,
+    /// Σ f_cos cos qφ over a panel, with room for whole registers.
     sum: Vec<f64>,
+    /// The same less the 7-point rule's, for the orders that are watched.
     difference: Vec<f64>,
+    /// ∫ f_cos² dφ and ∫ f_cos (n·wi)₊ dφ over a panel.
+    tail: [f64; 6],
 }
 
 impl<'a> Rings<'a> {
@@ -53,9 +59,9 @@ impl<'a> Rings<'a> {
         let axes = [u, DVec3::Y, c];
         let wo = slice.view();
         let spots = brdf.lobes(wo).into_iter().filter_map(|l| spot(l, &axes)).collect();
-        let empty = vec![0.0; width(q)];
-        let (sum, difference) = (empty.clone(), empty);
-        Self { brdf, axes, wo, q, two_sided, spots, tolerance, loudest: 0.0, floor: 0.0, sum, difference }
+        let (sum, difference) = (vec![0.0; waves::room(q)], vec![0.0; waves::room(q.min(WATCHED))]);
+        let (loudest, floor, tail) = (0.0, 0.0, [0.0; 6]);
+        Self { brdf, axes, wo, q, two_sided, spots, tolerance, loudest, floor, sum, difference, tail }
     }
 
     /// Q.
@@ -92,7 +98,9 @@ impl<'a> Rings<'a> {
                     let middle = 0.5 * (a + b);
                     queue.extend([[a, middle], [middle, b]]);
                 } else {
-                    out.iter_mut().zip(&self.sum).for_each(|(o, s)| *o += 2.0 * s);
+                    let (waves, tail) = out.split_at_mut(3 * (self.q + 1));
+                    waves.iter_mut().zip(&self.sum).for_each(|(o, s)| *o += 2.0 * s);
+                    tail.iter_mut().zip(&self.tail).for_each(|(o, s)| *o += 2.0 * s);
                 }
             }
             begin = end;
@@ -110,37 +118,32 @@ impl<'a> Rings<'a> {
     }
 
     fn energy(&self) -> f64 {
-        self.sum[3 * (self.q + 1)..][..3].iter().sum()
+        self.tail[..3].iter().sum()
     }
 
     /// One panel into `sum`; returns the estimated errors of the Fourier coefficients and of the energy.
     fn panel(&mut self, sine: f64, cosine: f64, ends: [f64; 2]) -> (f64, f64) {
-        let mut missed = 0.0;
-        self.sum.fill(0.0);
-        self.difference.fill(0.0);
-        let tail = 3 * (self.q + 1);
         let watched = self.q.min(WATCHED);
-        for node in rule::nodes(ends[0], ends[1]) {
+        let mut cosines = [0.0; ROOM];
+        let (mut values, mut differences): (Values, Values) = Default::default();
+        let (mut missed, mut tail) = (0.0, [0.0; 6]);
+        for (k, node) in rule::nodes(ends[0], ends[1]).iter().enumerate() {
             let (sp, cp) = node.at.sin_cos();
             let (f, f2, nwi) = self.value(sine, cosine, sp, cp);
-            let (mut before, mut wave) = (cp, 1.0);
-            for q in 0..=self.q {
-                let w = node.weight * wave;
-                for c in 0..3 {
-                    self.sum[3 * q + c] += w * f[c];
-                }
-                if q <= watched {
-                    let d = node.difference * wave;
-                    (0..3).for_each(|c| self.difference[3 * q + c] += d * f[c]);
-                }
-                (before, wave) = (wave, 2.0 * cp * wave - before);
-            }
+            cosines[k] = cp;
             missed += node.difference * (f2[0] + f2[1] + f2[2]);
             for c in 0..3 {
-                self.sum[tail + c] += node.weight * f2[c];
-                self.sum[tail + 3 + c] += node.weight * f[c] * nwi;
+                (values[c][k], differences[c][k]) = (node.weight * f[c], node.difference * f[c]);
+                tail[c] += node.weight * f2[c];
+                tail[3 + c] += node.weight * f[c] * nwi;
             }
         }
+        self.tail = tail;
+        self.sum.fill(0.0);
+        self.difference.fill(0.0);
+        let cosines = &cosines;
+        run(Waves { cosines, values: &values, q: self.q, out: &mut self.sum });
+        run(Waves { cosines, values: &differences, q: watched, out: &mut self.difference });
         let square: f64 = self.difference[..3 * (watched + 1)].iter().map(|d| d * d).sum();
         let energy = self.energy();
         let coefficients = rule::error(square.sqrt(), (energy * (ends[1] - ends[0])).sqrt());

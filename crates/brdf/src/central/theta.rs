@@ -24,6 +24,16 @@ impl Polar {
         Self { f, columns: (0..=q).map(column).collect() }
     }
 
+    /// √((2q + 1)/(2q)), by which sin θ takes f_{q−1,q−1} to f_qq; 1 for q = 0.
+    pub(super) fn sectoral(&self, q: usize) -> f64 {
+        self.columns[q].0
+    }
+
+    /// a and b of f_lq = a cos θ f_{l−1,q} − b f_{l−2,q}, l > q.
+    pub(super) fn step(&self, q: usize, l: usize) -> [f64; 2] {
+        self.columns[q].1[l - q - 1]
+    }
+
     /// Hands (q, f_lq for l = 0 … F) to `take`, for each q; zero below l = q.
     pub fn for_each(&self, sine: f64, cosine: f64, row: &mut Vec<f64>, mut take: impl FnMut(usize, &[f64])) {
         row.clear();

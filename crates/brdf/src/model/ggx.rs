@@ -16,6 +16,7 @@ use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::{Args, Interval, triple};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The page.
@@ -63,11 +64,19 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// D · G₂/(4 n·wi n·wo), and wi·h.
+    /// D · G₂/(4 n·wi n·wo), and wi·h = |wi + wo|/2.
     fn shape(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
-        let h = half(wi, wo);
-        let s = stretched_length(wi, self.ax, self.ay) * wo.z + stretched_length(wo, self.ax, self.ay) * wi.z;
-        (0.5 * ggx_d(h, self.ax, self.ay) / s.max(1e-150), half_cosine(wi, wo))
+        let (ax, ay) = (self.ax, self.ay);
+        let s = stretched_length(wi, ax, ay) * wo.z + stretched_length(wo, ax, ay) * wi.z;
+        // With v = wi + wo, D = ax³ ay³ v⁴/(π p²), p = ay² v_x² + ax² v_y² + ax² ay² v_z².
+        let v = wi + wo;
+        let (square, area) = (v.length_squared(), ax * ay);
+        let p = DVec3::new(ay * v.x, ax * v.y, area * v.z).length_squared();
+        if square < 1e-100 {
+            return (0.5 * ggx_d(half(wi, wo), ax, ay) / s.max(1e-150), half_cosine(wi, wo));
+        }
+        let shape = 0.5 * area.powi(3) * square * square / (PI * p * p * s.max(1e-150));
+        (shape, (0.5 * square.sqrt()).min(1.0))
     }
 
     fn draw(&self) -> [(f64, Draw); 1] {

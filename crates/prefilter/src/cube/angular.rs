@@ -24,9 +24,10 @@ pub fn convolve_at(tree: &Tree, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     tree.integrate(scale, |wi| [kernel.value(d.dot(wi)); 3])
 }
 
-/// The angle whose half has sine `y`, within 4e-4: it only decides what is taken together.
+/// The angle, radians, whose half has sine `y`, to within 4e-4: what decides how much of a light is taken together needs
+/// no more.
 #[inline]
-fn angle(y: f64) -> f64 {
+pub fn angle(y: f64) -> f64 {
     if y < 0.5 {
         let y2 = y * y;
         return 2.0 * y * (1.0 + y2 * (1.0 / 6.0 + y2 * (0.075 + y2 * (15.0 / 336.0))));

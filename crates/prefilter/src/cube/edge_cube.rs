@@ -132,8 +132,22 @@ impl EdgeCube {
     pub fn from_image(image: &SphereImage, size: usize) -> Self {
         let size = size.max(1);
         let fine = image.resample(Layout::Cube, 2 * size, 2 * size);
-        let h = 0.5 / size as f64;
-        Self::from_fn(size, |d| mean_around(&fine, d, h))
+        let areas = areas(size);
+        let (n, h) = (size + 1, 0.5 / size as f64);
+        let mut texels = vec![[0.0; 4]; 6 * n * n];
+        texels.par_chunks_mut(n).enumerate().for_each(|(r, row)| {
+            let (face, j) = (r / n, r % n);
+            for (i, texel) in row.iter_mut().enumerate() {
+                let inside = (1..size).contains(&i) && (1..size).contains(&j);
+                let [r, g, b] = if inside {
+                    mean_of_four(&fine, &areas, [face, i, j])
+                } else {
+                    mean_around(&fine, direction(size, face, i, j), h)
+                };
+                *texel = [r as f32, g as f32, b as f32, 1.0];
+            }
+        });
+        Self { size, texels }
     }
 
     /// A cube from its texels; `None` where their number is not 6 (size + 1)².
@@ -205,6 +219,26 @@ impl EdgeCube {
     }
 }
 
+/// Solid angles of the texels of a quarter of a face, 2 `size` texels wide.
+fn areas(size: usize) -> Vec<f64> {
+    let area = |k: usize| Layout::Cube.solid_angle(2 * size, 2 * size, 0, k % size, k / size);
+    (0..size * size).into_par_iter().map(area).collect()
+}
+
+/// [`mean_around`] a sample inside a face.
+fn mean_of_four(fine: &SphereImage, areas: &[f64], [face, i, j]: [usize; 3]) -> [f64; 3] {
+    let size = fine.width / 2;
+    let nearer = |k: usize| k.min(fine.width - 1 - k);
+    let (mut sum, mut area) = ([0.0; 3], 0.0);
+    for (i, j) in [(2 * i - 1, 2 * j - 1), (2 * i, 2 * j - 1), (2 * i - 1, 2 * j), (2 * i, 2 * j)] {
+        let w = areas[nearer(j) * size + nearer(i)];
+        let l = fine.texel(face, i, j);
+        (0..3).for_each(|c| sum[c] += w * f64::from(l[c]));
+        area += w;
+    }
+    sum.map(|s| s / area)
+}
+
 /// The solid-angle weighted mean of the texels of `fine` that meet at the sample in direction `d`.
 fn mean_around(fine: &SphereImage, d: DVec3, h: f64) -> [f64; 3] {
     // In coordinates where the largest component is ±1, the texel centres lie h away along each axis; the
@@ -272,6 +306,20 @@ mod tests {
         };
         let ratio = error(16) / error(32);
         assert!((3.5..5.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn samples_inside_a_face_are_the_mean_of_four_texels() {
+        let fine = SphereImage::from_fn(Layout::Cube, 12, 12, |d| {
+            [1.0 + d.x as f32, (2.0 * d.y).exp() as f32, (d.z + 0.3 * d.x) as f32]
+        });
+        let areas = areas(6);
+        for (face, k) in (0..6).flat_map(|face| (0..25).map(move |k| (face, k))) {
+            let (i, j) = (1 + k % 5, 1 + k / 5);
+            let got = mean_of_four(&fine, &areas, [face, i, j]);
+            let want = mean_around(&fine, direction(6, face, i, j), 0.5 / 6.0);
+            assert!((0..3).all(|c| (got[c] - want[c]).abs() < 1e-12), "{face} {i} {j}: {got:?} {want:?}");
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@
 //! tolerance needs is beyond the spectrum, direction by direction as a whole ([`crate::angular`]).
 
 use super::edge_cube::{self, EdgeCube};
-use crate::image::at_points;
-use crate::{Source, Tree, Zonal, angular, probe};
+use crate::image::{Row, at_points};
+use crate::{Beam, Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
@@ -161,34 +161,34 @@ fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {
     (cube, if all > 0.0 { added / all } else { 0.0 })
 }
 
+/// Texels' cells a row of the cube at a time, disks one by one.
 fn add_beams(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
     let n = cube.size() + 1;
-    let row = |r: usize| {
-        (0..n).map(move |i| {
-            let d = edge_cube::direction(n - 1, r / n, i, r % n);
-            let sum = beams_at(source, kernel, d);
-            let t = cube.texels()[r * n + i];
-            [t[0] + sum[0] as f32, t[1] + sum[1] as f32, t[2] + sum[2] as f32, 1.0]
-        })
-    };
-    let texels = (0..6 * n).into_par_iter().flat_map_iter(row).collect();
+    let (cells, disks): (Vec<Beam>, Vec<Beam>) = source.beams.iter().partition(|b| b.cell.is_some());
+    let mut texels = cube.texels().to_vec();
+    texels.par_chunks_mut(n).enumerate().for_each_init(Row::default, |row, (r, texels)| {
+        let at = |i: usize| edge_cube::direction(n - 1, r / n, i, r % n);
+        row.along(n, at);
+        row.sums(&cells, kernel);
+        for (i, t) in texels.iter_mut().enumerate() {
+            let sum = disks_at(&disks, kernel, at(i));
+            (0..3).for_each(|c| t[c] += (sum[c] + row.sum(c, i)) as f32);
+        }
+    });
     EdgeCube::from_texels(n - 1, texels).unwrap_or_default()
 }
 
-fn beams_at(source: &Source, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+fn disks_at(disks: &[Beam], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let beyond = (kernel.support().min(3.2)).cos();
-    for b in &source.beams {
+    for b in disks {
         let x = d.dot(b.direction);
-        // A beam beyond the support by more than its radius, or a cell's half diagonal, gives nothing (chord ≤ angle).
+        // A disk beyond the support by more than its radius gives nothing (chord ≤ angle).
         if x < beyond - 2.0 * b.radius {
             continue;
         }
         let scale = kernel.width().max((2.0 * (1.0 - x)).max(0.0).sqrt());
-        let v = match b.cell {
-            Some(cell) => cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle(),
-            None => b.mean(scale, |wi| [kernel.value(d.dot(wi))])[0],
-        };
+        let v = b.mean(scale, |wi| [kernel.value(d.dot(wi))])[0];
         (0..3).for_each(|c| sum[c] += b.flux[c] * v);
     }
     sum

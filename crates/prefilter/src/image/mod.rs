@@ -9,6 +9,7 @@ mod synthesis;
 mod texels;
 mod ways;
 
+pub(crate) use rows::Row;
 pub(crate) use synthesis::{at_points, precision, synthesize};
 
 pub use deviation::{Deviation, deviation};

@@ -21,13 +21,23 @@ pub(crate) struct Row {
 }
 
 impl Row {
+    /// `n` directions.
+    pub(crate) fn along(&mut self, n: usize, at: impl Fn(usize) -> DVec3) {
+        for v in [&mut self.x, &mut self.y, &mut self.z] {
+            v.resize(n, 0.0);
+        }
+        for i in 0..n {
+            (self.x[i], self.y[i], self.z[i]) = at(i).into();
+        }
+    }
+
     fn fill(&mut self, (layout, width, height): (Layout, usize, usize), row: usize) {
         let (face, j) = (row / height, row % height);
         let at = |i: usize| layout.texel_direction(width, height, face, i, j).unwrap_or(DVec3::ZERO);
-        for v in [&mut self.x, &mut self.y, &mut self.z] {
-            v.resize(width, 0.0);
-        }
         if layout == Layout::Cube {
+            for v in [&mut self.x, &mut self.y, &mut self.z] {
+                v.resize(width, 0.0);
+            }
             // On the plane of its face a row is a line.
             let axis = |d: DVec3| d / d.abs().max_element();
             let (first, last) = (axis(at(0)), axis(at(width - 1)));
@@ -35,9 +45,7 @@ impl Row {
             run(Line { first, step, out: [&mut self.x, &mut self.y, &mut self.z] });
             return;
         }
-        for i in 0..width {
-            (self.x[i], self.y[i], self.z[i]) = at(i).into();
-        }
+        self.along(width, at);
     }
 
     /// Direction of texel `i`.
@@ -107,10 +115,8 @@ impl Row {
     /// Adds the kernel at the distances, times a flux and a weight.
     fn add(&mut self, flux: [f64; 3], weight: f64, kernel: &dyn Zonal) {
         kernel.fill(&self.s2, &mut self.weights);
-        for (sum, flux) in self.sums.iter_mut().zip(flux) {
-            let flux = weight * flux;
-            sum.iter_mut().zip(&self.weights).for_each(|(sum, w)| *sum += flux * f64::from(*w));
-        }
+        let flux = flux.map(|f| weight * f);
+        run(Weighted { weights: &self.weights, flux, sums: self.sums.each_mut().map(Vec::as_mut_slice) });
     }
 }
 
@@ -142,6 +148,28 @@ impl Kernel for Line<'_> {
             let d = [n.x + i * self.step.x, n.y + i * self.step.y, n.z + i * self.step.z];
             let r = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt().recip();
             (*x, *y, *z) = (d[0] * r, d[1] * r, d[2] * r);
+        }
+    }
+}
+
+/// Adds flux times weights to the sums of each channel.
+struct Weighted<'a> {
+    weights: &'a [f32],
+    flux: [f64; 3],
+    sums: [&'a mut [f64]; 3],
+}
+
+impl Kernel for Weighted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let [x, y, z] = self.sums;
+        for (((w, x), y), z) in self.weights.iter().zip(x).zip(y).zip(z) {
+            let w = f64::from(*w);
+            *x += self.flux[0] * w;
+            *y += self.flux[1] * w;
+            *z += self.flux[2] * w;
         }
     }
 }

@@ -436,12 +436,20 @@ impl Kernel for Products<'_> {
                     }
                 }
             } else {
-                for k in 0..s.len {
-                    let i = start + k;
-                    let texel = row + if i < self.width { i } else { i - self.width };
-                    let w = f64::from(weights[k]);
-                    for c in 0..3 {
-                        all[c] += w * f64::from(self.planes[c][texel]);
+                // Around the end of the row, or near that of the image: whole registers of both parts, then the rest.
+                let before = s.len.min(self.width - start);
+                for (weights, at) in [(&weights[..before], at), (&weights[before..s.len], row)] {
+                    let whole = weights.len() / lanes * lanes;
+                    for k in (0..whole).step_by(lanes) {
+                        let w = A::F32::load(&weights[k..]);
+                        for c in 0..3 {
+                            sums[c] = w.fma(A::F32::load(&self.planes[c][at + k..]), sums[c]);
+                        }
+                    }
+                    for k in whole..weights.len() {
+                        for c in 0..3 {
+                            all[c] += f64::from(weights[k]) * f64::from(self.planes[c][at + k]);
+                        }
                     }
                 }
             }

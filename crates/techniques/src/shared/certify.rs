@@ -10,10 +10,11 @@ use super::probes::{self, Probe};
 use crate::{PointsBuf, Radiance};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Certificate, Known, Spread, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
-use steradian_prefilter::Tree;
+use steradian_prefilter::{Tree, angular};
 use steradian_sphere::Frame;
 
 /// Probe points of each kind, and the fewest where each is expensive; powers of two.
@@ -45,28 +46,39 @@ fn radiance(tree: &Tree, m: &Model<'_>, frame: &Frame, wo: DVec3) -> [f64; 3] {
     if wo.z <= 0.0 {
         return [0.0; 3];
     }
-    let lobes = (m.lobes)(wo);
+    let ridges: Vec<Ridge> = (m.lobes)(wo).iter().map(|l| Ridge::new(l, frame)).collect();
     let scale = |d: DVec3, radius: f64| {
-        let wi = frame.to_local(d);
-        if !m.whole && wi.z < -1.6 * radius {
+        if !m.whole && frame.n.dot(d) < -1.6 * radius {
             return f64::INFINITY;
         }
-        lobes.iter().map(|l| distance(l, wi)).fold(0.6, f64::min)
+        ridges.iter().map(|r| r.distance(d)).fold(0.6, f64::min)
     };
     tree.integrate(scale, |d| (m.f_cos)(frame.to_local(d), wo))
 }
 
-/// Over which angle a lobe varies at `wi`: its width there, and the more the farther away.
-fn distance(lobe: &Lobe, wi: DVec3) -> f64 {
-    let (angle, width) = match *lobe {
-        Lobe::Axis { axis, width } => (axis.angle_between(wi), width),
-        Lobe::Cone { axis, cosine, width } => {
-            (axis.angle_between(wi) - cosine.clamp(-1.0, 1.0).acos(), width)
-        }
-        Lobe::Arc { normal, width } => (normal.dot(wi).clamp(-1.0, 1.0).asin(), width),
-    };
-    // Tails fall like a power of the angle: they vary over a fraction of it.
-    (0.5 * angle.abs()).max(width)
+/// A lobe in the world: all directions at an angle from an axis.
+struct Ridge {
+    axis: DVec3,
+    angle: f64,
+    width: f64,
+}
+
+impl Ridge {
+    fn new(lobe: &Lobe, frame: &Frame) -> Self {
+        let (axis, angle, width) = match *lobe {
+            Lobe::Axis { axis, width } => (axis, 0.0, width),
+            Lobe::Cone { axis, cosine, width } => (axis, cosine.clamp(-1.0, 1.0).acos(), width),
+            Lobe::Arc { normal, width } => (normal, FRAC_PI_2, width),
+        };
+        Self { axis: frame.to_world(axis), angle, width }
+    }
+
+    /// Over which angle it varies at `d`: its width there, and the more the farther away.
+    fn distance(&self, d: DVec3) -> f64 {
+        let angle = angular::angle(0.5 * self.axis.distance(d)) - self.angle;
+        // Tails fall like a power of the angle: they vary over a fraction of it.
+        (0.5 * angle.abs()).max(self.width)
+    }
 }
 
 /// Belts of view elevations: their upper ends in degrees, and the names of their errors in certificates, which are those

@@ -93,9 +93,9 @@ impl Expansion {
         let square = tolerance * tolerance;
         let all = 0..scaled.len();
         let order = scaled.s.order;
-        let fits = |f: usize, most: f64| {
-            all.clone().all(|i| !scaled.counts(i) || scaled.beyond(i, f) <= most * square)
-        };
+        let counted = all.clone().filter(|i| scaled.counts(*i));
+        let beyond: Vec<Vec<f64>> = counted.map(|i| scaled.beyond(i)).collect();
+        let fits = |f: usize, most: f64| beyond.iter().all(|b| b[f] <= most * square);
         let f = match limits.order {
             Some(f) => f.min(order),
             None => {
@@ -104,9 +104,12 @@ impl Expansion {
             }
         };
         let mut emphasis: Vec<f64> = all.clone().map(|i| scaled.emphasis(i)).collect();
+        let most = SHARES[0] * square;
+        let shown: Vec<Shown> =
+            (0..=scaled.s.azimuth).into_par_iter().map(|q| Shown::new(scaled, q, f, most)).collect();
         let mut best: Option<Vec<Candidate>> = None;
         for _ in 0..ROUNDS {
-            let (chosen, left) = choose(scaled, f, &emphasis, SHARES[0] * square);
+            let (chosen, left) = choose(scaled, &shown, &emphasis, most);
             if best.as_ref().is_none_or(|b| maps(&chosen) < maps(b)) {
                 best = Some(chosen);
             }
@@ -132,7 +135,8 @@ impl Expansion {
             let made = |c: usize, l: usize| {
                 of_q.iter().map(|x| x.u[i] * x.v[c].get(l).copied().unwrap_or(0.0)).sum::<f64>()
             };
-            sum += scaled.miss(i, q, |c, l| scaled.kappa(i, q, c, l) - made(c, l));
+            let kappa = scaled.kappa(i, q);
+            sum += scaled.miss(i, q, |c, l| kappa(c, l) - made(c, l));
         }
         let blur = |x: &Component| {
             let lost = lookups(scaled, x, x.size);
@@ -161,15 +165,13 @@ fn maps(chosen: &[Candidate]) -> usize {
 }
 
 /// The candidates taken until no elevation that counts misses more than `most`, and what each still misses.
-fn choose(scaled: &Scaled<'_>, f: usize, emphasis: &[f64], most: f64) -> (Vec<Candidate>, Vec<f64>) {
-    let decomposed: Vec<(Vec<Candidate>, Vec<f64>)> =
-        (0..=scaled.s.azimuth).into_par_iter().map(|q| decompose(scaled, q, f, emphasis, most)).collect();
+fn choose(scaled: &Scaled<'_>, shown: &[Shown], emphasis: &[f64], most: f64) -> (Vec<Candidate>, Vec<f64>) {
+    let decomposed: Vec<Vec<Candidate>> = shown.par_iter().map(|s| s.decompose(emphasis)).collect();
     let mut left = vec![0.0; scaled.len()];
-    let mut candidates = Vec::new();
-    for (of_q, whole) in decomposed {
-        left.iter_mut().zip(&whole).for_each(|(l, w)| *l += w);
-        candidates.extend(of_q);
+    for s in shown {
+        left.iter_mut().zip(&s.whole).for_each(|(l, w)| *l += w);
     }
+    let mut candidates: Vec<Candidate> = decomposed.into_iter().flatten().collect();
     candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut taken = Vec::new();
     for candidate in candidates {
@@ -183,56 +185,71 @@ fn choose(scaled: &Scaled<'_>, f: usize, emphasis: &[f64], most: f64) -> (Vec<Ca
     (taken, left)
 }
 
-/// The components of one q, and its squared relative error at every elevation without any.
-fn decompose(
-    scaled: &Scaled<'_>,
+/// What a light shows of the rows of one q.
+struct Shown {
     q: usize,
-    f: usize,
-    emphasis: &[f64],
-    most: f64,
-) -> (Vec<Candidate>, Vec<f64>) {
-    let n = scaled.len();
-    let bands = f + 1;
-    let grey = |i: usize| (0..3).map(|c| scaled.share(i, c)).sum::<f64>() / 3.0;
-    // Channels count as in the mean over elevations: exact where their ratio is the same at all.
-    let channel = |c: usize| {
-        (0..n).map(|i| scaled.share(i, c) / grey(i).max(f64::MIN_POSITIVE)).sum::<f64>() / n as f64
-    };
-    let channels: [f64; 3] = std::array::from_fn(channel);
-    let weight: Vec<f64> = (0..n).map(|i| (both(q) * grey(i)).sqrt()).collect();
-    let column = |k: usize| (channels[k / bands] * scaled.rest.mean(k / bands, k % bands)).sqrt();
-    let columns: Vec<f64> = (0..3 * bands).map(column).collect();
-    let row = |i: usize| -> Vec<f64> {
-        let rows = scaled.s.row(i, q);
-        let value = |k: usize| {
-            let c = k / bands;
-            weight[i] * columns[k] * rows[c][k % bands] / scaled.scale[i][c]
+    /// Of κ in each elevation's row.
+    weight: Vec<f64>,
+    /// Squared relative error of every elevation without any component.
+    whole: Vec<f64>,
+    /// Products of the rows of elevations i ≤ j; empty where all rows are little.
+    gram: Vec<Vec<f64>>,
+}
+
+impl Shown {
+    fn new(scaled: &Scaled<'_>, q: usize, f: usize, most: f64) -> Self {
+        let n = scaled.len();
+        let bands = f + 1;
+        let grey = |i: usize| (0..3).map(|c| scaled.share(i, c)).sum::<f64>() / 3.0;
+        // Channels count as in the mean over elevations: exact where their ratio is the same at all.
+        let channel = |c: usize| {
+            (0..n).map(|i| scaled.share(i, c) / grey(i).max(f64::MIN_POSITIVE)).sum::<f64>() / n as f64
         };
-        (0..3 * bands).map(value).collect()
-    };
-    let rows: Vec<Vec<f64>> = (0..n).map(row).collect();
-    let whole: Vec<f64> = rows.iter().map(|r| r.iter().map(|x| x * x).sum()).collect();
-    let little = 0.02 * most / (scaled.s.azimuth + 1) as f64;
-    if (0..n).all(|i| whole[i] <= if scaled.counts(i) { little } else { 10.0 * little }) {
-        return (Vec::new(), whole);
+        let channels: [f64; 3] = std::array::from_fn(channel);
+        let weight: Vec<f64> = (0..n).map(|i| (both(q) * grey(i)).sqrt()).collect();
+        let column = |k: usize| (channels[k / bands] * scaled.rest.mean(k / bands, k % bands)).sqrt();
+        let columns: Vec<f64> = (0..3 * bands).map(column).collect();
+        let row = |i: usize| -> Vec<f64> {
+            let kappa = scaled.kappa(i, q);
+            (0..3 * bands).map(|k| weight[i] * columns[k] * kappa(k / bands, k % bands)).collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..n).map(row).collect();
+        let whole: Vec<f64> = rows.iter().map(|r| dot(r, r)).collect();
+        let little = 0.02 * most / (scaled.s.azimuth + 1) as f64;
+        if (0..n).all(|i| whole[i] <= if scaled.counts(i) { little } else { 10.0 * little }) {
+            return Self { q, weight, whole, gram: Vec::new() };
+        }
+        let gram = |i: usize| (0..n).map(|j| if j < i { 0.0 } else { dot(&rows[i], &rows[j]) }).collect();
+        let gram = (0..n).map(gram).collect();
+        Self { q, weight, whole, gram }
     }
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let gram = |i: usize| {
-        (0..n)
-            .map(|j| if j < i { 0.0 } else { emphasis[i] * emphasis[j] * dot(&rows[i], &rows[j]) })
-            .collect()
-    };
-    let maps = both(q);
-    let candidate = |(lambda, v): (f64, Vec<f64>)| Candidate {
-        q,
-        gain: lambda / maps,
-        of: (0..n).map(|i| lambda * (v[i] / emphasis[i]).powi(2)).collect(),
-        u: (0..n).map(|i| v[i] / (emphasis[i] * weight[i])).collect(),
-        from: (0..n).map(|i| v[i] * emphasis[i] * weight[i]).collect(),
-    };
-    let all = eigen::symmetric((0..n).map(gram).collect());
-    let kept = all.into_iter().filter(|(lambda, _)| *lambda > 0.0);
-    (kept.map(candidate).collect(), whole)
+
+    /// The components, with elevations emphasised.
+    fn decompose(&self, emphasis: &[f64]) -> Vec<Candidate> {
+        let Self { q, weight, gram, .. } = self;
+        let n = gram.len();
+        let emphasised = |(i, row): (usize, &Vec<f64>)| {
+            row.iter().zip(emphasis).map(|(g, e)| emphasis[i] * e * g).collect::<Vec<f64>>()
+        };
+        let candidate = |(lambda, v): (f64, Vec<f64>)| Candidate {
+            q: *q,
+            gain: lambda / both(*q),
+            of: (0..n).map(|i| lambda * (v[i] / emphasis[i]).powi(2)).collect(),
+            u: (0..n).map(|i| v[i] / (emphasis[i] * weight[i])).collect(),
+            from: (0..n).map(|i| v[i] * emphasis[i] * weight[i]).collect(),
+        };
+        let all = eigen::symmetric(gram.iter().enumerate().map(emphasised).collect());
+        all.into_iter().filter(|(lambda, _)| *lambda > 0.0).map(candidate).collect()
+    }
+}
+
+/// Σ a b, four sums side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    a.0.iter().zip(b.0).for_each(|(a, b)| (0..4).for_each(|k| sums[k] += a[k] * b[k]));
+    let rest: f64 = a.1.iter().zip(b.1).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Gives elevations that miss more than others more weight.

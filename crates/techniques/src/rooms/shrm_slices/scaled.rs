@@ -60,9 +60,10 @@ impl<'a> Scaled<'a> {
         if self.counts(i) { 1.0 } else { LITTLE }
     }
 
-    /// κ_lq of elevation i.
-    pub fn kappa(&self, i: usize, q: usize, c: usize, l: usize) -> f64 {
-        self.s.row(i, q)[c][l] / self.scale[i][c]
+    /// κ_lq of elevation i, as a function of channel and band.
+    pub fn kappa(&self, i: usize, q: usize) -> impl Fn(usize, usize) -> f64 {
+        let (rows, inverse) = (self.s.row(i, q), self.scale[i].map(f64::recip));
+        move |c, l| rows[c][l] * inverse[c]
     }
 
     /// What a squared difference of κ in channel c counts in the squared relative error of elevation i.
@@ -91,17 +92,27 @@ impl<'a> Scaled<'a> {
         }
         let i = i.clamp(1, last - 1);
         let [before, here, after] = [i - 1, i, i + 1].map(|i| self.scale[i]);
-        let bend = |c: usize| (before[c] - 2.0 * here[c] + after[c]) / here[c];
-        let second = |q: usize, c: usize, l: usize| {
-            let [before, here, after] = [i - 1, i, i + 1].map(|i| self.kappa(i, q, c, l));
-            before - 2.0 * here + after + bend(c) * here
+        let bend: [f64; 3] = std::array::from_fn(|c| (before[c] - 2.0 * here[c] + after[c]) / here[c]);
+        let of_q = |q: usize| {
+            let [before, here, after] = [i - 1, i, i + 1].map(|i| self.kappa(i, q));
+            self.miss(i, q, |c, l| before(c, l) - 2.0 * here(c, l) + after(c, l) + bend[c] * here(c, l))
         };
-        (0..=self.s.azimuth).map(|q| self.miss(i, q, |c, l| second(q, c, l))).sum::<f64>() / 120.0
+        (0..=self.s.azimuth).map(of_q).sum::<f64>() / 120.0
     }
 
-    /// Squared relative error of a cut at F.
-    pub fn beyond(&self, i: usize, f: usize) -> f64 {
-        let cut = |q: usize| self.miss(i, q, |c, l| if l > f { self.kappa(i, q, c, l) } else { 0.0 });
-        (0..=self.s.azimuth).map(cut).sum()
+    /// Squared relative error of elevation i of a cut at F = 0, 1, …
+    pub fn beyond(&self, i: usize) -> Vec<f64> {
+        let mut beyond = vec![0.0; self.s.order + 1];
+        for q in 0..=self.s.azimuth {
+            for (c, row) in self.s.row(i, q).into_iter().enumerate() {
+                let shown = beyond.iter_mut().zip(row).enumerate();
+                shown.for_each(|(l, (b, k))| *b += both(q) * self.rest.mean(c, l) * k * k);
+            }
+        }
+        let mut above = 0.0;
+        for b in beyond.iter_mut().rev() {
+            above += std::mem::replace(b, above / self.total[i]);
+        }
+        beyond
     }
 }

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::dfg;
 use steradian_light::{Environment, Lights};
-use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Zonal, filter};
+use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Source, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
 
 const LEVELS: ParamInfo = ParamInfo::whole(
@@ -86,7 +86,7 @@ impl Light {
         let slug = SplitSum::CARD.slug;
         let mut distant = DistantLight::bake(slug, lights, ORDER, task)?;
         if beyond(&distant) > EDGES {
-            distant = DistantLight::bake(slug, lights, BANDS, task)?;
+            distant.source = Source::new(lights, BANDS, task)?;
         }
         let height = lights.environment.as_ref().map_or(64, |e| e.image.height);
         let own = (height / 2).next_power_of_two().clamp(64, 256);
