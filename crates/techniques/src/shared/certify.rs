@@ -24,6 +24,27 @@ const FEWEST: usize = 16;
 /// thousand each, ridges such as a fibre's highlight as many as they are longer than wide, millions where n is 1e5.
 const EVALUATIONS: u64 = 20_000_000;
 
+/// Narrowest ridge, radians, along which the integral can be summed in time: fibres of exponents up to 1e5. One tenth as
+/// wide takes ten times as long along it, half a minute of one processor at n = 1e6 and hours at 1e8.
+const NARROWEST_RIDGE: f64 = 0.003;
+
+/// Refuses reflectance whose error could not be measured in time.
+pub fn measurable(brdf: &dyn Brdf) -> Result<(), String> {
+    let ridge = |l: &Lobe| match *l {
+        Lobe::Axis { .. } => f64::INFINITY,
+        Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
+    };
+    let narrowest = brdf.lobes(DVec3::Z).iter().map(ridge).fold(f64::INFINITY, f64::min);
+    if narrowest >= NARROWEST_RIDGE {
+        return Ok(());
+    }
+    Err(format!(
+        "takes highlights along circles {NARROWEST_RIDGE} radians wide at least (exponents up to 1e5), not {narrowest:.1e} \
+         ({}): use a smaller exponent",
+        brdf.spec()
+    ))
+}
+
 /// What the error is, in a certificate's words.
 const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
                       solid angle over the hemisphere";
@@ -379,6 +400,18 @@ mod tests {
         assert_eq!(probes(Lobe::Axis { axis: DVec3::Z, width: 0.003 }), PROBES);
         let ridge = probes(Lobe::Arc { normal: DVec3::X, width: 0.003 });
         assert!((FEWEST..PROBES).contains(&ridge), "{ridge}");
+    }
+
+    #[test]
+    fn ridges_that_take_hours_are_refused() {
+        let of = |spec: &str| measurable(&*parse(spec).unwrap());
+        for spec in ["banks:n=1e5", "banks-map:n=30", "kajiya-kay:s=1e5", "ggx:alpha=1e-4", "phong:n=1e8"] {
+            assert_eq!(of(spec), Ok(()), "{spec}");
+        }
+        for spec in ["banks:n=1e6", "banks-map:n=1e8", "kajiya-kay:s=1e6", "kajiya-kay:s=1e8"] {
+            let why = of(spec).unwrap_err();
+            assert!(why.contains("use a smaller exponent") && !why.contains('\n'), "{why}");
+        }
     }
 
     /// A room that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;

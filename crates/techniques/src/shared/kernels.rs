@@ -1,7 +1,7 @@
 //! The reflectance's factor of rooms that see it about a central direction: its slices, and itself for the lights that
 //! no map holds.
 
-use crate::shared::reflectance;
+use crate::shared::{certify, reflectance};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::Task;
@@ -25,11 +25,11 @@ pub fn refused(slug: &'static str) -> impl Fn(CentralError) -> BakeError {
     }
 }
 
-/// Isotropic reflectance, and what depends on t·wi and t·wo alone.
+/// Isotropic reflectance, and what depends on t·wi and t·wo alone, of measurable sharpness.
 pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     let strands = ["kajiya-kay", "banks-map"];
     if brdf.is_isotropic() || strands.contains(&brdf.info().name) {
-        return Ok(());
+        return certify::measurable(brdf);
     }
     Err(format!(
         "takes isotropic reflectance, kajiya-kay and banks-map, not anisotropic {}: use reference",

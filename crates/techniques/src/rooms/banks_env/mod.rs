@@ -23,6 +23,7 @@ mod shade;
 mod tests;
 
 use crate::gpu::Uniform;
+use crate::shared::certify;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
@@ -41,7 +42,7 @@ pub struct BanksEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     match brdf.info().name {
-        "banks" | "banks-map" | "kajiya-kay" => Ok(()),
+        "banks" | "banks-map" | "kajiya-kay" => certify::measurable(brdf),
         other => {
             Err(format!("takes fibres (banks, banks-map, kajiya-kay), not {other}: use shrm or reference"))
         }
