@@ -2,6 +2,7 @@
 
 use crate::inputs::DEFAULT_SKY;
 use crate::{Adjust, Error, Material, Model, Session};
+use glam::Vec3;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
@@ -73,8 +74,74 @@ impl Scene {
         if let Some(camera) = self.camera {
             return Ok(camera);
         }
-        let (low, high) = self.mesh.bounds().ok_or_else(|| Error::input("the mesh has no triangles"))?;
+        let bounds = self.mesh.bounds().ok_or_else(|| Error::input("the mesh has no triangles"))?;
         let aspect = self.settings.width as f32 / self.settings.height as f32;
-        Ok(Camera::framing(low, high, fov.unwrap_or(FOV).to_radians(), aspect))
+        Ok(framed(&self.mesh.positions, bounds, fov.unwrap_or(FOV).to_radians(), aspect))
+    }
+}
+
+/// The part of the frame's width or height that an object fills.
+const FILLED: f32 = 0.7;
+/// Where cameras stand that are not given, as seen from the object: in front, to the right, little above eye level.
+const FROM: Vec3 = Vec3::new(0.55, 0.18, 1.0);
+/// Points of a mesh that are looked at, at most.
+const MOST_POINTS: usize = 1 << 16;
+
+/// A pinhole that sees the points from [`FROM`] so near that they fill [`FILLED`] of the frame.
+fn framed(points: &[Vec3], (low, high): (Vec3, Vec3), fov_y: f32, aspect: f32) -> Camera {
+    let radius = (0.5 * (high - low).length()).max(1e-6);
+    let axis = FROM.normalize();
+    let camera =
+        |at: Vec3, distance: f32| Camera::Pinhole { from: at + axis * distance, at, up: Vec3::Y, fov_y };
+    let tan = (0.5 * fov_y).tan();
+    // Extent on the film, in half frames: right, left, up, down of its centre.
+    let extent = |at: Vec3, distance: f32| {
+        let [right, up, forward] = camera(at, distance).axes();
+        let from = at + axis * distance;
+        let step = points.len().div_ceil(MOST_POINTS);
+        points.iter().step_by(step).fold([f32::MIN; 4], |e, p| {
+            let v = *p - from;
+            let depth = v.dot(forward).max(1e-3 * radius) * tan;
+            let (x, y) = (v.dot(right) / (depth * aspect), v.dot(up) / depth);
+            [e[0].max(x), e[1].max(-x), e[2].max(y), e[3].max(-y)]
+        })
+    };
+    let (mut at, mut distance) = (0.5 * (low + high), 2.0 * radius / (tan * aspect.min(1.0)));
+    for _ in 0..6 {
+        // What is seen is moved to the middle, then the distance is set by what it fills.
+        let [right, up, _] = camera(at, distance).axes();
+        let [e, w, n, s] = extent(at, distance);
+        at += (0.5 * (e - w) * aspect * right + 0.5 * (n - s) * up) * (distance * tan);
+        let fills = (0.5 * (e + w)).max(0.5 * (n + s)).max(1e-6);
+        distance = (distance * fills / FILLED).max(1.05 * radius);
+    }
+    camera(at, distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_scene::shapes;
+
+    #[test]
+    fn objects_fill_the_frame_and_stand_in_its_middle() {
+        for name in ["sphere", "teapot", "torus", "knot", "plane"] {
+            let mesh = shapes::by_name(name).expect("a shape");
+            let bounds = mesh.bounds().expect("triangles");
+            for aspect in [0.5, 1.0, 2.0] {
+                let c = framed(&mesh.positions, bounds, 0.56, aspect);
+                let [r, u, f] = c.axes();
+                let Camera::Pinhole { from, fov_y, .. } = c else { panic!("a pinhole") };
+                let mut e = [0.0f32; 2];
+                for p in &mesh.positions {
+                    let v = *p - from;
+                    let t = (0.5 * fov_y).tan() * v.dot(f);
+                    assert!(t > 0.0);
+                    e = [e[0].max((v.dot(r) / (t * aspect)).abs()), e[1].max((v.dot(u) / t).abs())];
+                }
+                let most = e[0].max(e[1]);
+                assert!((0.6..0.8).contains(&most), "{name} {aspect}: {most}");
+            }
+        }
     }
 }
