@@ -59,6 +59,40 @@ impl std::fmt::Display for Percent {
     }
 }
 
+/// The error towards views at one angle from the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elevation {
+    /// Angle between view and normal, radians.
+    pub theta_o: f64,
+    /// The angles that it stands for, radians; both `theta_o` where it was computed for that angle alone.
+    pub range: [f64; 2],
+    /// Relative RMS error of radiance towards these views.
+    pub error: f64,
+    /// The same relative to the radiance of the light without the suns that are shaded apart from the rest, where some are:
+    /// what pictures show of the rest.
+    pub beside_suns: Option<f64>,
+    /// How both are known.
+    pub known: Known,
+}
+
+impl Elevation {
+    /// A computed error at one angle.
+    pub fn computed(theta_o: f64, error: f64) -> Self {
+        Self { theta_o, range: [theta_o; 2], error, beside_suns: None, known: Known::Estimated }
+    }
+
+    /// A measured error of views `from` … `to`.
+    pub fn measured([from, to]: [f64; 2], error: f64) -> Self {
+        Self {
+            theta_o: 0.5 * (from + to),
+            range: [from, to],
+            error,
+            beside_suns: None,
+            known: Known::Measured,
+        }
+    }
+}
+
 /// The error that an output reached, and how that is known.
 ///
 /// `error` is the relative RMS error of outgoing radiance over normals and views unless `metric` says
@@ -71,6 +105,13 @@ pub struct Certificate {
     pub known: Known,
     /// What `error` measures, in words.
     pub metric: String,
+    /// The tolerance that was asked for, where one was: a bound on `error`.
+    pub tolerance: Option<f64>,
+    /// The error by angle of view, ascending; empty where it is not known by that.
+    pub elevations: Vec<Elevation>,
+    /// The part of ∫f² that the output holds nothing of (1 − the share of Ramamoorthi & Hanrahan's eq. 5.18), where orders
+    /// were chosen by it.
+    pub missing_energy: Option<f64>,
     /// Further figures by name: orders used, sample counts, energies lost.
     pub details: Vec<(String, f64)>,
     /// What single points err by, where that was measured.
@@ -81,7 +122,16 @@ impl Certificate {
     /// A certificate of relative RMS radiance error.
     pub fn new(error: f64, known: Known) -> Self {
         let metric = "relative RMS error of outgoing radiance".into();
-        Self { error, known, metric, details: Vec::new(), spread: None }
+        Self {
+            error,
+            known,
+            metric,
+            tolerance: None,
+            elevations: Vec::new(),
+            missing_energy: None,
+            details: Vec::new(),
+            spread: None,
+        }
     }
 
     /// An output that equals what it stands for, up to rounding.
@@ -117,11 +167,54 @@ impl Certificate {
     pub fn meets(&self, tolerance: f64) -> bool {
         self.error <= tolerance
     }
+
+    /// Was a tolerance asked for and not met? An error that is no number meets none.
+    pub fn missed(&self) -> bool {
+        self.tolerance.is_some_and(|t| !self.meets(t))
+    }
+
+    /// The error towards views at `theta_o` radians from the normal, linear between the angles that are stated; `None` where
+    /// none is.
+    pub fn at(&self, theta_o: f64) -> Option<f64> {
+        let all = &self.elevations;
+        let (first, last) = (all.first()?, all.last()?);
+        let k = all.partition_point(|e| e.theta_o <= theta_o);
+        Some(match (k.checked_sub(1).and_then(|i| all.get(i)), all.get(k)) {
+            (Some(a), Some(b)) => {
+                a.error + (b.error - a.error) * (theta_o - a.theta_o) / (b.theta_o - a.theta_o)
+            }
+            (None, _) => first.error,
+            (_, None) => last.error,
+        })
+    }
+
+    /// The further figure `name`.
+    pub fn figure(&self, name: &str) -> Option<f64> {
+        self.details.iter().find(|d| d.0 == name).map(|d| d.1)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_between_elevations_are_linear() {
+        let mut c = Certificate::new(0.1, Known::Measured);
+        assert_eq!(c.at(0.3), None);
+        let [end, half] = [90f64.to_radians(), 45f64.to_radians()];
+        c.elevations = vec![Elevation::computed(0.0, 0.1), Elevation::computed(end, 0.5)];
+        for (angle, want) in [(0.0, 0.1), (half, 0.3), (end, 0.5), (1.1 * end, 0.5)] {
+            assert!((c.at(angle).unwrap() - want).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_missed_tolerance_shows() {
+        let asked = |error, tolerance| Certificate { tolerance, ..Certificate::new(error, Known::Measured) };
+        assert!(!asked(0.1, None).missed() && !asked(0.1, Some(0.1)).missed());
+        assert!(asked(0.11, Some(0.1)).missed() && asked(f64::NAN, Some(0.1)).missed());
+    }
 
     #[test]
     fn a_spread_in_words() {

@@ -10,9 +10,9 @@ mod task;
 mod unknown;
 
 pub use brief::brief;
-pub use certificate::{Certificate, Known, Spread};
+pub use certificate::{Certificate, Elevation, Known, Spread};
 pub use files::open_file;
-pub use params::{ParamError, ParamInfo, ParamValues, Params};
+pub use params::{Field, Kind, ParamError, ParamInfo, ParamValues, Params, Preset, Value, split_spec};
 pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};
-pub use unknown::unknown;
+pub use unknown::{nearest, unknown};

@@ -5,14 +5,16 @@ const MOST_NAMES: usize = 64;
 
 /// "unknown KIND 'x' (did you mean 'y'?); there are: …".
 pub fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
-    let nearest = known.iter().map(|k| (distance(word, k), *k)).min();
-    let hint = match nearest {
-        Some((d, k)) if d <= 1 + word.chars().count() / 3 => format!(" (did you mean '{k}'?)"),
-        _ => String::new(),
-    };
+    let hint = nearest(word, known).map(|k| format!(" (did you mean '{k}'?)")).unwrap_or_default();
     let more = if known.len() > MOST_NAMES { ", …" } else { "" };
     let known = &known[..known.len().min(MOST_NAMES)];
     format!("unknown {kind} '{}'{hint}; there are: {}{more}", crate::brief(word), known.join(", "))
+}
+
+/// The name nearest to `word` by edit distance, if it is near enough to be a slip.
+pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
+    let best = names.iter().map(|n| (distance(word, n), *n)).min()?;
+    (best.0 <= 1 + word.chars().count() / 3).then_some(best.1)
 }
 
 /// Levenshtein's edit distance, where `-` and `_` are the same.
@@ -29,4 +31,17 @@ fn distance(a: &str, b: &str) -> usize {
         }
     }
     row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_recognised() {
+        assert_eq!(nearest("lamberd", &["lambert", "ggx"]), Some("lambert"));
+        assert_eq!(nearest("gx", &["lambert", "ggx"]), Some("ggx"));
+        assert_eq!(nearest("quartz", &["lambert", "ggx"]), None);
+        assert_eq!(distance("kitten", "sitting"), 3);
+    }
 }

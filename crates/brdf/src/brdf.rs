@@ -4,6 +4,7 @@ use crate::model::lafortune::Lafortune;
 use crate::{BrdfShader, Peak};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
+use steradian_base::ParamInfo;
 
 /// Where f_cos may be non-zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,8 +29,8 @@ pub struct Info {
     pub formula: &'static str,
     /// Units of what the formula gives.
     pub units: &'static str,
-    /// Parameters: key, meaning, range, default.
-    pub parameters: &'static [(&'static str, &'static str)],
+    /// Parameters; every model takes `scale` beside them.
+    pub parameters: &'static [ParamInfo],
     /// Is f(wi, wo) = f(wo, wi)?
     pub reciprocity: Statement,
     /// Is the albedo at most 1?

@@ -1,6 +1,6 @@
 //! What `inspect brdf:SPEC` says.
 
-use crate::spec::SCALE;
+use crate::spec::parameters;
 use crate::{Domain, Info, SharedBrdf, SpecError, albedo, parse};
 use glam::DVec3;
 use std::fmt;
@@ -63,10 +63,9 @@ impl fmt::Display for Description {
         writeln!(f, "formula      {}", self.info.formula)?;
         writeln!(f, "source       {}", self.info.source)?;
         writeln!(f, "units        {}", self.info.units)?;
-        for (i, (key, meaning)) in self.info.parameters.iter().enumerate() {
-            writeln!(f, "{:12} {key}: {meaning}", if i == 0 { "parameters" } else { "" })?;
+        for (i, p) in parameters(self.info).iter().enumerate() {
+            writeln!(f, "{:12} {}: {p}", if i == 0 { "parameters" } else { "" }, p.label())?;
         }
-        writeln!(f, "{:12} {SCALE}: factor of the whole, scalar or r/g/b, at least 0, default 1", "")?;
         writeln!(f, "reciprocity  {}", self.info.reciprocity)?;
         writeln!(f, "energy       {}", self.info.energy)?;
         for (i, (degrees, a)) in ALBEDO_DEGREES.iter().zip(self.directional).enumerate() {

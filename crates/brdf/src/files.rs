@@ -17,9 +17,9 @@ pub enum Files<'a> {
     Held(&'a [f64]),
 }
 
-impl<'a> Files<'a> {
-    /// The text of a file that a spec names, which is `what` and has at most `most` bytes.
-    pub(crate) fn read(self, name: &Path, most: u64, what: &str) -> Result<String, SpecError> {
+impl Files<'_> {
+    /// Path and text of a file that a spec names, which is `what` and has at most `most` bytes.
+    pub(crate) fn read(self, name: &Path, most: u64, what: &str) -> Result<(PathBuf, String), SpecError> {
         let fault = |path: PathBuf, what: String| SpecError::File { file: path.display().to_string(), what };
         let path = match self {
             Self::Any => name.to_owned(),
@@ -31,15 +31,11 @@ impl<'a> Files<'a> {
                 return Err(fault(name.into(), why.into()));
             }
         };
-        read_text(&path, most, what).map_err(|e| match e {
+        let text = read_text(&path, most, what).map_err(|e| match e {
             FormatError::Unreadable { path, why }
             | FormatError::Invalid { path, why }
             | FormatError::Unwritable { path, why } => fault(path, why),
-        })
-    }
-
-    /// What the files would have held.
-    pub(crate) fn held(self) -> Option<&'a [f64]> {
-        if let Self::Held(numbers) = self { Some(numbers) } else { None }
+        })?;
+        Ok((path, text))
     }
 }

@@ -35,6 +35,6 @@ pub use error::SpecError;
 pub use files::Files;
 pub use kernel::NormalKernel;
 pub use peak::Peak;
-pub use registry::{measured_models, models, parse, parse_with};
+pub use registry::{measured_models, models, parse, parse_noting, parse_with, spec_without_folders};
 pub use scaled::Scaled;
 pub use shader::BrdfShader;

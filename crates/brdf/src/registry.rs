@@ -1,15 +1,15 @@
 //! Which models there are, and how a spec string becomes one.
 
-use crate::error::nearest;
 use crate::scaled::Scaled;
-use crate::spec::{Args, Interval, SCALE};
+use crate::spec::{Args, SCALE};
 use crate::{Files, Info, SharedBrdf, SpecError, measured, model};
+use std::path::PathBuf;
 use std::sync::Arc;
+use steradian_base::{nearest, split_spec, without_folders};
 
-/// One model: its page, whether `name:WORD` is allowed, and how it is made.
+/// One model: its page, and how it is made.
 pub(crate) struct Entry {
     pub info: &'static Info,
-    pub takes_name: bool,
     pub make: fn(&Args<'_>) -> Result<SharedBrdf, SpecError>,
 }
 
@@ -42,9 +42,33 @@ pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
 
 /// [`parse`] that opens the files that the spec names as far as `files` allows it.
 pub fn parse_with(spec: &str, files: Files<'_>) -> Result<SharedBrdf, SpecError> {
-    let spec = spec.trim();
-    let (name, body) = spec.split_once(':').unwrap_or((spec, ""));
-    let name = name.trim().to_ascii_lowercase().replace('_', "-");
+    parse_noting(spec, files, &mut Vec::new())
+}
+
+/// [`parse_with`] that notes which files it has read: what a reflectance is made of, for its provenance.
+pub fn parse_noting(
+    spec: &str,
+    files: Files<'_>,
+    opened: &mut Vec<PathBuf>,
+) -> Result<SharedBrdf, SpecError> {
+    let (entry, args) = read(spec, files)?;
+    let scale = args.rgb(SCALE.name)?;
+    let brdf = (entry.make)(&args);
+    opened.append(&mut args.opened.borrow_mut());
+    let brdf = brdf?;
+    Ok(if scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale }) })
+}
+
+/// A spec without the folders of the files that it names: what leaves the machine.
+pub fn spec_without_folders(spec: &str) -> String {
+    // What is no spec of ours is treated as any other argument.
+    read(spec, Files::None).map_or_else(|_| without_folders(spec), |(_, args)| args.spec_without_folders())
+}
+
+/// The model that a spec names, and its values. No file is opened yet.
+fn read<'a>(spec: &str, files: Files<'a>) -> Result<(&'static Entry, Args<'a>), SpecError> {
+    let (name, body) = split_spec(spec);
+    let name = name.to_ascii_lowercase().replace('_', "-");
     let mut entries = model::ENTRIES.iter().chain(measured::ENTRIES);
     let Some(entry) = entries.find(|e| e.info.name == name) else {
         let available: Vec<_> = models().iter().chain(measured_models()).map(|i| i.name).collect();
@@ -53,8 +77,5 @@ pub fn parse_with(spec: &str, files: Files<'_>) -> Result<SharedBrdf, SpecError>
         }
         return Err(SpecError::UnknownModel { nearest: nearest(&name, &available), name, available });
     };
-    let args = Args::new(entry.info, entry.takes_name, body, files)?;
-    let scale = args.rgb(SCALE, Interval::NON_NEGATIVE, 1.0)?;
-    let brdf = (entry.make)(&args)?;
-    Ok(if scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale }) })
+    Ok((entry, Args::new(entry.info, body, files)?))
 }

@@ -1,9 +1,10 @@
 //! A reflectance times a constant (`scale=` of any spec string).
 
 use crate::model::lafortune::Lafortune;
-use crate::spec::{SCALE, triple};
+use crate::spec::SCALE;
 use crate::{Brdf, BrdfShader, Domain, Info, Lobe, Peak, Sample, SharedBrdf};
 use glam::{DVec2, DVec3};
+use steradian_base::Value;
 
 /// `scale · f`, per channel.
 #[derive(Debug)]
@@ -28,7 +29,7 @@ impl Brdf for Scaled {
     fn spec(&self) -> String {
         let spec = self.brdf.spec();
         let joint = if spec.contains(':') { ',' } else { ':' };
-        format!("{spec}{joint}{SCALE}={}", triple(self.scale))
+        format!("{spec}{joint}{}={}", SCALE.name, Value::Rgb(self.scale))
     }
 
     fn held(&self) -> Option<Vec<f64>> {

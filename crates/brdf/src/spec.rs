@@ -1,101 +1,53 @@
 //! Spec strings: `name:key=value,key=value`, with scalars or `r/g/b` triples.
 
-use crate::error::nearest;
 use crate::{Files, Info, SpecError};
-use std::fmt;
-use steradian_base::brief;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use steradian_base::{ParamError, ParamInfo, ParamValues, Value};
 
-/// An interval of accepted values.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Interval {
-    pub min: f64,
-    pub max: f64,
+/// Every model takes it.
+pub(crate) const SCALE: ParamInfo = ParamInfo::rgb("scale", [0.0, f64::INFINITY], 1.0, "factor of the whole");
+
+/// Everything that specs of a model may say.
+pub(crate) fn parameters(info: &'static Info) -> Vec<ParamInfo> {
+    info.parameters.iter().copied().chain([SCALE]).collect()
 }
 
-impl Interval {
-    /// 0 ≤ x ≤ 1.
-    pub const UNIT: Self = Self::closed(0.0, 1.0);
-    /// x ≥ 0, finite.
-    pub const NON_NEGATIVE: Self = Self::closed(0.0, f64::INFINITY);
-    /// Any finite number.
-    pub const ANY: Self = Self::closed(f64::NEG_INFINITY, f64::INFINITY);
-
-    /// min ≤ x ≤ max.
-    pub const fn closed(min: f64, max: f64) -> Self {
-        Self { min, max }
-    }
-
-    fn contains(&self, x: f64) -> bool {
-        x.is_finite() && (self.min..=self.max).contains(&x)
-    }
+/// The spec of a model with these values.
+pub(crate) fn print(info: &'static Info, values: impl IntoIterator<Item = (&'static str, Value)>) -> String {
+    let values: ParamValues = values.into_iter().collect();
+    format!("{}:{}", info.name, values.body(&parameters(info)))
 }
 
-impl fmt::Display for Interval {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.min.is_finite(), self.max.is_finite()) {
-            (false, _) => write!(f, "a finite number"),
-            (true, false) => write!(f, "a finite number of at least {}", self.min),
-            (true, true) => write!(f, "a number in {} … {}", self.min, self.max),
-        }
-    }
-}
-
-/// The parsed keys of one spec string.
+/// The parsed values of one spec string.
 #[derive(Debug)]
 pub(crate) struct Args<'a> {
     info: &'static Info,
-    /// Those that the spec may open.
-    pub files: Files<'a>,
-    /// The item without `=`, where the model takes one (`sgd:NAME`, `lafortune:@skin`).
-    pub name: Option<String>,
-    pairs: Vec<(String, String)>,
+    parameters: Vec<ParamInfo>,
+    values: ParamValues,
+    files: Files<'a>,
+    /// The files that were read.
+    pub opened: RefCell<Vec<PathBuf>>,
 }
 
-/// Every model takes it.
-pub(crate) const SCALE: &str = "scale";
-
 impl<'a> Args<'a> {
-    /// Splits `body` (what follows `name:`) and refuses unknown keys.
-    pub fn new(
-        info: &'static Info,
-        takes_name: bool,
-        body: &str,
-        files: Files<'a>,
-    ) -> Result<Self, SpecError> {
-        let mut args = Self { info, files, name: None, pairs: Vec::new() };
-        for item in body.split(',').map(str::trim).filter(|i| !i.is_empty()) {
-            match item.split_once('=') {
-                Some((key, value)) => args.push(key.trim(), value.trim())?,
-                None if takes_name && args.name.is_none() => args.name = Some(item.to_owned()),
-                None => {
-                    return Err(args.syntax(format!("'{}' is not key=value; {}", brief(item), args.usage())));
-                }
-            }
-        }
-        Ok(args)
+    /// Reads `body`, which is what follows `name:`; refuses what the model does not take.
+    pub fn new(info: &'static Info, body: &str, files: Files<'a>) -> Result<Self, SpecError> {
+        let parameters = parameters(info);
+        let values = ParamValues::parse(body, &parameters);
+        let values = values.map_err(|error| SpecError::Param { model: info.name, error })?;
+        Ok(Self { info, parameters, values, files, opened: RefCell::default() })
     }
 
-    fn push(&mut self, key: &str, value: &str) -> Result<(), SpecError> {
-        let accepted: Vec<_> = self.keys().collect();
-        if !accepted.contains(&key) {
-            let nearest = nearest(key, &accepted);
-            return Err(SpecError::UnknownKey { model: self.info.name, key: key.into(), nearest, accepted });
-        }
-        if self.has(key) {
-            return Err(self.syntax(format!("key '{}' is given twice; give it once", brief(key))));
-        }
-        self.pairs.push((key.to_owned(), value.to_owned()));
-        Ok(())
-    }
-
-    /// The keys of the model.
-    fn keys(&self) -> impl Iterator<Item = &'static str> {
-        let own = self.info.parameters.iter().map(|p| p.0).filter(|k| !k.starts_with(['@', 'N']));
-        own.chain([SCALE])
-    }
-
-    fn usage(&self) -> String {
-        format!("it takes: {}", self.keys().map(|k| format!("{k}=")).collect::<Vec<_>>().join(", "))
+    fn of<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(&ParamValues, &ParamInfo) -> Result<T, ParamError>,
+    ) -> Result<T, SpecError> {
+        let info = self.parameters.iter().find(|p| p.name == key);
+        let unknown = || ParamError::Unknown { name: key.into(), nearest: None, available: Vec::new() };
+        let value = info.ok_or_else(unknown).and_then(|info| read(&self.values, info));
+        value.map_err(|error| SpecError::Param { model: self.info.name, error })
     }
 
     /// An error of form.
@@ -105,64 +57,65 @@ impl<'a> Args<'a> {
 
     /// Is the key given?
     pub fn has(&self, key: &str) -> bool {
-        self.get(key).is_some()
-    }
-
-    /// The text of a key.
-    pub fn get(&self, key: &str) -> Option<&str> {
-        self.pairs.iter().find(|p| p.0 == key).map(|p| p.1.as_str())
+        self.values.0.contains_key(key)
     }
 
     /// The error of a value.
-    pub fn refuse(&self, key: &str, expected: String) -> SpecError {
-        let value = self.get(key).unwrap_or_default().to_owned();
-        SpecError::Value { model: self.info.name, key: key.into(), value, expected }
+    pub fn refuse(&self, key: &'static str, expected: String) -> SpecError {
+        let value = self.values.0.get(key).map_or_else(String::new, Value::to_string);
+        SpecError::Param { model: self.info.name, error: ParamError::Value { name: key, value, expected } }
     }
 
-    fn missing(&self, key: &'static str) -> SpecError {
-        let meaning = self.info.parameters.iter().find(|p| p.0 == key).map_or("", |p| p.1);
-        SpecError::MissingKey { model: self.info.name, key, meaning }
-    }
-
-    /// A number that must be given.
-    pub fn required(&self, key: &'static str, range: Interval) -> Result<f64, SpecError> {
-        self.optional(key, range)?.ok_or_else(|| self.missing(key))
-    }
-
-    /// A number with a default.
-    pub fn number(&self, key: &str, range: Interval, default: f64) -> Result<f64, SpecError> {
-        Ok(self.optional(key, range)?.unwrap_or(default))
+    /// A number that is given or has a default.
+    pub fn number(&self, key: &str) -> Result<f64, SpecError> {
+        self.of(key, ParamValues::number)
     }
 
     /// A number, if given.
-    pub fn optional(&self, key: &str, range: Interval) -> Result<Option<f64>, SpecError> {
-        let Some(text) = self.get(key) else { return Ok(None) };
-        match text.parse::<f64>() {
-            Ok(x) if range.contains(x) => Ok(Some(x)),
-            _ => Err(self.refuse(key, range.to_string())),
-        }
+    pub fn optional(&self, key: &str) -> Result<Option<f64>, SpecError> {
+        if self.has(key) { self.number(key).map(Some) } else { Ok(None) }
     }
 
-    /// A scalar or an `r/g/b` triple, with a default.
-    pub fn rgb(&self, key: &str, range: Interval, default: f64) -> Result<[f64; 3], SpecError> {
-        let Some(text) = self.get(key) else { return Ok([default; 3]) };
-        let values: Result<Vec<f64>, _> = text.split('/').map(|t| t.trim().parse::<f64>()).collect();
-        match values.as_deref() {
-            Ok([x]) if range.contains(*x) => Ok([*x; 3]),
-            Ok([r, g, b]) if [r, g, b].iter().all(|x| range.contains(**x)) => Ok([*r, *g, *b]),
-            _ => Err(self.refuse(key, format!("{range}, or three of them as r/g/b"))),
-        }
+    /// A colour.
+    pub fn rgb(&self, key: &str) -> Result<[f64; 3], SpecError> {
+        self.of(key, ParamValues::triple)
     }
 
-    /// One of a few words; the first is the default.
-    pub fn word(&self, key: &str, words: &[&'static str]) -> Result<&'static str, SpecError> {
-        let Some(text) = self.get(key) else { return Ok(words[0]) };
-        let found = words.iter().find(|w| **w == text).copied();
-        found.ok_or_else(|| self.refuse(key, format!("one of: {}", words.join(", "))))
+    /// One word of a choice.
+    pub fn word(&self, key: &str) -> Result<&'static str, SpecError> {
+        self.of(key, ParamValues::word)
     }
-}
 
-/// `x`, or `r/g/b` where the channels differ.
-pub(crate) fn triple(v: [f64; 3]) -> String {
-    if v[0] == v[1] && v[1] == v[2] { v[0].to_string() } else { format!("{}/{}/{}", v[0], v[1], v[2]) }
+    /// A name, if given.
+    pub fn name(&self, key: &str) -> Option<String> {
+        if let Some(Value::Word(name)) = self.values.0.get(key) { Some(name.clone()) } else { None }
+    }
+
+    /// The path of a file, if given.
+    pub fn file(&self, key: &str) -> Option<PathBuf> {
+        if let Some(Value::File(path)) = self.values.0.get(key) { Some(path.clone()) } else { None }
+    }
+
+    /// The text of a file that the spec names or implies, which is `what` and has at most `most` bytes.
+    pub fn read(&self, path: &Path, most: u64, what: &str) -> Result<String, SpecError> {
+        let (path, text) = self.files.read(path, most, what)?;
+        self.opened.borrow_mut().push(path);
+        Ok(text)
+    }
+
+    /// What the files would have held.
+    pub fn held(&self) -> Option<&'a [f64]> {
+        if let Files::Held(numbers) = self.files { Some(numbers) } else { None }
+    }
+
+    /// The spec as it was given, without the factor of the whole.
+    pub fn spec(&self) -> String {
+        format!("{}:{}", self.info.name, self.values.body(self.info.parameters))
+    }
+
+    /// The same with the names of files alone, and the factor.
+    pub fn spec_without_folders(&self) -> String {
+        let body = self.values.body_without_folders(&self.parameters);
+        if body.is_empty() { self.info.name.into() } else { format!("{}:{body}", self.info.name) }
+    }
 }

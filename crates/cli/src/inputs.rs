@@ -4,7 +4,7 @@ use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
-use steradian_base::ParamValues;
+use steradian_base::{ParamValues, Value};
 use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_light::suns::Taken;
 use steradian_light::{Lamp, Lights};
@@ -66,17 +66,20 @@ pub fn vector(text: &str) -> Result<[f64; 3], String> {
     parts?.try_into().map_err(|_| format!("'{text}' is not x,y,z"))
 }
 
+/// A parameter of a technique as it was written.
+pub type Parameter = (String, Value);
+
 /// `name=value`.
-pub fn parameter(text: &str) -> Result<(String, f64), String> {
+pub fn parameter(text: &str) -> Result<Parameter, String> {
     let (name, value) = text.split_once('=').ok_or_else(|| format!("'{text}' is not NAME=VALUE"))?;
-    Ok((name.trim().into(), finite(value.trim())?))
+    Ok((name.trim().into(), value.trim().into()))
 }
 
 /// Parameters of a technique, each given once.
-pub fn parameters(given: &[(String, f64)]) -> Result<ParamValues, Failure> {
+pub fn parameters(given: &[Parameter]) -> Result<ParamValues, Failure> {
     let mut out = ParamValues::default();
     for (name, value) in given {
-        if out.0.insert(name.clone(), *value).is_some() {
+        if out.0.insert(name.clone(), value.clone()).is_some() {
             return Err(Failure::usage(format!("--param {name} is given twice; give it once")));
         }
     }

@@ -2,9 +2,30 @@
 
 use crate::failure::Failure;
 use serde_json::{Value, json};
-use steradian_base::Certificate;
+use steradian_base::{Certificate, Elevation, ParamValues, Value as Param};
 use steradian_render::{Cell, Display};
 use steradian_session::compare::Answer;
+
+/// Parameters as JSON: numbers as numbers, everything else in words.
+pub fn params_json(params: &ParamValues) -> Value {
+    let one = |v: &Param| if let Param::Number(x) = v { json!(x) } else { json!(v.to_string()) };
+    params.0.iter().map(|(name, value)| (name.clone(), one(value))).collect()
+}
+
+/// Errors by angle of view, degrees.
+pub fn elevations_json(c: &Certificate) -> Value {
+    let degrees = |theta: f64| (theta.to_degrees() * 1e6).round() / 1e6;
+    let one = |e: &Elevation| {
+        json!({
+            "degrees": degrees(e.theta_o),
+            "range": e.range.map(degrees),
+            "error": e.error,
+            "error_beside_suns": e.beside_suns,
+            "known": e.known.word(),
+        })
+    };
+    c.elevations.iter().map(one).collect()
+}
 
 /// What single points err by; null where that was not measured.
 pub fn points_json(c: &Certificate) -> Value {

@@ -120,15 +120,15 @@ fn bad_lights_are_one_line() {
         ("{\"lights\": [1]}", "lights[0] is not an object"),
         (
             "{\"lights\": [{\"direction\": [0, 1, 0], \"irradiance\": 1}]}",
-            "lights[0]: needs 'angular-radius'",
+            "lights[0]: needs 'angular-radius='",
         ),
         (
             "{\"lights\": [{\"kind\": \"point\", \"position\": [0, 1], \"intensity\": 1}]}",
-            "lights[0]: 'position' must be three numbers",
+            "lights[0]: position = '0/1' is not three numbers",
         ),
         (
             "{\"lights\": [{\"kind\": \"directional\", \"direction\": [0, 1, 0], \"irradiance\": [1, -1, 1]}]}",
-            "lights[0]: 'irradiance' must not be negative",
+            "lights[0]: irradiance = '1/-1/1' is not a finite number of at least 0",
         ),
     ] {
         file(text);

@@ -207,7 +207,7 @@ fn a_changed_material_replaces_tables() -> Result<(), Failed> {
     let mut bake = split_sum(&case, SCENES[1].brdf)?;
     let settings = Settings::new(128, 128);
     let mut live = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
-    bake.set_material(&Material::new(steradian_brdf::parse(other)?), &Task::quiet())?;
+    bake = bake.with_material(&Material::new(steradian_brdf::parse(other)?), &Task::quiet())?;
     live.set_room(gpu, 0, bake.gpu())?;
     let (changed, _) = live.render(gpu)?;
     let fresh = scene(&case, split_sum(&case, other)?.gpu());

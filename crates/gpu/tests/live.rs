@@ -97,7 +97,7 @@ fn rotation(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed>
 /// Only the light's factor is baked again; the fresh picture bakes everything.
 fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let other = case(0, SIDE);
-    s.bake.set_light(&other.lights, &Task::quiet())?;
+    s.bake = s.bake.with_light(&other.lights, &Task::quiet())?;
     live.set_room(gpu, 0, s.bake.gpu())?;
     live.set_backdrop(gpu, common::backdrop(&other.backdrop))?;
     (s.case.lights, s.case.backdrop) = (other.lights, other.backdrop);
@@ -108,7 +108,7 @@ fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
 /// Only the material's factor is baked again; the tables of the light stay on the device.
 fn material(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     s.case.brdf = steradian_brdf::parse("ggx:alpha=0.4,f0=0.3/0.5/0.9")?;
-    s.bake.set_material(&Material::new(s.case.brdf.clone()), &Task::quiet())?;
+    s.bake = s.bake.with_material(&Material::new(s.case.brdf.clone()), &Task::quiet())?;
     live.set_room(gpu, 0, s.bake.gpu())?;
     s.bake = bake(&s.case, &ParamValues::default())?;
     Ok(())
@@ -116,8 +116,8 @@ fn material(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed>
 
 fn params(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let mut params = ParamValues::default();
-    params.0.insert("levels".into(), 3.0);
-    params.0.insert("size".into(), 16.0);
+    params.0.insert("levels".into(), 3.0.into());
+    params.0.insert("size".into(), 16.0.into());
     s.bake = bake(&s.case, &params)?;
     Ok(live.set_room(gpu, 0, s.bake.gpu())?)
 }

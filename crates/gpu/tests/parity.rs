@@ -5,7 +5,7 @@
 use glam::{DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::OnceLock;
-use steradian_base::{ParamValues, Task};
+use steradian_base::{Kind, ParamInfo, ParamValues, Task, Value};
 use steradian_gpu::{ComputeRoom, Gpu, GpuError};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Frame, Layout, SphereImage};
@@ -87,25 +87,31 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     Ok(())
 }
 
-/// Every other value of every parameter of two or three whole values: the branches of a room's shader.
-fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, f64)> {
-    let few = technique.params().iter().filter(|i| i.integer && i.max - i.min <= 2.0);
-    few.flat_map(|i| {
-        let values = (0..=(i.max - i.min) as usize).map(move |k| i.min + k as f64);
-        values.filter(move |&v| v != i.default).map(move |v| (i.name, v))
-    })
-    .collect()
+/// Every other value of every parameter of two or three values: the branches of a technique's shader.
+fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
+    let values = |i: &ParamInfo| -> Vec<Value> {
+        match i.kind {
+            Kind::Switch => vec![false.into(), true.into()],
+            Kind::Choice(words) => words.iter().map(|w| (*w).into()).collect(),
+            Kind::Whole if i.max - i.min <= 2.0 => vec![i.min.into(), i.max.into()],
+            _ => Vec::new(),
+        }
+    };
+    let others = |i: &'static ParamInfo| {
+        values(i).into_iter().filter(|v| Some(v) != i.default_value().as_ref()).map(|v| (i.name, v))
+    };
+    technique.params().iter().flat_map(others).collect()
 }
 
 fn room(
     technique: &'static dyn AnyTechnique,
     spec: &'static str,
-    choice: Option<(&'static str, f64)>,
+    choice: Option<(&'static str, Value)>,
 ) -> Result<(), Failed> {
     let gpu = gpu()?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    let params = ParamValues(choice.map(|(name, value)| (name.to_owned(), value)).into_iter().collect());
-    let sun = choice.is_some_and(|(name, _)| name == SUNS);
+    let sun = choice.as_ref().is_some_and(|(name, _)| *name == SUNS);
+    let params: ParamValues = choice.into_iter().collect();
     let light = if sun { sunny() } else { light() };
     let mut bake = technique.bake(&light, &material, None, &params, &Task::quiet())?;
     let points = points();
@@ -130,11 +136,11 @@ fn main() {
             let plain = specimens.iter().map(|spec| (*spec, None));
             let chosen = choices(*t).into_iter().map(|choice| (specimens[0], Some(choice)));
             let suns = t.params().iter().any(|i| i.name == SUNS);
-            let sunny = specimens.iter().filter(move |_| suns).map(|spec| (*spec, Some((SUNS, 1.0))));
+            let sunny = specimens.iter().filter(move |_| suns).map(|spec| (*spec, Some((SUNS, 1.0.into()))));
             plain.chain(chosen).chain(sunny).map(|(spec, choice)| (*t, spec, choice)).collect::<Vec<_>>()
         })
         .map(|(t, spec, choice)| {
-            let with = choice.map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
+            let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
             let name = format!("{}::{spec}{with}", t.card().slug);
             Trial::test(name, move || room(t, spec, choice)).with_ignored_flag(ignored)
         })

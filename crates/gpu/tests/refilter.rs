@@ -351,7 +351,7 @@ fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
         while !refilter.step(gpu, Budget::Texels(5_000_000))? {}
         refilter.deliver(gpu, twin.data(), name)?;
         let lit = twin.shade(gpu, &points)?;
-        baked.set_light(&after, &Task::quiet())?;
+        baked = baked.with_light(&after, &Task::quiet())?;
         let expected = ComputeRoom::new(gpu, &baked.gpu())?.shade(gpu, &points)?;
         let off = apart(&lit, &expected);
         if off > 0.01 || off.is_nan() {
@@ -379,7 +379,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     refilter.run(gpu)?;
     refilter.deliver(gpu, twin.data(), name)?;
     let lit = twin.shade(gpu, &points)?;
-    mirror.set_light(&after, &Task::quiet())?;
+    mirror = mirror.with_light(&after, &Task::quiet())?;
     let renewed = mirror.gpu();
     if renewed.tables[0].level.width != size {
         return Err("another size, another test".into());
@@ -396,7 +396,7 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     let gain = albedo.map(|a| a / std::f32::consts::PI);
     refilter.deliver_irradiance(gpu, twin.data(), ["red", "green", "blue"], gain, light_rotation)?;
     let lit = twin.shade(gpu, &points)?;
-    diffuse.set_light(&after, &Task::quiet())?;
+    diffuse = diffuse.with_light(&after, &Task::quiet())?;
     diffuse.frame(&View { light_rotation, ..View::default() });
     let off = apart(&lit, &ComputeRoom::new(gpu, &diffuse.gpu())?.shade(gpu, &points)?);
     if off > 3e-3 || off.is_nan() { Err(format!("irradiance: {off} apart").into()) } else { Ok(()) }

@@ -2,9 +2,9 @@
 
 use crate::{DirectionalLight, DiskLight, LightError, Lights, PointLight};
 use glam::{DMat3, DVec3, Vec3};
-use serde_json::Value;
+use serde_json::Value as Json;
 use std::path::Path;
-use steradian_base::unknown;
+use steradian_base::{ParamError, ParamInfo, ParamValues, Value, split_spec, unknown};
 use steradian_formats::read_text;
 
 /// One light that is not an image.
@@ -68,124 +68,98 @@ impl Lamp {
 /// Bytes of a file of lights: ten thousand lights take less.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// Numbers under a key of a light.
-trait Fields {
-    fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>, String>;
+const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
+const DIRECTION: ParamInfo = ParamInfo::vector("direction", "to the light, any length");
+const ANGULAR_RADIUS: ParamInfo =
+    ParamInfo::angle("angular-radius", [1e-9, 90.0], 0.0, "from the middle to the rim").required();
+const IRRADIANCE: ParamInfo =
+    ParamInfo::rgb("irradiance", POSITIVE, 0.0, "on a surface that faces the light").unit("W m⁻²").required();
+const RADIANCE: ParamInfo =
+    ParamInfo::rgb("radiance", POSITIVE, 0.0, "of a disk, in place of its irradiance").optional();
+const POSITION: ParamInfo = ParamInfo::vector("position", "of the point").unit("metres");
+const INTENSITY: ParamInfo =
+    ParamInfo::rgb("intensity", POSITIVE, 0.0, "of the point").unit("W sr⁻¹").required();
 
-    fn three(&self, key: &str) -> Result<[f64; 3], String> {
-        let v = self.numbers(key)?.ok_or_else(|| format!("needs '{key}'"))?;
-        <[f64; 3]>::try_from(v).map_err(|_| format!("'{key}' must be three numbers"))
-    }
+/// The kinds of lights that are not images, each with its parameters.
+pub const LAMPS: [(&str, &[ParamInfo]); 3] = [
+    ("disk", &[DIRECTION, ANGULAR_RADIUS, IRRADIANCE, RADIANCE]),
+    ("directional", &[DIRECTION, IRRADIANCE]),
+    ("point", &[POSITION, INTENSITY]),
+];
 
-    fn direction(&self) -> Result<DVec3, String> {
-        let d = DVec3::from(self.three("direction")?);
-        d.try_normalize().ok_or_else(|| "'direction' must not be zero".into())
-    }
-
-    fn rgb(&self, key: &str) -> Result<[f64; 3], String> {
-        let v = self.numbers(key)?.ok_or_else(|| format!("needs '{key}'"))?;
-        let v = match v[..] {
-            [x] => [x; 3],
-            [r, g, b] => [r, g, b],
-            _ => return Err(format!("'{key}' must be one number or three")),
-        };
-        if v.iter().all(|x| *x >= 0.0) { Ok(v) } else { Err(format!("'{key}' must not be negative")) }
-    }
-
-    fn disk(&self) -> Result<Lamp, String> {
-        let key = "angular-radius";
-        let degrees = match self.numbers(key)?.as_deref() {
-            Some(&[d]) if d > 0.0 && d <= 90.0 => d,
-            Some(_) => return Err(format!("'{key}' must be above 0 and at most 90 degrees")),
-            None => return Err(format!("needs '{key}' in degrees")),
-        };
-        let angular_radius = degrees.to_radians();
-        let area = std::f64::consts::PI * angular_radius.sin().powi(2);
-        let radiance = match self.numbers("irradiance")? {
-            Some(_) => self.rgb("irradiance")?.map(|e| e / area),
-            None => self.rgb("radiance").map_err(|e| e.replace("needs 'radiance'", "needs 'irradiance'"))?,
-        };
-        Ok(Lamp::Disk(DiskLight { direction: self.direction()?, angular_radius, radiance }))
-    }
-
-    fn lamp(&self, kind: &str) -> Result<Lamp, String> {
-        let lamp = match kind {
-            "disk" => self.disk()?,
-            "directional" => Lamp::Directional(DirectionalLight {
-                direction: self.direction()?,
-                irradiance: self.rgb("irradiance")?,
-            }),
-            "point" => Lamp::Point(PointLight {
-                position: Vec3::from(self.three("position")?.map(|v| v as f32)),
-                intensity: self.rgb("intensity")?.map(|v| v as f32),
-            }),
-            other => return Err(unknown("light", other, &KINDS)),
-        };
-        // What is divided by a small disk, or becomes a smaller float, may have left the range.
-        if lamp.is_finite() { Ok(lamp) } else { Err("its values are too large".into()) }
-    }
+/// The parameters of a kind of light.
+fn parameters(kind: &str) -> Result<&'static [ParamInfo], String> {
+    let found = LAMPS.iter().find(|(name, _)| *name == kind);
+    found.map(|(_, infos)| *infos).ok_or_else(|| unknown("light", kind, &LAMPS.map(|(name, _)| name)))
 }
 
-const KINDS: [&str; 3] = ["disk", "directional", "point"];
-const KEYS: [&str; 6] = ["direction", "angular-radius", "irradiance", "radiance", "position", "intensity"];
+fn direction(v: &ParamValues) -> Result<DVec3, String> {
+    let d = DVec3::from(of(v.triple(&DIRECTION))?);
+    d.try_normalize().ok_or_else(|| "'direction' must not be zero".into())
+}
 
-/// `key=value,…` of a spec.
-struct Pairs<'a>(Vec<(&'a str, &'a str)>);
+fn of<T>(value: Result<T, ParamError>) -> Result<T, String> {
+    value.map_err(|e| e.to_string())
+}
 
-impl Fields for Pairs<'_> {
-    fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>, String> {
-        let Some((_, text)) = self.0.iter().find(|(k, _)| *k == key) else { return Ok(None) };
-        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-        let all: Option<Vec<f64>> = text.split('/').map(number).collect();
-        all.map(Some).ok_or_else(|| format!("'{key}={text}' is not a number or X/Y/Z"))
-    }
+fn disk(v: &ParamValues) -> Result<DiskLight, String> {
+    let angular_radius = of(v.number(&ANGULAR_RADIUS))?.to_radians();
+    let area = std::f64::consts::PI * angular_radius.sin().powi(2);
+    let radiance = if v.has(&RADIANCE) && !v.has(&IRRADIANCE) {
+        of(v.triple(&RADIANCE))?
+    } else {
+        of(v.triple(&IRRADIANCE))?.map(|e| e / area)
+    };
+    Ok(DiskLight { direction: direction(v)?, angular_radius, radiance })
+}
+
+/// The light of a kind that has these values.
+fn lamp(kind: &str, v: &ParamValues) -> Result<Lamp, String> {
+    let lamp = match kind {
+        "disk" => Lamp::Disk(disk(v)?),
+        "directional" => Lamp::Directional(DirectionalLight {
+            direction: direction(v)?,
+            irradiance: of(v.triple(&IRRADIANCE))?,
+        }),
+        _ => Lamp::Point(PointLight {
+            position: Vec3::from(of(v.triple(&POSITION))?.map(|v| v as f32)),
+            intensity: of(v.triple(&INTENSITY))?.map(|v| v as f32),
+        }),
+    };
+    // What is divided by a small disk, or becomes a smaller float, may have left the range.
+    if lamp.is_finite() { Ok(lamp) } else { Err("its values are too large".into()) }
 }
 
 /// The light of a spec.
 fn spec(text: &str) -> Result<Lamp, String> {
-    let (kind, body) = text.split_once(':').unwrap_or((text, ""));
-    let pair = |p: &'_ str| -> Result<(String, String), String> {
-        let (k, v) = p.split_once('=').ok_or_else(|| format!("'{p}' is not KEY=VALUE"))?;
-        let k = k.trim().replace('_', "-");
-        if !KEYS.contains(&k.as_str()) {
-            return Err(unknown("key", &k, &KEYS));
-        }
-        Ok((k, v.to_string()))
-    };
-    let pairs = body.split(',').filter(|p| !p.is_empty()).map(pair).collect::<Result<Vec<_>, _>>()?;
-    let repeated = (1..pairs.len()).find(|&i| pairs[..i].iter().any(|p| p.0 == pairs[i].0));
-    if let Some(i) = repeated {
-        return Err(format!("'{text}': key '{}' is given twice; give it once", pairs[i].0));
-    }
-    let pairs = Pairs(pairs.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect());
-    pairs.lamp(kind.trim()).map_err(|why| format!("'{text}': {why}"))
+    let (kind, body) = split_spec(text);
+    let values = parameters(kind).and_then(|infos| of(ParamValues::parse(body, infos)));
+    values.and_then(|v| lamp(kind, &v)).map_err(|why| format!("'{text}': {why}"))
 }
 
-/// An entry of a file.
-struct Entry<'a>(&'a serde_json::Map<String, Value>);
-
-impl Fields for Entry<'_> {
-    fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>, String> {
-        let name = if key == "angular-radius" { "angular_radius_degrees" } else { key };
-        let bad = || format!("'{name}' is not a number or a list of numbers");
-        let number = |v: &Value| v.as_f64().filter(|x| x.is_finite()).ok_or_else(bad);
-        match self.0.get(name) {
-            None => Ok(None),
-            Some(Value::Array(all)) => all.iter().map(number).collect::<Result<_, _>>().map(Some),
-            Some(one) => Ok(Some(vec![number(one)?])),
-        }
-    }
+/// What an entry of a file says of the parameters of its kind of light.
+fn entry(entry: &serde_json::Map<String, Json>, infos: &[ParamInfo]) -> ParamValues {
+    let text = |v: &Json| match v {
+        Json::Array(all) => all.iter().map(Json::to_string).collect::<Vec<_>>().join("/"),
+        one => one.to_string(),
+    };
+    let one = |i: &ParamInfo| {
+        let name = if i.name == ANGULAR_RADIUS.name { "angular_radius_degrees" } else { i.name };
+        Some((i.name, Value::Word(text(entry.get(name)?))))
+    };
+    infos.iter().filter_map(one).collect()
 }
 
 /// The lights of a file's text.
 pub(crate) fn lamps(text: &str) -> Result<Vec<Lamp>, String> {
-    let document: Value = serde_json::from_str(text).map_err(|e| format!("not JSON: {e}"))?;
-    let all = document.get("lights").and_then(Value::as_array);
+    let document: Json = serde_json::from_str(text).map_err(|e| format!("not JSON: {e}"))?;
+    let all = document.get("lights").and_then(Json::as_array);
     let all = all.ok_or("has no list 'lights'; --extract-sun writes such files")?;
-    let one = |(i, v): (usize, &Value)| {
+    let one = |(i, v): (usize, &Json)| {
         let entry = v.as_object().ok_or_else(|| format!("lights[{i}] is not an object"))?;
-        let kind = entry.get("kind").and_then(Value::as_str).unwrap_or("disk");
-        Entry(entry).lamp(kind).map_err(|why| format!("lights[{i}]: {why}"))
+        let kind = entry.get("kind").and_then(Json::as_str).unwrap_or("disk");
+        let made = parameters(kind).and_then(|infos| lamp(kind, &self::entry(entry, infos)));
+        made.map_err(|why| format!("lights[{i}]: {why}"))
     };
     all.iter().enumerate().map(one).collect()
 }
@@ -221,16 +195,16 @@ mod tests {
         assert!((e - 3.0).abs() < 1e-12 && d.direction == DVec3::Y);
         for (bad, why) in [
             ("lamp:position=1/1/1", "unknown light 'lamp'"),
-            ("point:position=1/1/1", "needs 'intensity'"),
-            ("point:position=1/1,intensity=1", "'position' must be three numbers"),
-            ("point:place=1/1/1", "unknown key 'place'"),
+            ("point:position=1/1/1", "needs 'intensity='"),
+            ("point:position=1/1,intensity=1", "position = '1/1' is not three numbers"),
+            ("point:place=1/1/1", "no parameter 'place'"),
             ("directional:direction=0/0/0,irradiance=1", "must not be zero"),
-            ("directional:direction=0/1/0,irradiance=-1", "must not be negative"),
-            ("disk:direction=0/1/0,irradiance=1", "needs 'angular-radius'"),
-            ("disk:direction=0/1/0,angular-radius=95,irradiance=1", "at most 90"),
-            ("disk:direction=0/1/0,angular-radius=5", "needs 'irradiance'"),
-            ("disk:direction", "is not KEY=VALUE"),
-            ("directional:direction=a/b/c,irradiance=1", "is not a number"),
+            ("directional:direction=0/1/0,irradiance=-1", "is not a finite number of at least 0"),
+            ("disk:direction=0/1/0,irradiance=1", "needs 'angular-radius='"),
+            ("disk:direction=0/1/0,angular-radius=95,irradiance=1", "… 90"),
+            ("disk:direction=0/1/0,angular-radius=5", "needs 'irradiance='"),
+            ("disk:direction", "is not key=value"),
+            ("directional:direction=a/b/c,irradiance=1", "is not three numbers"),
             ("directional:direction=0/1/0,direction=1/0/0,irradiance=1", "'direction' is given twice"),
             ("disk:direction=0/1/0,angular-radius=5,angular_radius=6,irradiance=1", "given twice"),
         ] {

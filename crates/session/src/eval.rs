@@ -1,7 +1,7 @@
 //! Radiance at points.
 
 use crate::saved::for_any_mesh;
-use crate::{Elevations, Error, Method, Outcome, Session};
+use crate::{Error, Method, Outcome, Session};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use steradian_base::{Certificate, ParamValues};
@@ -168,8 +168,7 @@ fn answers(
     let lit = direct.is_some_and(|(_, lights)| !lights.is_empty());
     let c = bake.certificate().clone();
     let c = if lit { c.beside_exact_lights() } else { c };
-    let elevations = Elevations::of(&c);
-    let error = |i: usize| elevations.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
+    let error = |i: usize| c.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
     let row = |i: usize| (std::array::from_fn(|k| shortest(rgb[k][i])), error(i));
     Answers { rows: (0..q.n.len()).map(row).collect(), error: c.error, certificate: Some(c) }
 }

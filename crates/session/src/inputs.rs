@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::{brief, unknown};
-use steradian_brdf::{Files, SharedBrdf, parse_with};
+use steradian_brdf::{Files, SharedBrdf, parse_noting};
 use steradian_formats::{Container, Raster, ReadOptions, TextureLevels, read_image, read_image_with};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
 use steradian_light::{Lamp, Lights, adjust as placed};
@@ -346,13 +346,10 @@ impl Session {
 
     /// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.
     pub fn brdf(&mut self, spec: &str) -> Result<SharedBrdf, Error> {
-        let brdf = parse_with(spec, Files::Any)?;
-        for part in spec.split([':', ',', '=']).skip(1) {
-            if Path::new(part).is_file() {
-                self.note_input(Path::new(part));
-            }
-        }
-        Ok(brdf)
+        let mut read = Vec::new();
+        let brdf = parse_noting(spec, Files::Any, &mut read);
+        read.iter().for_each(|path| self.note_input(path));
+        Ok(brdf?)
     }
 
     /// Loads a mesh: a built-in shape such as `teapot` or `torus:segments=64`, or a file.

@@ -21,7 +21,6 @@ pub mod bake;
 mod choose;
 pub mod compare;
 mod destinations;
-mod elevation;
 mod error;
 pub mod eval;
 mod inputs;
@@ -41,7 +40,6 @@ mod session;
 
 pub use choose::Chosen;
 pub use destinations::Destinations;
-pub use elevation::Elevations;
 pub use error::{Error, Kind};
 pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky};
 pub use material::{Material, Prepared};

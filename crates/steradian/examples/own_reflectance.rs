@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian::base::ParamInfo;
 use steradian::brdf::{Brdf, Info, Lobe, Sample, SharedBrdf};
 use steradian::session::eval::{Points, Request};
 use steradian::session::{Adjust, Error, Method, Session};
@@ -21,7 +22,10 @@ static INFO: Info = Info {
     source: "Minnaert 1941, The reciprocity principle in lunar photometry",
     formula: "f = albedo/π (cos θi cos θo)^k",
     units: "sr⁻¹",
-    parameters: &[("albedo", "factor, 0 … 1"), ("k", "darkening, 0 is Lambert's")],
+    parameters: &[
+        ParamInfo::real("albedo", [0.0, 1.0], 1.0, "factor"),
+        ParamInfo::real("k", [0.0, 10.0], 0.0, "darkening, 0 is Lambert's"),
+    ],
     reciprocity: "reciprocal",
     energy: "at most albedo",
 };

@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "an example says what it found")]
 
-use steradian::base::{Certificate, Known, Task};
+use steradian::base::Task;
 use steradian::brdf::Brdf;
 use steradian::light::Lights;
 use steradian::session::compare::Plan;
@@ -10,7 +10,7 @@ use steradian::session::{Error, Method, Renderer, Scene, Session, coefficients};
 use steradian::techniques::tensors::{PartError, get_f64, put_f64};
 use steradian::techniques::{
     Bake, BakeError, Capabilities, Card, Erased, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
-    Radiance, Technique, TensorFile, View,
+    Radiance, Report, Technique, TensorFile, View,
 };
 
 /// Irradiance from two bands of the light: E(n) = a + b·n.
@@ -79,12 +79,12 @@ impl Technique for TwoBands {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, _: &(), _: &Task) -> Result<(Four, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, _: &(), _: &Task) -> Result<(Four, Report), BakeError> {
         let scaled =
             |c: usize, k: usize| parts.light.0[4 * c + k] * parts.material.0[c] / std::f64::consts::PI;
         let linked = Four((0..12).map(|i| scaled(i / 4, i % 4)).collect());
-        // Estimated, so that it is measured against the light after the bake.
-        Ok((linked, Certificate::new(0.0, Known::Estimated)))
+        // The certificate is measured after the bake, against the light and the reflectance as they came.
+        Ok((linked, Report::default()))
     }
 
     fn frame(_: &Bake<Self>, _: &View, _: &mut ()) {}

@@ -4,6 +4,7 @@
 //! points. [`registry`] lists all rooms without their types ([`AnyTechnique`], [`AnyBake`]); commands and
 //! windows know no technique by name.
 
+pub mod certify;
 pub mod direct;
 mod door;
 pub mod gpu;
@@ -13,6 +14,7 @@ mod saved;
 pub mod shared;
 pub mod tensors;
 
+pub use certify::{Estimate, Model, Report, Target};
 pub use door::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
     Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,

@@ -5,7 +5,7 @@ use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use steradian_base::{Input, without_folders};
-use steradian_brdf::{Files, SharedBrdf, parse_with};
+use steradian_brdf::{Files, SharedBrdf, parse_with, spec_without_folders};
 use steradian_formats::{FormatError, Limits, Tensor, TensorData, TensorFile, read_tensors};
 use steradian_light::sky;
 
@@ -62,7 +62,13 @@ pub struct Made {
 impl Made {
     /// Of these inputs.
     pub fn of(brdf: &str, held: Option<Vec<f64>>, environment: &str, rotate: f64, exposure: f64) -> Self {
-        Self { brdf: without_folders(brdf), held, environment: name_of_light(environment), rotate, exposure }
+        Self {
+            brdf: spec_without_folders(brdf),
+            held,
+            environment: name_of_light(environment),
+            rotate,
+            exposure,
+        }
     }
 
     /// Writes it into a bake.
@@ -166,7 +172,7 @@ impl SavedBake {
 
     /// Is `spec`, a reflectance's canonical one, another than was baked?
     pub fn is_of_another_brdf(&self, spec: &str) -> bool {
-        self.brdf().is_some_and(|b| without_folders(&b.spec()) != without_folders(spec))
+        self.brdf().is_some_and(|b| spec_without_folders(&b.spec()) != spec_without_folders(spec))
     }
 
     /// Is `spec` the light that was baked: the sky of the same spec, or a file of the same content?

@@ -1,6 +1,6 @@
 //! Bakes as tensors: a head (room, parameters, certificate) in the metadata, parts as named tensors.
 
-use steradian_base::{Certificate, Known, ParamInfo, ParamValues, Spread};
+use steradian_base::{Certificate, Elevation, Known, ParamInfo, ParamValues, Spread};
 pub use steradian_formats::TensorFile;
 use steradian_formats::{Tensor, TensorData};
 
@@ -10,40 +10,62 @@ pub enum PartError {
     /// A tensor or a metadata entry is missing.
     #[error("'{0}' is missing")]
     Missing(String),
+    /// The file was written in another version's form.
+    #[error("another version of steradian wrote it; bake it again")]
+    Version,
     /// A tensor has another type or shape, or an entry another meaning.
     #[error("'{0}' is not what it should be")]
     Unexpected(String),
 }
 
 const SLUG: &str = "steradian.technique";
+/// The form of everything here; another one is refused.
+const FORM: (&str, &str) = ("steradian.bake", "2");
 const CERTIFICATE: &str = "steradian.certificate.";
 const PARAM: &str = "steradian.param.";
 /// What single points err by; before them [`CERTIFICATE`].
 const SPREAD: [&str; 4] = ["points.median", "points.ninetieth", "points.stops", "points.top_hundredth"];
 
-/// Writes room, parameters and certificate.
+/// Writes technique, parameters and certificate.
 pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certificate) {
-    let mut put = |k: String, v: String| t.metadata.insert(k, v);
-    put(SLUG.into(), slug.into());
+    t.metadata.insert(SLUG.into(), slug.into());
+    t.metadata.insert(FORM.0.into(), FORM.1.into());
     for (name, value) in &params.0 {
-        put(format!("{PARAM}{name}"), value.to_string());
+        t.metadata.insert(format!("{PARAM}{name}"), value.to_string());
     }
-    put(format!("{CERTIFICATE}error"), c.error.to_string());
-    put(format!("{CERTIFICATE}known"), c.known.word().into());
-    put(format!("{CERTIFICATE}metric"), c.metric.clone());
+    put_certificate(t, c);
+}
+
+/// Writes a certificate in place of the one there.
+pub fn put_certificate(t: &mut TensorFile, c: &Certificate) {
+    t.metadata.retain(|k, _| !k.starts_with(CERTIFICATE));
+    let mut put = |k: &str, v: String| t.metadata.insert(format!("{CERTIFICATE}{k}"), v);
+    put("error", c.error.to_string());
+    put("known", c.known.word().into());
+    put("metric", c.metric.clone());
+    c.tolerance.and_then(|x| put("tolerance", x.to_string()));
+    c.missing_energy.and_then(|x| put("missing_energy", x.to_string()));
+    for (i, e) in c.elevations.iter().enumerate() {
+        let [from, to] = e.range;
+        let beside = e.beside_suns.map_or("-".to_string(), |x| x.to_string());
+        let row = format!("{} {from} {to} {} {beside} {}", e.theta_o, e.error, e.known.word());
+        put(&format!("elevation.{i:03}"), row);
+    }
     if let Some(s) = c.spread {
         for (name, value) in SPREAD.into_iter().zip([s.median, s.ninetieth, s.stops, s.top_hundredth]) {
-            put(format!("{CERTIFICATE}{name}"), value.to_string());
+            put(name, value.to_string());
         }
     }
     for (i, (name, value)) in c.details.iter().enumerate() {
-        put(format!("{CERTIFICATE}detail.{i:03}.{name}"), value.to_string());
+        put(&format!("detail.{i:03}.{name}"), value.to_string());
     }
 }
 
-/// Refuses a file that another room saved.
+/// Refuses a file that another technique or another version saved.
 pub(crate) fn check_slug(t: &TensorFile, slug: &str) -> Result<(), PartError> {
+    let form = t.metadata.get(FORM.0).map(String::as_str);
     match t.metadata.get(SLUG) {
+        Some(_) if form != Some(FORM.1) => Err(PartError::Version),
         Some(s) if s == slug => Ok(()),
         Some(_) => Err(PartError::Unexpected(SLUG.into())),
         None => Err(PartError::Missing(SLUG.into())),
@@ -57,25 +79,57 @@ fn number(t: &TensorFile, key: &str) -> Result<f64, PartError> {
 
 /// The parameters that [`put_head`] wrote.
 pub(crate) fn params(t: &TensorFile, infos: &[ParamInfo]) -> Result<ParamValues, PartError> {
-    let value = |i: &ParamInfo| Ok((i.name.to_string(), number(t, &format!("{PARAM}{}", i.name))?));
-    Ok(ParamValues(infos.iter().map(value).collect::<Result<_, PartError>>()?))
+    let value = |i: &ParamInfo| {
+        let key = format!("{PARAM}{}", i.name);
+        let text = t.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?;
+        Ok((i.name, i.parse(text).map_err(|_| PartError::Unexpected(key))?))
+    };
+    infos.iter().map(value).collect()
 }
 
-/// The certificate that [`put_head`] wrote.
+/// The rest of the keys that start with `prefix`, with their values, in order.
+fn below<'a>(t: &'a TensorFile, prefix: &'a str) -> impl Iterator<Item = (&'a str, &'a String)> {
+    let all = t.metadata.range(prefix.to_string()..).take_while(move |(k, _)| k.starts_with(prefix));
+    all.map(move |(k, v)| (&k[prefix.len()..], v))
+}
+
+/// A number that may be missing.
+fn optional(t: &TensorFile, key: &str) -> Result<Option<f64>, PartError> {
+    if t.metadata.contains_key(key) { number(t, key).map(Some) } else { Ok(None) }
+}
+
+fn known(word: &str) -> Option<Known> {
+    [Known::Proved, Known::Estimated, Known::Measured].into_iter().find(|k| k.word() == word)
+}
+
+fn elevation(row: &str) -> Option<Elevation> {
+    let words: Vec<&str> = row.split(' ').collect();
+    let [theta_o, from, to, error, beside, word] = words[..] else { return None };
+    let x = |s: &str| s.parse().ok();
+    let beside_suns = if beside == "-" { None } else { Some(x(beside)?) };
+    let range = [x(from)?, x(to)?];
+    Some(Elevation { theta_o: x(theta_o)?, range, error: x(error)?, beside_suns, known: known(word)? })
+}
+
+/// The certificate that [`put_certificate`] wrote.
 pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
-    let key = format!("{CERTIFICATE}known");
-    let word = t.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?;
-    let known = [Known::Proved, Known::Estimated, Known::Measured].into_iter().find(|k| k.word() == word);
-    let mut c = Certificate::new(
-        number(t, &format!("{CERTIFICATE}error"))?,
-        known.ok_or(PartError::Unexpected(key))?,
-    );
-    if let Some(m) = t.metadata.get(&format!("{CERTIFICATE}metric")) {
+    let key = |name: &str| format!("{CERTIFICATE}{name}");
+    let unexpected = |key: String| PartError::Unexpected(key);
+    let word = t.metadata.get(&key("known")).ok_or_else(|| PartError::Missing(key("known")))?;
+    let known = known(word).ok_or_else(|| unexpected(key("known")))?;
+    let mut c = Certificate::new(number(t, &key("error"))?, known);
+    if let Some(m) = t.metadata.get(&key("metric")) {
         c.metric.clone_from(m);
     }
-    if t.metadata.contains_key(&format!("{CERTIFICATE}{}", SPREAD[0])) {
+    c.tolerance = optional(t, &key("tolerance"))?;
+    c.missing_energy = optional(t, &key("missing_energy"))?;
+    let prefix = key("elevation.");
+    for (i, row) in below(t, &prefix) {
+        c.elevations.push(elevation(row).ok_or_else(|| unexpected(format!("{prefix}{i}")))?);
+    }
+    if t.metadata.contains_key(&key(SPREAD[0])) {
         let figures: Vec<f64> =
-            SPREAD.iter().map(|n| number(t, &format!("{CERTIFICATE}{n}"))).collect::<Result<_, _>>()?;
+            SPREAD.iter().map(|n| number(t, &key(n))).collect::<Result<_, PartError>>()?;
         c.spread = Some(Spread {
             median: figures[0],
             ninetieth: figures[1],
@@ -83,10 +137,10 @@ pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
             top_hundredth: figures[3],
         });
     }
-    let prefix = format!("{CERTIFICATE}detail.");
-    for (key, _) in t.metadata.range(prefix.clone()..).take_while(|(k, _)| k.starts_with(&prefix)) {
-        let name = key[prefix.len()..].split_once('.').map_or("", |(_, n)| n);
-        c = c.detail(name, number(t, key)?);
+    let prefix = key("detail.");
+    for (rest, _) in below(t, &prefix) {
+        let name = rest.split_once('.').map_or("", |(_, n)| n);
+        c = c.detail(name, number(t, &format!("{prefix}{rest}"))?);
     }
     Ok(c)
 }

@@ -15,8 +15,8 @@ pub fn page() -> String {
             "\n## `{}`\n\n{}\n\n    {}\n\nUnits: {}. Reciprocity: {}. Energy: {}.\n\n",
             m.name, m.source, m.formula, m.units, m.reciprocity, m.energy
         );
-        for (key, meaning) in m.parameters {
-            let _ = writeln!(out, "- `{key}`: {meaning}");
+        for p in m.parameters {
+            let _ = writeln!(out, "- `{}`: {p}", p.label());
         }
     }
     out

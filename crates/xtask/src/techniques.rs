@@ -1,6 +1,7 @@
 //! The table of techniques, from their Cards.
 
 use std::fmt::Write;
+use steradian_base::ParamInfo;
 use steradian_techniques::{Capabilities, registry};
 
 /// A column's name and whether a technique has an x in it.
@@ -31,7 +32,8 @@ pub fn page() -> String {
     );
     for t in registry() {
         let c = t.card();
-        let params: Vec<_> = t.params().iter().map(|p| format!("`{}` ({})", p.name, p.default)).collect();
+        let default = |p: &ParamInfo| p.default_value().map_or("required".into(), |v| v.to_string());
+        let params: Vec<_> = t.params().iter().map(|p| format!("`{}` ({})", p.name, default(p))).collect();
         let _ = writeln!(
             out,
             "| `{}` {} | {} | {} | {} | [{}](../crates/techniques/src/rooms/{}/README.md) |",

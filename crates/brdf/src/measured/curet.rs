@@ -18,11 +18,12 @@ use super::zernike::{self, MODES, ORDER};
 use crate::draw::{self, Draw};
 use crate::math::above;
 use crate::registry::Entry;
-use crate::spec::{Args, Interval};
-use crate::{Brdf, Files, Info, Lobe, Sample, SharedBrdf, SpecError, linear};
+use crate::spec::Args;
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, linear};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -31,9 +32,13 @@ pub static INFO: Info = Info {
     formula: "f = max(0, Σ a_nml H_nml), 55 modes up to order 8 fitted to the sample's measurements",
     units: "sr⁻¹, as the file has them",
     parameters: &[
-        ("NAME", "path of rbrdf.dat (gbrdf.dat and bbrdf.dat beside it), or of one file as grey"),
-        ("sample", "number of the sample, the first of its row"),
-        (
+        ParamInfo::file(
+            "name",
+            "path of rbrdf.dat (gbrdf.dat and bbrdf.dat beside it), or of one file as grey",
+        )
+        .positional(),
+        ParamInfo::whole("sample", [0.0, 1e6], 0.0, "number of the sample, the first of its row").required(),
+        ParamInfo::file(
             "angles",
             "path of the directions: theta_i phi_i theta_v phi_v per measurement; angles.dat beside the first",
         ),
@@ -42,24 +47,19 @@ pub static INFO: Info = Info {
     energy: "as measured; beyond 85° as extrapolated",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: true, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let Some(name) = &a.name else {
+    let Some(path) = a.file("name") else {
         return Err(a.syntax("needs the path of rbrdf.dat, as in curet:rbrdf.dat,sample=42".into()));
     };
-    let sample = a.required("sample", Interval::closed(0.0, 1e6))?;
-    if sample.fract() != 0.0 {
-        return Err(a.refuse("sample", "a whole number".into()));
-    }
-    let path = Path::new(name);
-    let angles = a.get("angles").map_or_else(|| path.with_file_name("angles.dat"), PathBuf::from);
-    let other = a.get("angles").map(|angles| format!(",angles={angles}")).unwrap_or_default();
-    let spec = format!("curet:{name},sample={sample}{other}");
-    Ok(Arc::new(match a.files.held() {
+    let sample = a.number("sample")?;
+    let angles = a.file("angles").unwrap_or_else(|| path.with_file_name("angles.dat"));
+    let (spec, name) = (a.spec(), path.display());
+    Ok(Arc::new(match a.held() {
         Some(numbers) => Curet::from_numbers(spec, numbers)
             .ok_or_else(|| a.syntax(format!("what is kept of {name} is damaged")))?,
-        None => Curet::read(path, &angles, sample as u32, spec, a.files)?,
+        None => Curet::read(&path, &angles, sample as u32, spec, a)?,
     }))
 }
 
@@ -81,17 +81,11 @@ impl Curet {
         self.residual
     }
 
-    fn read(
-        path: &Path,
-        angles: &Path,
-        sample: u32,
-        spec: String,
-        files: Files<'_>,
-    ) -> Result<Self, SpecError> {
-        let directions = curet_file::directions(angles, files)?;
+    fn read(path: &Path, angles: &Path, sample: u32, spec: String, a: &Args<'_>) -> Result<Self, SpecError> {
+        let directions = curet_file::directions(angles, a)?;
         let mut channels = Vec::new();
         for path in colours(path) {
-            let values = curet_file::row(&path, sample, files)?;
+            let values = curet_file::row(&path, sample, a)?;
             if values.len() != directions.len() {
                 let (n, m) = (values.len(), directions.len());
                 let what = format!(
@@ -217,6 +211,7 @@ impl Brdf for Curet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Files;
     use crate::math::spherical;
     use crate::{parse, parse_with};
     use std::fmt::Write as _;
@@ -333,7 +328,8 @@ mod tests {
         let path = Path::new(&folder).join("rbrdf.dat");
         let angles = path.with_file_name("angles.dat");
         for sample in 1..=61 {
-            let fitted = Curet::read(&path, &angles, sample, String::new(), Files::Any).expect("readable");
+            let args = Args::new(&INFO, "", Files::Any).expect("nothing in it");
+            let fitted = Curet::read(&path, &angles, sample, String::new(), &args).expect("readable");
             assert!(fitted.residual() < 0.5, "sample {sample}: {}", fitted.residual());
         }
     }

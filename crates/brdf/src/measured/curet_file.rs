@@ -1,6 +1,7 @@
 //! CUReT's tables: rows of measurements, and the directions at which all of them were taken.
 
-use crate::{Files, SpecError};
+use crate::SpecError;
+use crate::spec::Args;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -19,9 +20,9 @@ pub(super) fn fault(path: &Path, what: String) -> SpecError {
 }
 
 /// The measurements of one sample: what follows the number `sample` on its row.
-pub(super) fn row(path: &Path, sample: u32, files: Files<'_>) -> Result<Vec<f64>, SpecError> {
+pub(super) fn row(path: &Path, sample: u32, a: &Args<'_>) -> Result<Vec<f64>, SpecError> {
     let fault = |what: String| fault(path, what);
-    let rows = rows(path, files)?;
+    let rows = rows(path, a)?;
     let id = |row: &Vec<f64>| row.first().copied();
     if let Some(row) = rows.iter().find(|r| id(r) == Some(f64::from(sample))) {
         let values = &row[1..];
@@ -38,9 +39,9 @@ pub(super) fn row(path: &Path, sample: u32, files: Files<'_>) -> Result<Vec<f64>
 
 /// The directions: rows θ_i φ_i θ_v φ_v, or the same after a running number; radians, or degrees where a polar angle is
 /// above π/2. Both directions point away from the surface.
-pub(super) fn directions(path: &Path, files: Files<'_>) -> Result<Vec<Pair>, SpecError> {
+pub(super) fn directions(path: &Path, a: &Args<'_>) -> Result<Vec<Pair>, SpecError> {
     let fault = |what: String| fault(path, what);
-    let rows = rows(path, files)?;
+    let rows = rows(path, a)?;
     let angles: Option<Vec<[f64; 4]>> = rows
         .iter()
         .map(|r| r[r.len().saturating_sub(4)..].try_into().ok().filter(|_| r.len() <= 5))
@@ -62,9 +63,9 @@ pub(super) fn directions(path: &Path, files: Files<'_>) -> Result<Vec<Pair>, Spe
 }
 
 /// The numbers of a text file, by line; `#` begins a comment.
-fn rows(path: &Path, files: Files<'_>) -> Result<Vec<Vec<f64>>, SpecError> {
+fn rows(path: &Path, a: &Args<'_>) -> Result<Vec<Vec<f64>>, SpecError> {
     let fault = |what: String| fault(path, what);
-    let text = files.read(path, MAX_BYTES, "a table of CUReT's")?;
+    let text = a.read(path, MAX_BYTES, "a table of CUReT's")?;
     let mut rows = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();

@@ -9,10 +9,11 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, dielectric, half, half_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, rgb};
-use crate::spec::Args;
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -21,15 +22,15 @@ pub static INFO: Info = Info {
     formula: "f = k_D/π + F D G/(π n·wi n·wo); D = A/(1 + B(1 − cos θ_h))^C; G = min(1, 2 h_z wi_z/(h·wi), \
               2 h_z wo_z/(h·wo)); F dielectric of index ior",
     units: "sr⁻¹",
-    parameters: &[("NAME", "a MERL material, such as gold-metallic-paint")],
+    parameters: &[ParamInfo::name("name", "a MERL material, such as gold-metallic-paint").positional()],
     reciprocity: "reciprocal",
     energy: "not conserved in general: a fit",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: true, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let (name, row) = ABC.find("abc", a.name.as_deref())?;
+    let (name, row) = ABC.find("abc", a.name("name").as_deref())?;
     let v = |i: usize| row.get(i).copied().unwrap_or(0.0);
     Ok(Arc::new(Abc { name, kd: [v(0), v(1), v(2)], a: [v(3), v(4), v(5)], b: v(6), c: v(7), ior: v(8) }))
 }
@@ -68,7 +69,7 @@ impl Brdf for Abc {
     }
 
     fn spec(&self) -> String {
-        format!("abc:{}", self.name)
+        spec::print(&INFO, [("name", self.name.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -10,11 +10,12 @@ use crate::draw::{self, Draw};
 use crate::math::{above, half, half_cosine, largest, pow5, schlick};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -24,25 +25,23 @@ pub static INFO: Info = Info {
               + 28 rd/(23π) (1 − rs)(1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵), F = rs + (1 − rs)(1 − h·wi)⁵",
     units: "sr⁻¹",
     parameters: &[
-        ("nu", "exponent along the tangent, 0 … 1e8"),
-        ("nv", "exponent along the bitangent, 0 … 1e8"),
-        ("rs", "specular reflectance at normal incidence, scalar or r/g/b in 0 … 1, default 1"),
-        ("rd", "diffuse reflectance below the specular layer, scalar or r/g/b in 0 … 1, default 0"),
+        ParamInfo::real("nu", [0.0, 1e8], 0.0, "exponent along the tangent").required(),
+        ParamInfo::real("nv", [0.0, 1e8], 0.0, "exponent along the bitangent").required(),
+        ParamInfo::rgb("rs", [0.0, 1.0], 1.0, "specular reflectance at normal incidence"),
+        ParamInfo::rgb("rd", [0.0, 1.0], 0.0, "diffuse reflectance below the specular layer"),
     ],
     reciprocity: "reciprocal",
     energy: "albedo ≤ 1",
 };
 
-const EXPONENT: Interval = Interval::closed(0.0, 1e8);
-
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     Ok(Arc::new(AshikhminShirley {
-        nu: a.required("nu", EXPONENT)?,
-        nv: a.required("nv", EXPONENT)?,
-        rs: a.rgb("rs", Interval::UNIT, 1.0)?,
-        rd: a.rgb("rd", Interval::UNIT, 0.0)?,
+        nu: a.number("nu")?,
+        nv: a.number("nv")?,
+        rs: a.rgb("rs")?,
+        rd: a.rgb("rd")?,
     }))
 }
 
@@ -83,8 +82,8 @@ impl Brdf for AshikhminShirley {
     }
 
     fn spec(&self) -> String {
-        let (rs, rd) = (triple(self.rs), triple(self.rd));
-        format!("ashikhmin-shirley:nu={},nv={},rs={rs},rd={rd}", self.nu, self.nv)
+        let (nu, nv) = (("nu", self.nu.into()), ("nv", self.nv.into()));
+        spec::print(&INFO, [nu, nv, ("rs", self.rs.into()), ("rd", self.rd.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

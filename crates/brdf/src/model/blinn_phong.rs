@@ -10,11 +10,12 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, largest, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page of `blinn-phong`.
 pub static INFO: Info = Info {
@@ -22,7 +23,7 @@ pub static INFO: Info = Info {
     source: "Blinn 1977; normalised as in Akenine-Möller, Haines, Hoffman 2008, eq. 7.48",
     formula: "f = (n + 8)/(8π) (n·h)^n",
     units: "sr⁻¹",
-    parameters: &[("n", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "reciprocal",
     energy: "not conserved: the factor (n + 8)/8π is an approximation, albedo up to 1.076 at normal view (n = 9)",
 };
@@ -34,9 +35,9 @@ pub static GL_INFO: Info = Info {
     formula: "f = kd/π + ks (n·h)^n/(n·wi)",
     units: "f sr⁻¹; the specular term is not normalised",
     parameters: &[
-        ("kd", "diffuse albedo, scalar or r/g/b in 0 … 1, default 0"),
-        ("ks", "specular factor, scalar or r/g/b, at least 0, default 1"),
-        ("n", "exponent, 0 … 1e8"),
+        ParamInfo::rgb("kd", [0.0, 1.0], 0.0, "diffuse albedo"),
+        ParamInfo::rgb("ks", [0.0, f64::INFINITY], 1.0, "specular factor"),
+        ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required(),
     ],
     reciprocity: "not reciprocal: the division by n·wi alone breaks the symmetry",
     energy: "not conserved: the specular term is not normalised",
@@ -45,20 +46,13 @@ pub static GL_INFO: Info = Info {
 /// Both models' text.
 const WGSL: &str = include_str!("blinn_phong.wgsl");
 
-const EXPONENT: Interval = Interval::closed(0.0, 1e8);
+pub(crate) const ENTRY: Entry =
+    Entry { info: &INFO, make: |a| Ok(Arc::new(BlinnPhong { n: a.number("n")? })) };
 
-pub(crate) const ENTRY: Entry = Entry {
-    info: &INFO,
-    takes_name: false,
-    make: |a| Ok(Arc::new(BlinnPhong { n: a.required("n", EXPONENT)? })),
-};
-
-pub(crate) const GL: Entry = Entry { info: &GL_INFO, takes_name: false, make: make_gl };
+pub(crate) const GL: Entry = Entry { info: &GL_INFO, make: make_gl };
 
 fn make_gl(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let kd = a.rgb("kd", Interval::UNIT, 0.0)?;
-    let ks = a.rgb("ks", Interval::NON_NEGATIVE, 1.0)?;
-    Ok(Arc::new(BlinnPhongGl { kd, ks, n: a.required("n", EXPONENT)? }))
+    Ok(Arc::new(BlinnPhongGl { kd: a.rgb("kd")?, ks: a.rgb("ks")?, n: a.number("n")? }))
 }
 
 /// The width of the GGX lobe that samples cos^n.
@@ -90,7 +84,7 @@ impl Brdf for BlinnPhong {
     }
 
     fn spec(&self) -> String {
-        format!("blinn-phong:n={}", self.n)
+        spec::print(&INFO, [("n", self.n.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
@@ -148,7 +142,7 @@ impl Brdf for BlinnPhongGl {
     }
 
     fn spec(&self) -> String {
-        format!("blinn-phong-gl:kd={},ks={},n={}", triple(self.kd), triple(self.ks), self.n)
+        spec::print(&GL_INFO, [("kd", self.kd.into()), ("ks", self.ks.into()), ("n", self.n.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

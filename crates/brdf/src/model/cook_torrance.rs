@@ -13,11 +13,12 @@ use crate::draw::{self, Draw};
 use crate::math::{above, erf, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -27,22 +28,18 @@ pub static INFO: Info = Info {
               2 n·h n·wi/(wo·h)), or Smith's G₁(wi) G₁(wo); F = f0 + (1 − f0)(1 − wi·h)⁵",
     units: "sr⁻¹",
     parameters: &[
-        ("m", "rms slope, 1e-4 … 10"),
-        ("f0", "reflectance at normal incidence, scalar or r/g/b in 0 … 1, default 1"),
-        ("g", "v-cavity (default) or smith"),
+        ParamInfo::real("m", [1e-4, 10.0], 0.0, "rms slope").required(),
+        ParamInfo::rgb("f0", [0.0, 1.0], 1.0, "reflectance at normal incidence"),
+        ParamInfo::choice("g", &["v-cavity", "smith"], "masking"),
     ],
     reciprocity: "reciprocal",
     energy: "albedo ≤ 1 (single scattering: the rest is lost)",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    Ok(Arc::new(CookTorrance {
-        m: a.required("m", Interval::closed(1e-4, 10.0))?,
-        f0: a.rgb("f0", Interval::UNIT, 1.0)?,
-        smith: a.word("g", &["v-cavity", "smith"])? == "smith",
-    }))
+    Ok(Arc::new(CookTorrance { m: a.number("m")?, f0: a.rgb("f0")?, smith: a.word("g")? == "smith" }))
 }
 
 /// Beckmann's distribution with a V-cavity or Smith's masking.
@@ -98,7 +95,7 @@ impl Brdf for CookTorrance {
 
     fn spec(&self) -> String {
         let g = if self.smith { "smith" } else { "v-cavity" };
-        format!("cook-torrance:m={},f0={},g={g}", self.m, triple(self.f0))
+        spec::print(&INFO, [("m", self.m.into()), ("f0", self.f0.into()), ("g", g.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -13,11 +13,12 @@ use crate::draw::{self, Draw, ggx_d, stretched_length};
 use crate::math::{above, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, rgb};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -27,29 +28,27 @@ pub static INFO: Info = Info {
               Λ = (√(1 + (ax² x² + ay² y²)/z²) − 1)/2, F = f0 + (1 − f0)(1 − wi·h)⁵",
     units: "sr⁻¹",
     parameters: &[
-        ("alpha", "width of D, perceptual roughness squared, 1e-4 … 10"),
-        ("ax", "width along the tangent, instead of alpha"),
-        ("ay", "width along the bitangent, instead of alpha"),
-        ("f0", "reflectance at normal incidence, scalar or r/g/b in 0 … 1, default 1"),
+        ParamInfo::real("alpha", [1e-4, 10.0], 0.0, "width of D, perceptual roughness squared").optional(),
+        ParamInfo::real("ax", [1e-4, 10.0], 0.0, "width along the tangent, instead of alpha").optional(),
+        ParamInfo::real("ay", [1e-4, 10.0], 0.0, "width along the bitangent, instead of alpha").optional(),
+        ParamInfo::rgb("f0", [0.0, 1.0], 1.0, "reflectance at normal incidence"),
     ],
     reciprocity: "reciprocal",
     energy: "albedo ≤ 1 (single scattering: the rest is lost)",
 };
 
-const WIDTH: Interval = Interval::closed(1e-4, 10.0);
-
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let f0 = a.rgb("f0", Interval::UNIT, 1.0)?;
+    let f0 = a.rgb("f0")?;
     if !a.has("ax") && !a.has("ay") {
-        let alpha = a.required("alpha", WIDTH)?;
+        let alpha = a.number("alpha")?;
         return Ok(Arc::new(Ggx { ax: alpha, ay: alpha, f0 }));
     }
     if a.has("alpha") {
         return Err(a.syntax("give either alpha= or both ax= and ay=, not all".into()));
     }
-    Ok(Arc::new(Ggx { ax: a.required("ax", WIDTH)?, ay: a.required("ay", WIDTH)?, f0 }))
+    Ok(Arc::new(Ggx { ax: a.number("ax")?, ay: a.number("ay")?, f0 }))
 }
 
 /// GGX with Schlick's Fresnel term.
@@ -90,11 +89,11 @@ impl Brdf for Ggx {
     }
 
     fn spec(&self) -> String {
-        let f0 = triple(self.f0);
+        let f0 = ("f0", self.f0.into());
         if self.is_isotropic() {
-            format!("ggx:alpha={},f0={f0}", self.ax)
+            spec::print(&INFO, [("alpha", self.ax.into()), f0])
         } else {
-            format!("ggx:ax={},ay={},f0={f0}", self.ax, self.ay)
+            spec::print(&INFO, [("ax", self.ax.into()), ("ay", self.ay.into()), f0])
         }
     }
 

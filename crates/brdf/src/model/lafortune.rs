@@ -13,11 +13,12 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, largest, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -27,17 +28,18 @@ pub static INFO: Info = Info {
     formula: "f = kd/π + Σ ks (c_x x x' + c_y y y' + c_z z z')₊^n, wo = (x, y, z) and wi = (x', y', z') along t, b, n",
     units: "sr⁻¹",
     parameters: &[
-        (
-            "@SET",
+        ParamInfo::name(
+            "@set",
             "a published set instead of keys: skin, skin-steve, skin-mahesh, blue-paint, krylon-blue, clay, felt, primer, bluish, brushed-metal",
-        ),
-        ("cx", "coefficient along the tangent, −1 … forward, +1 … back to the light"),
-        ("cy", "coefficient along the bitangent"),
-        ("cz", "coefficient along the normal"),
-        ("n", "exponent, 0 … 1e8"),
-        ("ks", "factor of the lobe, scalar or r/g/b, at least 0, default 1"),
-        ("kd", "diffuse albedo, scalar or r/g/b in 0 … 1, default 0"),
-        (
+        )
+        .positional(),
+        ParamInfo::real("cx", [f64::NEG_INFINITY, f64::INFINITY], 0.0, "coefficient along the tangent, −1 … forward, +1 … back to the light").required(),
+        ParamInfo::real("cy", [f64::NEG_INFINITY, f64::INFINITY], 0.0, "coefficient along the bitangent").required(),
+        ParamInfo::real("cz", [f64::NEG_INFINITY, f64::INFINITY], 0.0, "coefficient along the normal").required(),
+        ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required(),
+        ParamInfo::rgb("ks", [0.0, f64::INFINITY], 1.0, "factor of the lobe"),
+        ParamInfo::rgb("kd", [0.0, 1.0], 0.0, "diffuse albedo"),
+        ParamInfo::file(
             "lobes",
             "file of lobes instead of the other keys: CSV lines lobe,CHANNEL,cx,cy,cz,n[,ks] and diffuse,CHANNEL,kd with CHANNEL 0, 1, 2 or *",
         ),
@@ -46,34 +48,30 @@ pub static INFO: Info = Info {
     energy: "not conserved in general: the lobes are not normalised",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: true, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const OWN: [&str; 6] = ["cx", "cy", "cz", "n", "ks", "kd"];
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    if let Some(name) = &a.name {
+    if let Some(name) = a.name("@set") {
         refuse_others(a, "a set", &["lobes"])?;
-        return Ok(Arc::new(published::find(name)?));
+        return Ok(Arc::new(published::find(&name)?));
     }
-    if let Some(file) = a.get("lobes") {
+    if let Some(file) = a.file("lobes") {
         refuse_others(a, "lobes=", &[])?;
-        let spec = format!("lafortune:lobes={file}");
-        return Ok(Arc::new(match a.files.held() {
+        let spec = a.spec();
+        let name = file.display();
+        return Ok(Arc::new(match a.held() {
             Some(numbers) => Lafortune::from_numbers(spec, numbers)
-                .ok_or_else(|| a.syntax(format!("what is kept of {file} is damaged")))?,
-            None => super::lafortune_file::read(file, spec, a.files)?,
+                .ok_or_else(|| a.syntax(format!("what is kept of {name} is damaged")))?,
+            None => super::lafortune_file::read(&file, spec, a)?,
         }));
     }
-    let n = a.required("n", Interval::closed(0.0, 1e8))?;
-    let c = DVec3::new(
-        a.required("cx", Interval::ANY)?,
-        a.required("cy", Interval::ANY)?,
-        a.required("cz", Interval::ANY)?,
-    );
-    let ks = a.rgb("ks", Interval::NON_NEGATIVE, 1.0)?;
-    let kd = a.rgb("kd", Interval::UNIT, 0.0)?;
-    let spec =
-        format!("lafortune:cx={},cy={},cz={},n={n},ks={},kd={}", c.x, c.y, c.z, triple(ks), triple(kd));
+    let n = a.number("n")?;
+    let c = DVec3::new(a.number("cx")?, a.number("cy")?, a.number("cz")?);
+    let (ks, kd) = (a.rgb("ks")?, a.rgb("kd")?);
+    let lobe = [("cx", c.x.into()), ("cy", c.y.into()), ("cz", c.z.into()), ("n", n.into())];
+    let spec = spec::print(&INFO, lobe.into_iter().chain([("ks", ks.into()), ("kd", kd.into())]));
     let lobe = std::array::from_fn(|i| Cosine { c, n, ks: ks[i] });
     Ok(Arc::new(Lafortune { spec, kd, lobes: vec![lobe] }))
 }

@@ -5,7 +5,8 @@
 //! skipped. Every lobe line adds a lobe to its channels.
 
 use super::lafortune::{Cosine, Lafortune};
-use crate::{Files, SpecError};
+use crate::SpecError;
+use crate::spec::Args;
 use glam::DVec3;
 use std::path::Path;
 
@@ -13,9 +14,9 @@ use std::path::Path;
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads the file; `spec` is what the reflectance says of itself.
-pub(crate) fn read(file: &str, spec: String, files: Files<'_>) -> Result<Lafortune, SpecError> {
-    let text = files.read(Path::new(file), MAX_BYTES, "a file of Lafortune lobes")?;
-    parse(&text, spec).map_err(|what| SpecError::File { file: file.to_owned(), what })
+pub(crate) fn read(file: &Path, spec: String, a: &Args<'_>) -> Result<Lafortune, SpecError> {
+    let text = a.read(file, MAX_BYTES, "a file of Lafortune lobes")?;
+    parse(&text, spec).map_err(|what| SpecError::File { file: file.display().to_string(), what })
 }
 
 /// Parses the text of a file.

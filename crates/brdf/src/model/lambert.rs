@@ -6,9 +6,10 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb};
-use crate::spec::{Interval, triple};
+use crate::spec;
 use crate::{Brdf, Info, Lobe, Peak, Sample};
 use glam::{DVec2, DVec3};
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -16,16 +17,13 @@ pub static INFO: Info = Info {
     source: "Lambert 1760, Photometria",
     formula: "f = albedo/π",
     units: "sr⁻¹",
-    parameters: &[("albedo", "directional-hemispherical reflectance, scalar or r/g/b in 0 … 1, default 1")],
+    parameters: &[ParamInfo::rgb("albedo", [0.0, 1.0], 1.0, "directional-hemispherical reflectance")],
     reciprocity: "reciprocal",
     energy: "albedo ≤ 1 for every view",
 };
 
-pub(crate) const ENTRY: Entry = Entry {
-    info: &INFO,
-    takes_name: false,
-    make: |a| Ok(std::sync::Arc::new(Lambert { albedo: a.rgb("albedo", Interval::UNIT, 1.0)? })),
-};
+pub(crate) const ENTRY: Entry =
+    Entry { info: &INFO, make: |a| Ok(std::sync::Arc::new(Lambert { albedo: a.rgb("albedo")? })) };
 
 /// f = albedo/π.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +40,7 @@ impl Brdf for Lambert {
     }
 
     fn spec(&self) -> String {
-        format!("lambert:albedo={}", triple(self.albedo))
+        spec::print(&INFO, [("albedo", self.albedo.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -1,8 +1,8 @@
 //! The published tables of fits to the MERL materials: CSV, one row per material, first column its name.
 
 use crate::SpecError;
-use crate::error::nearest;
 use std::sync::LazyLock;
+use steradian_base::nearest;
 
 /// One table.
 pub(crate) struct Table {

@@ -7,10 +7,11 @@ use crate::draw::{self, Draw};
 use crate::math::{above, half, polar_angle};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four};
-use crate::spec::Interval;
+use crate::spec;
 use crate::{Brdf, Info, Lobe, Peak, Sample, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -18,16 +19,15 @@ pub static INFO: Info = Info {
     source: "Ramamoorthi & Hanrahan 2002, eq. 5.34",
     formula: "f_cos = exp(−(θ_h/σ)²)/(4πσ²) above the horizon, θ_h = ∠(n, h)",
     units: "f_cos sr⁻¹",
-    parameters: &[("sigma", "width in radians, 1e-4 … 10")],
+    parameters: &[ParamInfo::real("sigma", [1e-4, 10.0], 0.0, "width in radians").required()],
     reciprocity: "not reciprocal: the formula holds the cosine of one direction only (f_cos itself is symmetric)",
     energy: "albedo ≤ 1; about n·wo at grazing views of narrow lobes, 1 − O(σ²) at normal view",
 };
 
 pub(crate) const ENTRY: Entry = Entry {
     info: &INFO,
-    takes_name: false,
     make: |a| {
-        let sigma = a.required("sigma", Interval::closed(1e-4, 10.0))?;
+        let sigma = a.number("sigma")?;
         Ok(std::sync::Arc::new(Microfacet { sigma }))
     },
 };
@@ -52,7 +52,7 @@ impl Brdf for Microfacet {
     }
 
     fn spec(&self) -> String {
-        format!("microfacet:sigma={}", self.sigma)
+        spec::print(&INFO, [("sigma", self.sigma.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

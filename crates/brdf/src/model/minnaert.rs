@@ -9,10 +9,11 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -21,18 +22,18 @@ pub static INFO: Info = Info {
     formula: "f = albedo/π ((n·wi)(n·wo))^(k−1)",
     units: "sr⁻¹",
     parameters: &[
-        ("k", "limb darkening exponent, 0 … 100; 1 is Lambert"),
-        ("albedo", "factor, scalar or r/g/b in 0 … 1, default 1"),
+        ParamInfo::real("k", [0.0, 100.0], 0.0, "limb darkening exponent, 1 is Lambert").required(),
+        ParamInfo::rgb("albedo", [0.0, 1.0], 1.0, "factor"),
     ],
     reciprocity: "reciprocal",
     energy: "not conserved for k < 1: directional albedo 2 albedo/(k + 1) (n·wo)^(k−1); at most 1 for k ≥ 1",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let k = a.required("k", Interval::closed(0.0, 100.0))?;
-    Ok(Arc::new(Minnaert { k, albedo: a.rgb("albedo", Interval::UNIT, 1.0)? }))
+    let k = a.number("k")?;
+    Ok(Arc::new(Minnaert { k, albedo: a.rgb("albedo")? }))
 }
 
 /// Minnaert's limb darkening.
@@ -55,7 +56,7 @@ impl Brdf for Minnaert {
     }
 
     fn spec(&self) -> String {
-        format!("minnaert:k={},albedo={}", self.k, triple(self.albedo))
+        spec::print(&INFO, [("k", self.k.into()), ("albedo", self.albedo.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -15,11 +15,12 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, rgb};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -29,26 +30,30 @@ pub static INFO: Info = Info {
               α = max(θ_i, θ_o), β = min(θ_i, θ_o); variants full (eqs 27, 28) and fujii",
     units: "sr⁻¹",
     parameters: &[
-        (
+        ParamInfo::real(
             "sigma",
-            "standard deviation of the facet slope angle in radians, 0 … 1.5708 (fujii: roughness 0 … 1)",
-        ),
-        ("albedo", "facet albedo, scalar or r/g/b in 0 … 1, default 1"),
-        ("variant", "qualitative (default), full or fujii"),
+            [0.0, FRAC_PI_2],
+            0.0,
+            "standard deviation of the facet slope angle in radians (fujii: roughness 0 … 1)",
+        )
+        .required(),
+        ParamInfo::rgb("albedo", [0.0, 1.0], 1.0, "facet albedo"),
+        ParamInfo::choice("variant", &VARIANTS, "formula"),
     ],
     reciprocity: "reciprocal",
     energy: "not conserved strictly: albedo up to 1.015 (full: 1.051) at grazing views where albedo = 1 and sigma is near 0.2; fujii: at most 1",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const VARIANTS: [&str; 3] = ["qualitative", "full", "fujii"];
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let variant = a.word("variant", &VARIANTS)?;
-    let max = if variant == "fujii" { 1.0 } else { FRAC_PI_2 };
-    let sigma = a.required("sigma", Interval::closed(0.0, max))?;
-    Ok(Arc::new(OrenNayar { variant, sigma, albedo: a.rgb("albedo", Interval::UNIT, 1.0)? }))
+    let (variant, sigma) = (a.word("variant")?, a.number("sigma")?);
+    if variant == "fujii" && sigma > 1.0 {
+        return Err(a.refuse("sigma", "a number in 0 … 1".into()));
+    }
+    Ok(Arc::new(OrenNayar { variant, sigma, albedo: a.rgb("albedo")? }))
 }
 
 /// Oren and Nayar's rough diffuse surface.
@@ -100,7 +105,8 @@ impl Brdf for OrenNayar {
     }
 
     fn spec(&self) -> String {
-        format!("oren-nayar:sigma={},albedo={},variant={}", self.sigma, triple(self.albedo), self.variant)
+        let shape = [("sigma", self.sigma.into()), ("albedo", self.albedo.into())];
+        spec::print(&INFO, shape.into_iter().chain([("variant", self.variant.into())]))
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -10,11 +10,12 @@ use crate::draw::{self, Draw};
 use crate::math::{mirror, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four};
-use crate::spec::{Args, Interval};
+use crate::spec::{self, Args};
 use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page of `phong`.
 pub static PHONG_INFO: Info = Info {
@@ -22,7 +23,7 @@ pub static PHONG_INFO: Info = Info {
     source: "Phong 1975; Kautz 2004 (STAR), eqs 22–24 with k_s = 1",
     formula: "f = max(0, r·wi)^n/(n·wi): f_cos = max(0, r·wi)^n above the horizon",
     units: "f sr⁻¹; not normalised",
-    parameters: &[("n", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "not reciprocal: the division by n·wi alone breaks the symmetry",
     energy: "not conserved for n < 2π − 1: the lobe integral is 2π/(n + 1) at normal view",
 };
@@ -33,7 +34,7 @@ pub static PHONG_MAP_INFO: Info = Info {
     source: "Kautz 2004 (STAR), eq. 25 with k_s = 1, over the whole sphere as a prefiltered map holds it",
     formula: "f_cos = max(0, r·wi)^n over the whole sphere",
     units: "f_cos sr⁻¹; not normalised",
-    parameters: &[("n", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "not reciprocal: a map kernel, defined with the cosine in",
     energy: "not conserved for n < 2π − 1: the kernel integral is 2π/(n + 1)",
 };
@@ -44,23 +45,19 @@ pub static PHONG_NORMALIZED_INFO: Info = Info {
     source: "Ramamoorthi & Hanrahan 2002, eq. 5.26",
     formula: "f_cos = (s + 1)/2π · max(0, r·wi)^s over the whole sphere",
     units: "f_cos sr⁻¹",
-    parameters: &[("s", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("s", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "not reciprocal: a map kernel, defined with the cosine in",
     energy: "albedo = 1 over the sphere for every view",
 };
 
-const EXPONENT: Interval = Interval::closed(0.0, 1e8);
-
 fn make(a: &Args, kind: Kind, key: &'static str) -> Result<SharedBrdf, SpecError> {
-    Ok(Arc::new(Phong { kind, n: a.required(key, EXPONENT)? }))
+    Ok(Arc::new(Phong { kind, n: a.number(key)? }))
 }
 
-pub(crate) const PHONG: Entry =
-    Entry { info: &PHONG_INFO, takes_name: false, make: |a| make(a, Kind::Phong, "n") };
-pub(crate) const PHONG_MAP: Entry =
-    Entry { info: &PHONG_MAP_INFO, takes_name: false, make: |a| make(a, Kind::Map, "n") };
+pub(crate) const PHONG: Entry = Entry { info: &PHONG_INFO, make: |a| make(a, Kind::Phong, "n") };
+pub(crate) const PHONG_MAP: Entry = Entry { info: &PHONG_MAP_INFO, make: |a| make(a, Kind::Map, "n") };
 pub(crate) const PHONG_NORMALIZED: Entry =
-    Entry { info: &PHONG_NORMALIZED_INFO, takes_name: false, make: |a| make(a, Kind::Normalized, "s") };
+    Entry { info: &PHONG_NORMALIZED_INFO, make: |a| make(a, Kind::Normalized, "s") };
 
 /// Which of the three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,7 +100,7 @@ impl Brdf for Phong {
 
     fn spec(&self) -> String {
         let info = self.info();
-        format!("{}:{}={}", info.name, info.parameters[0].0, self.n)
+        spec::print(info, [(info.parameters[0].name, self.n.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -19,11 +19,12 @@ use crate::math::{INV_PI, above, half, largest, positive_pow, power_cosine};
 use crate::model::cosine_power::CosinePower;
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb, with};
-use crate::spec::{Args, Interval, triple};
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -33,25 +34,25 @@ pub static INFO: Info = Info {
               the floor], f' = kd/π + ks (n + 8)/(8π) (n'·h)^n",
     units: "sr⁻¹",
     parameters: &[
-        ("d", "distance of the cylinders' axes in radii, 2 … 1e3, default 2"),
-        ("h", "height of the floor above the axes in radii, 0 … 0.99, default 0"),
-        ("kd", "diffuse albedo of the material, scalar or r/g/b in 0 … 1, default 0"),
-        ("ks", "specular factor of the material, scalar or r/g/b in 0 … 1, default 1"),
-        ("n", "exponent of the material, 0 … 1e5"),
+        ParamInfo::real("d", [2.0, 1e3], 2.0, "distance of the cylinders' axes in radii"),
+        ParamInfo::real("h", [0.0, 0.99], 0.0, "height of the floor above the axes in radii"),
+        ParamInfo::rgb("kd", [0.0, 1.0], 0.0, "diffuse albedo of the material"),
+        ParamInfo::rgb("ks", [0.0, 1.0], 1.0, "specular factor of the material"),
+        ParamInfo::real("n", [0.0, 1e5], 0.0, "exponent of the material").required(),
     ],
     reciprocity: "reciprocal",
     energy: "albedo ≤ that of the material (light that the cylinders block is lost)",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: false, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let n = a.required("n", Interval::closed(0.0, 1e5))?;
+    let n = a.number("n")?;
     Ok(Arc::new(PoulinFournier {
-        d: a.number("d", Interval::closed(2.0, 1e3), 2.0)?,
-        h: a.number("h", Interval::closed(0.0, 0.99), 0.0)?,
-        kd: a.rgb("kd", Interval::UNIT, 0.0)?,
-        ks: a.rgb("ks", Interval::UNIT, 1.0)?,
+        d: a.number("d")?,
+        h: a.number("h")?,
+        kd: a.rgb("kd")?,
+        ks: a.rgb("ks")?,
         n,
         powers: CosinePower::new(n),
     }))
@@ -133,8 +134,9 @@ impl Brdf for PoulinFournier {
     }
 
     fn spec(&self) -> String {
-        let (kd, ks) = (triple(self.kd), triple(self.ks));
-        format!("poulin-fournier:d={},h={},kd={kd},ks={ks},n={}", self.d, self.h, self.n)
+        let shape = [("d", self.d.into()), ("h", self.h.into())];
+        let material = [("kd", self.kd.into()), ("ks", self.ks.into()), ("n", self.n.into())];
+        spec::print(&INFO, shape.into_iter().chain(material))
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

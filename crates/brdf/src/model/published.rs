@@ -15,8 +15,8 @@
 
 use super::lafortune::{Cosine, Lafortune};
 use crate::SpecError;
-use crate::error::nearest;
 use glam::DVec3;
+use steradian_base::nearest;
 
 /// Diffuse albedo, then per lobe c_xy, c_z and n, all per channel.
 struct Set {
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn the_page_names_every_set() {
-        let page = super::super::lafortune::INFO.parameters[0].1;
+        let page = super::super::lafortune::INFO.parameters[0].doc;
         assert!(names().iter().all(|n| page.contains(n)), "{page}");
     }
 

@@ -11,10 +11,11 @@ use crate::draw::{self, Draw};
 use crate::math::{INV_PI, above, half, half_cosine, polar_angle, pow5};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb};
-use crate::spec::Args;
+use crate::spec::{self, Args};
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -23,15 +24,15 @@ pub static INFO: Info = Info {
     formula: "f = (ρ_d + ρ_s F D G₁(wi) G₁(wo)/(n·wi n·wo))/π; D = κ exp(−a)/(π a^p cos⁴θ_h), a = α + tan²θ_h/α; \
               G₁ = clamp(1 + λ(1 − exp(c max(0, θ − θ₀)^k)), 0, 1); F = f0 − f1 u + (1 − f0)(1 − u)⁵, u = wi·h",
     units: "sr⁻¹",
-    parameters: &[("NAME", "a MERL material, such as gold-metallic-paint")],
+    parameters: &[ParamInfo::name("name", "a MERL material, such as gold-metallic-paint").positional()],
     reciprocity: "reciprocal",
     energy: "not conserved in general: a fit",
 };
 
-pub(crate) const ENTRY: Entry = Entry { info: &INFO, takes_name: true, make };
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let (name, row) = SGD.find("sgd", a.name.as_deref())?;
+    let (name, row) = SGD.find("sgd", a.name("name").as_deref())?;
     let channel = |c: usize| {
         let v = |i: usize| row.get(3 * i + c).copied().unwrap_or(0.0);
         Channel {
@@ -119,7 +120,7 @@ impl Brdf for Sgd {
     }
 
     fn spec(&self) -> String {
-        format!("sgd:{}", self.name)
+        spec::print(&INFO, [("name", self.name.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -14,10 +14,11 @@
 use crate::draw::{self, Draw};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four};
-use crate::spec::{Args, Interval};
+use crate::spec::{self, Args};
 use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 
 /// The page of `banks`.
 pub static BANKS_INFO: Info = Info {
@@ -25,7 +26,7 @@ pub static BANKS_INFO: Info = Info {
     source: "Banks 1994; Kautz 2004 (STAR), eq. 33",
     formula: "f = (√(1 − (wi·t)²) √(1 − (wo·t)²) − (wi·t)(wo·t))₊^n",
     units: "f sr⁻¹; not normalised",
-    parameters: &[("n", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "reciprocal (the self-shadow factor n·wi is not part of f)",
     energy: "not conserved: the lobe is not normalised",
 };
@@ -36,7 +37,7 @@ pub static BANKS_MAP_INFO: Info = Info {
     source: "Kautz 2004 (STAR), eq. 35",
     formula: "f_cos = (√(1 − (wi·t)²) √(1 − (wo·t)²) − (wi·t)(wo·t))₊^n over the whole sphere",
     units: "f_cos sr⁻¹; not normalised",
-    parameters: &[("n", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("n", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "not reciprocal: a map kernel, defined with the cosine left out",
     energy: "not conserved: the lobe is not normalised, and it takes light from behind",
 };
@@ -47,21 +48,19 @@ pub static KAJIYA_KAY_INFO: Info = Info {
     source: "Kajiya & Kay 1989; Ramamoorthi & Hanrahan 2002, sections 5.3.1 and 5.7.1",
     formula: "f_cos = cos^s(θ_i − θ_o)₊ over the whole sphere, cos θ = t·w",
     units: "f_cos sr⁻¹; not normalised",
-    parameters: &[("s", "exponent, 0 … 1e8")],
+    parameters: &[ParamInfo::real("s", [0.0, 1e8], 0.0, "exponent").required()],
     reciprocity: "not reciprocal: defined with the cosine in (f_cos itself is symmetric)",
     energy: "not conserved: the lobe is not normalised",
 };
 
 fn make(a: &Args, kind: Kind, key: &'static str) -> Result<SharedBrdf, SpecError> {
-    Ok(Arc::new(Strand { kind, n: a.required(key, Interval::closed(0.0, 1e8))? }))
+    Ok(Arc::new(Strand { kind, n: a.number(key)? }))
 }
 
-pub(crate) const BANKS: Entry =
-    Entry { info: &BANKS_INFO, takes_name: false, make: |a| make(a, Kind::Banks, "n") };
-pub(crate) const BANKS_MAP: Entry =
-    Entry { info: &BANKS_MAP_INFO, takes_name: false, make: |a| make(a, Kind::BanksMap, "n") };
+pub(crate) const BANKS: Entry = Entry { info: &BANKS_INFO, make: |a| make(a, Kind::Banks, "n") };
+pub(crate) const BANKS_MAP: Entry = Entry { info: &BANKS_MAP_INFO, make: |a| make(a, Kind::BanksMap, "n") };
 pub(crate) const KAJIYA_KAY: Entry =
-    Entry { info: &KAJIYA_KAY_INFO, takes_name: false, make: |a| make(a, Kind::KajiyaKay, "s") };
+    Entry { info: &KAJIYA_KAY_INFO, make: |a| make(a, Kind::KajiyaKay, "s") };
 
 /// Which of the three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +118,7 @@ impl Brdf for Strand {
 
     fn spec(&self) -> String {
         let info = self.info();
-        format!("{}:{}={}", info.name, info.parameters[0].0, self.n)
+        spec::print(info, [(info.parameters[0].name, self.n.into())])
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

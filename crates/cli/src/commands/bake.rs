@@ -30,7 +30,7 @@ pub struct Options {
     technique: String,
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
-    params: Vec<(String, f64)>,
+    params: Vec<inputs::Parameter>,
     /// Relative RMS error of radiance over normals and views asked for, such as 0.03; orders, resolutions and what is
     /// stored follow from it; a miss writes the marked output and exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive, conflicts_with = "energy_epsilon")]

@@ -42,7 +42,7 @@ pub struct Options {
     technique: Vec<String>,
     /// Parameter of the techniques that have it
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
-    params: Vec<(String, f64)>,
+    params: Vec<inputs::Parameter>,
     /// A saved bake (.safetensors, or the folder of one) of the light and the reflectance; may be given several times
     #[arg(long, value_name = "FILE")]
     bake: Vec<PathBuf>,

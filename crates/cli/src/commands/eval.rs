@@ -40,7 +40,7 @@ pub struct Options {
     technique: Option<String>,
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
-    params: Vec<(String, f64)>,
+    params: Vec<inputs::Parameter>,
     /// Relative error asked for: of each point by the reference [default: 1e-4], in the RMS over normals and views by a
     /// technique; a miss exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]

@@ -44,7 +44,7 @@ pub struct Options {
     technique: Option<String>,
     /// Parameter of the named technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
-    params: Vec<(String, f64)>,
+    params: Vec<inputs::Parameter>,
     /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate turns its light,
     /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "brdf", "technique", "params"])]

@@ -21,8 +21,8 @@ mod spectrum;
 use crate::DiskLight;
 pub use clear::ClearSky;
 pub use spec::SkyError;
-use spec::{Key, parse};
 pub use spectrum::{EFFICACY, luminance};
+use steradian_base::{ParamError, ParamInfo, ParamValues, Value, split_spec};
 use steradian_sphere::SphereImage;
 
 /// An environment made by formula.
@@ -41,72 +41,68 @@ pub const NAMES: [&str; 4] = ["sky", "studio", "overcast", "furnace"];
 
 /// Does a spec name an environment by formula (rather than a file)?
 pub fn is_name(spec: &str) -> bool {
-    NAMES.contains(&head(spec).0)
-}
-
-fn head(spec: &str) -> (&str, &str) {
-    spec.split_once(':').unwrap_or((spec, ""))
+    NAMES.contains(&split_spec(spec).0)
 }
 
 /// Largest side of an image.
 const MAX_SIDE: usize = 32_768;
 
-const fn key(key: &'static str, default: f64, low: f64, high: f64, colour: bool) -> Key {
-    Key { key, default, range: [low, high], colour }
-}
+const GROUND: ParamInfo = ParamInfo::rgb("ground", [0.0, 1.0], 0.2, "diffuse albedo of the ground");
+const ELEVATION: ParamInfo =
+    ParamInfo::angle("elevation", [-5.0, 90.0], 35.0, "of the sun above the horizon");
+const AZIMUTH: ParamInfo =
+    ParamInfo::angle("azimuth", [-3600.0, 3600.0], 120.0, "of the sun, from +X towards +Z");
+const TURBIDITY: ParamInfo = ParamInfo::real("turbidity", [1.0, 10.0], 3.0, "1 pure air, 10 haze");
+const ZENITH: ParamInfo = ParamInfo::real("zenith", [0.0, 1e9], 20.0, "radiance of the zenith");
+const SCALE: ParamInfo = ParamInfo::real("scale", [0.0, 1e9], 1.0, "factor of the radiance");
+const RADIANCE: ParamInfo = ParamInfo::rgb("radiance", [0.0, 1e9], 1.0, "from everywhere");
 
-const SKY: [Key; 4] = [
-    key("elevation", 35.0, -5.0, 90.0, false),
-    key("azimuth", 120.0, -3600.0, 3600.0, false),
-    key("turbidity", 3.0, 1.0, 10.0, false),
-    key("ground", 0.2, 0.0, 1.0, true),
-];
-const OVERCAST: [Key; 2] = [key("zenith", 20.0, 0.0, 1e9, false), key("ground", 0.2, 0.0, 1.0, true)];
-const STUDIO: [Key; 1] = [key("scale", 1.0, 0.0, 1e9, false)];
-const FURNACE: [Key; 1] = [key("radiance", 1.0, 0.0, 1e9, true)];
+/// The parameters of every sky, in the order of [`NAMES`].
+pub const PARAMETERS: [&[ParamInfo]; 4] =
+    [&[ELEVATION, AZIMUTH, TURBIDITY, GROUND], &[SCALE], &[ZENITH, GROUND], &[RADIANCE]];
 
 /// Makes the environment that a spec names, as a lat-long image of `width` × `height` texels.
 pub fn by_name(spec: &str, width: usize, height: usize) -> Result<Generated, SkyError> {
-    let (name, text) = head(spec);
+    let (name, text) = split_spec(spec);
+    let Some(k) = NAMES.iter().position(|n| *n == name) else {
+        return Err(SkyError::UnknownName(name.to_owned()));
+    };
     let side = 1..=MAX_SIDE;
-    if is_name(spec) && !(side.contains(&width) && side.contains(&height)) {
+    if !(side.contains(&width) && side.contains(&height)) {
         return Err(SkyError::Size(width, height));
     }
-    match name {
-        "sky" => {
-            let v = parse("sky", &SKY, text)?;
-            Ok(clear_sky([v[0][0], v[1][0], v[2][0]], v[3], width, height))
+    let values = ParamValues::parse(text, PARAMETERS[k]);
+    values.and_then(|v| made(k, &v, width, height)).map_err(|error| SkyError::Param { name: NAMES[k], error })
+}
+
+/// The sky of place `k` among [`NAMES`].
+fn made(k: usize, v: &ParamValues, width: usize, height: usize) -> Result<Generated, ParamError> {
+    let plain = |image, description| Generated { image, sun: None, description };
+    Ok(match k {
+        0 => {
+            let sun = [v.number(&ELEVATION)?, v.number(&AZIMUTH)?, v.number(&TURBIDITY)?];
+            clear_sky(sun, v.triple(&GROUND)?, width, height)
         }
-        "overcast" => {
-            let v = parse("overcast", &OVERCAST, text)?;
-            let image = formula::overcast(v[0][0], v[1], width, height);
+        1 => {
+            let scale = v.number(&SCALE)?;
+            let image = formula::studio(scale, width, height);
+            plain(image, format!("studio with six soft boxes, scale {scale}"))
+        }
+        2 => {
+            let (zenith, ground) = (v.number(&ZENITH)?, v.triple(&GROUND)?);
+            let image = formula::overcast(zenith, ground, width, height);
             let description = format!(
-                "CIE standard overcast sky, zenith radiance {} W sr⁻¹ m⁻², ground albedo {}",
-                v[0][0],
-                triple(v[1])
+                "CIE standard overcast sky, zenith radiance {zenith} W sr⁻¹ m⁻², ground albedo {}",
+                Value::Rgb(ground)
             );
-            Ok(Generated { image, sun: None, description })
+            plain(image, description)
         }
-        "studio" => {
-            let v = parse("studio", &STUDIO, text)?;
-            let image = formula::studio(v[0][0], width, height);
-            Ok(Generated {
-                image,
-                sun: None,
-                description: format!("studio with six soft boxes, scale {}", v[0][0]),
-            })
+        _ => {
+            let radiance = v.triple(&RADIANCE)?;
+            let image = formula::furnace(radiance, width, height);
+            plain(image, format!("white furnace, radiance {}", Value::Rgb(radiance)))
         }
-        "furnace" => {
-            let v = parse("furnace", &FURNACE, text)?;
-            let image = formula::furnace(v[0], width, height);
-            Ok(Generated {
-                image,
-                sun: None,
-                description: format!("white furnace, radiance {}", triple(v[0])),
-            })
-        }
-        _ => Err(SkyError::UnknownName(name.to_owned())),
-    }
+    })
 }
 
 /// `degrees`: elevation and azimuth, then turbidity.
@@ -121,13 +117,9 @@ fn clear_sky(
     let (image, sun) = sky.render(width, height);
     let description = format!(
         "clear sky, sun at elevation {elevation}° and azimuth {azimuth}°, turbidity {turbidity}, ground albedo {}",
-        triple(ground)
+        Value::Rgb(ground)
     );
     Generated { image, sun, description }
-}
-
-fn triple([r, g, b]: [f64; 3]) -> String {
-    if r == g && g == b { format!("{r}") } else { format!("{r}/{g}/{b}") }
 }
 
 #[cfg(test)]

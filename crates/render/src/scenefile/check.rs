@@ -8,8 +8,7 @@ use super::{At, MeshSource, SceneBackground, SceneFile, SceneLight, SceneMateria
 use crate::{NormalFiltering, ToneMapper};
 use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
 use std::collections::BTreeMap;
-use steradian_base::ParamValues;
-use steradian_base::unknown;
+use steradian_base::{Value, unknown};
 use steradian_brdf::{Files, parse_with};
 use steradian_formats::stays_below;
 use steradian_light::{DirectionalLight, DiskLight, PointLight};
@@ -164,7 +163,7 @@ fn material(
         normal_scale,
         roughness: image(&m.roughness_texture, "roughness_texture")?,
         technique: m.technique.as_ref().map(at),
-        params: ParamValues(m.params.clone()),
+        params: m.params.iter().map(|(name, value)| (name.clone(), Value::from(value))).collect(),
     })
 }
 

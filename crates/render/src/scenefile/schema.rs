@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use steradian_base::Value;
 use toml::Spanned;
 
 /// A scene file.
@@ -96,7 +97,26 @@ pub struct MaterialText {
     pub technique: Option<Spanned<String>>,
     /// Parameters of the technique.
     #[serde(default)]
-    pub params: BTreeMap<String, f64>,
+    pub params: BTreeMap<String, ParamText>,
+}
+
+/// The value of a parameter.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+pub enum ParamText {
+    Switch(bool),
+    Number(f64),
+    Word(String),
+}
+
+impl From<&ParamText> for Value {
+    fn from(text: &ParamText) -> Self {
+        match text {
+            ParamText::Switch(on) => (*on).into(),
+            ParamText::Number(x) => (*x).into(),
+            ParamText::Word(word) => word.as_str().into(),
+        }
+    }
 }
 
 /// `[light]`.

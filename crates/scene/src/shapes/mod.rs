@@ -8,7 +8,7 @@ mod sphere;
 mod teapot;
 mod torus;
 
-pub use registry::{SHAPES, ShapeError, ShapeInfo, ShapeParam, by_name};
+pub use registry::{SHAPES, ShapeError, ShapeInfo, by_name};
 pub use solids::{cuboid, cylinder, icosphere, plane};
 pub use sphere::sphere;
 pub use teapot::teapot;

@@ -2,22 +2,7 @@
 
 use super::{cuboid, cylinder, icosphere, knot, plane, sphere, teapot, torus};
 use crate::Mesh;
-use steradian_base::brief;
-
-/// A parameter of a shape.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShapeParam {
-    /// Its key.
-    pub name: &'static str,
-    /// Its value where none is given.
-    pub default: f64,
-    /// Smallest and largest value.
-    pub range: [f64; 2],
-    /// What it means.
-    pub about: &'static str,
-    /// Must it be whole?
-    pub whole: bool,
-}
+use steradian_base::{ParamError, ParamInfo, ParamValues, Value, brief, split_spec, unknown};
 
 /// A built-in shape.
 #[derive(Debug)]
@@ -27,7 +12,7 @@ pub struct ShapeInfo {
     /// One line.
     pub about: &'static str,
     /// Its parameters.
-    pub params: &'static [ShapeParam],
+    pub params: &'static [ParamInfo],
     build: fn(&[f64]) -> Result<Mesh, String>,
 }
 
@@ -41,15 +26,15 @@ pub struct ShapeError {
     pub why: String,
 }
 
-const fn length(name: &'static str, default: f64, about: &'static str) -> ShapeParam {
-    ShapeParam { name, default, range: [1e-6, 1e6], about, whole: false }
+const fn length(name: &'static str, default: f64, about: &'static str) -> ParamInfo {
+    ParamInfo::real(name, [1e-6, 1e6], default, about).unit("metres")
 }
 
-const fn whole(name: &'static str, default: f64, range: [f64; 2], about: &'static str) -> ShapeParam {
-    ShapeParam { name, default, range, about, whole: true }
+const fn whole(name: &'static str, default: f64, range: [f64; 2], about: &'static str) -> ParamInfo {
+    ParamInfo::whole(name, range, default, about)
 }
 
-const fn segments(default: f64, about: &'static str) -> ShapeParam {
+const fn segments(default: f64, about: &'static str) -> ParamInfo {
     whole("segments", default, [1.0, 2048.0], about)
 }
 
@@ -71,8 +56,8 @@ pub static SHAPES: [ShapeInfo; 8] = [
         name: "torus",
         about: "a ring about +Y",
         params: &[
-            length("major", 0.7, "radius of the core circle, metres"),
-            length("minor", 0.3, "radius of the tube, metres"),
+            length("major", 0.7, "radius of the core circle"),
+            length("minor", 0.3, "radius of the tube"),
             segments(128.0, "cells around the axis; half as many around the tube"),
         ],
         build: |p| Ok(torus(p[0], p[1], p[2] as u32)),
@@ -83,9 +68,9 @@ pub static SHAPES: [ShapeInfo; 8] = [
         params: &[
             whole("p", 2.0, [1.0, 32.0], "turns about the axis"),
             whole("q", 3.0, [1.0, 32.0], "turns about the core circle"),
-            length("major", 0.56, "radius of the core circle, metres"),
-            length("minor", 0.28, "radius of the torus that the curve lies on, metres"),
-            length("tube", 0.16, "radius of the tube, metres"),
+            length("major", 0.56, "radius of the core circle"),
+            length("minor", 0.28, "radius of the torus that the curve lies on"),
+            length("tube", 0.16, "radius of the tube"),
             segments(192.0, "cells along each turn; an eighth of them around the tube"),
         ],
         build: |p| {
@@ -100,12 +85,7 @@ pub static SHAPES: [ShapeInfo; 8] = [
         about: "the Utah teapot, 32 Bézier patches",
         params: &[
             segments(24.0, "cells along each side of a patch"),
-            whole(
-                "fit-lid",
-                1.0,
-                [0.0, 1.0],
-                "1 widens the lid to close its gap, 0 leaves the published data",
-            ),
+            ParamInfo::switch("fit-lid", true, "widen the lid to close its gap; off: the published data"),
         ],
         build: |p| Ok(teapot(p[0] as u32, p[1] != 0.0)),
     },
@@ -113,8 +93,8 @@ pub static SHAPES: [ShapeInfo; 8] = [
         name: "cylinder",
         about: "a closed cylinder about +Y",
         params: &[
-            length("radius", 0.6, "metres"),
-            length("height", 1.6, "metres"),
+            length("radius", 0.6, "of the cylinder"),
+            length("height", 1.6, "of the cylinder"),
             segments(128.0, "cells around"),
         ],
         build: |p| Ok(cylinder(p[0], p[1], p[2] as u32)),
@@ -123,9 +103,9 @@ pub static SHAPES: [ShapeInfo; 8] = [
         name: "box",
         about: "an axis-parallel box",
         params: &[
-            length("x", 1.15, "width, metres"),
-            length("y", 1.15, "height, metres"),
-            length("z", 1.15, "depth, metres"),
+            length("x", 1.15, "width"),
+            length("y", 1.15, "height"),
+            length("z", 1.15, "depth"),
             segments(1.0, "cells along each side of a face"),
         ],
         build: |p| Ok(cuboid([p[0], p[1], p[2]], p[3] as u32)),
@@ -134,8 +114,8 @@ pub static SHAPES: [ShapeInfo; 8] = [
         name: "plane",
         about: "a horizontal square that faces +Y",
         params: &[
-            length("size", 2.0, "side, metres"),
-            ShapeParam { name: "y", default: 0.0, range: [-1e6, 1e6], about: "height, metres", whole: false },
+            length("size", 2.0, "side"),
+            ParamInfo::real("y", [-1e6, 1e6], 0.0, "height").unit("metres"),
             segments(1.0, "cells along each side"),
         ],
         build: |p| Ok(plane(p[0], p[1], p[2] as u32)),
@@ -152,35 +132,18 @@ pub fn by_name(spec: &str) -> Result<Mesh, ShapeError> {
 }
 
 fn build(spec: &str) -> Result<Mesh, String> {
-    let (name, rest) = spec.split_once(':').unwrap_or((spec, ""));
-    let Some(shape) = SHAPES.iter().find(|s| s.name == name.trim()) else {
-        let names: Vec<&str> = SHAPES.iter().map(|s| s.name).collect();
-        return Err(format!("unknown; the shapes are {}", names.join(", ")));
+    let (name, body) = split_spec(spec);
+    let Some(shape) = SHAPES.iter().find(|s| s.name == name) else {
+        return Err(unknown("shape", name, &SHAPES.each_ref().map(|s| s.name)));
     };
-    let mut values: Vec<f64> = shape.params.iter().map(|p| p.default).collect();
-    for pair in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-        let (key, value) =
-            pair.split_once('=').ok_or_else(|| format!("{:?} is not key=value", brief(pair)))?;
-        let key = key.trim().replace('_', "-");
-        let Some(i) = shape.params.iter().position(|p| p.name == key) else {
-            let names: Vec<&str> = shape.params.iter().map(|p| p.name).collect();
-            return Err(format!("no parameter {:?}; {name} has {}", brief(&key), names.join(", ")));
-        };
-        values[i] = check(&shape.params[i], value.trim())?;
-    }
-    (shape.build)(&values)
-}
-
-fn check(p: &ShapeParam, text: &str) -> Result<f64, String> {
-    let [lo, hi] = p.range;
-    let value: Option<f64> = text.parse().ok().filter(|v| (lo..=hi).contains(v));
-    match value {
-        Some(v) if !p.whole || v.fract() == 0.0 => Ok(v),
-        _ => {
-            let kind = if p.whole { "a whole number" } else { "a number" };
-            Err(format!("{} must be {kind} from {lo} to {hi}, not {:?}", p.name, brief(text)))
-        }
-    }
+    let values = ParamValues::parse(body, shape.params);
+    let number = |v: &ParamValues, p: &ParamInfo| match v.required(p)? {
+        Value::Switch(on) => Ok(f64::from(u8::from(on))),
+        _ => v.number(p),
+    };
+    let numbers =
+        values.and_then(|v| shape.params.iter().map(|p| number(&v, p)).collect::<Result<Vec<f64>, _>>());
+    (shape.build)(&numbers.map_err(|e: ParamError| format!("{name}: {e}"))?)
 }
 
 #[cfg(test)]
@@ -207,10 +170,10 @@ mod tests {
     fn specs_are_checked_in_one_line() {
         assert_eq!(by_name("torus:minor=0.1, segments=8").unwrap().bounds().unwrap().1.y, 0.1);
         for (spec, want) in [
-            ("tea", "the shapes are sphere"),
-            ("torus:radius=1", "torus has major, minor, segments"),
+            ("tea", "there are: sphere"),
+            ("torus:radius=1", "there is: major, minor, segments"),
             ("torus:minor", "not key=value"),
-            ("torus:minor=-1", "from 0.000001"),
+            ("torus:minor=-1", "a number in 0.000001 … 1000000"),
             ("sphere:segments=2.5", "a whole number"),
             ("sphere:segments=nan", "a whole number"),
             ("knot:p=2,q=4", "no common factor"),

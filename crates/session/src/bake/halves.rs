@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use steradian_formats::{Tensor, TensorData, TensorFile};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
+use steradian_techniques::tensors::put_certificate;
 use steradian_techniques::{AnyBake, AnyTechnique, PointsBuf, Radiance};
 
 /// Smaller tensors hold orders, factors and sizes and stay as they are.
@@ -36,7 +37,7 @@ pub fn tensors(
         session.say(format_args!("{slug}: halves are not measured on a mesh; stored as 32-bit floats"));
         return Ok(whole);
     }
-    let halved =
+    let mut halved =
         TensorFile { tensors: whole.tensors.iter().map(one).collect(), metadata: whole.metadata.clone() };
     let loaded = technique.load(&halved)?;
     let added = difference(&*loaded, &*done.bake);
@@ -54,16 +55,8 @@ pub fn tensors(
     done.certificate.error += added;
     done.certificate = done.certificate.clone().detail("half", added);
     done.bake = loaded;
-    Ok(with_certificate(halved, done))
-}
-
-/// The error of the head as it is with halves.
-fn with_certificate(mut t: TensorFile, done: &Baked) -> TensorFile {
-    let n = done.certificate.details.len() - 1;
-    let half = done.certificate.details[n].1;
-    t.metadata.insert("steradian.certificate.error".into(), done.certificate.error.to_string());
-    t.metadata.insert(format!("steradian.certificate.detail.{n:03}.half"), half.to_string());
-    t
+    put_certificate(&mut halved, &done.certificate);
+    Ok(halved)
 }
 
 /// A tensor in halves, unless it is small, no f32, or would lose too much.

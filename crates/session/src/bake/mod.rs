@@ -52,8 +52,6 @@ pub enum Accuracy {
 
 /// The name of the parameter that bounds the energy which orders miss.
 const EPSILON: &str = "energy_epsilon";
-/// The detail of a certificate that says what they miss.
-const MISSING: &str = "missing energy of the reflectance";
 
 impl Accuracy {
     /// What a tolerance, or else an energy, asks of a technique: of one that bounds no energy the square root of it is a
@@ -93,11 +91,10 @@ pub struct Baked {
 impl Baked {
     /// The explicit accuracy, and what was reached of it.
     pub fn reached(&self) -> Option<(f64, f64)> {
-        let details = &self.certificate.details;
         match self.accuracy {
             Accuracy::Usual => None,
             Accuracy::Error(t) => Some((t, self.certificate.error)),
-            Accuracy::Energy(e) => details.iter().find(|d| d.0 == MISSING).map(|d| (e, d.1)),
+            Accuracy::Energy(e) => self.certificate.missing_energy.map(|missed| (e, missed)),
         }
     }
 
@@ -121,7 +118,7 @@ impl Session {
         (card.materials)(&*brdf).map_err(|why| Error::usage(format!("{}: {why}", card.slug)))?;
         let mut params = request.params.clone();
         if let Accuracy::Energy(e) = request.accuracy {
-            params.0.insert(EPSILON.into(), e);
+            params.0.insert(EPSILON.into(), e.into());
         }
         params.check(technique.params())?;
         let geometry = geometry(request, self)?;

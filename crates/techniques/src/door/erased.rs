@@ -1,15 +1,16 @@
 //! The door without types: what the registry holds.
 
+use super::given::Given;
+use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::{certify, distant};
 use crate::tensors::{self, TensorFile};
 use crate::{
     Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies,
     View,
 };
 use std::marker::PhantomData;
-use steradian_base::{Cancelled, Certificate, Known, ParamInfo, ParamValues, Params, Task};
-use steradian_brdf::SharedBrdf;
+use std::sync::Arc;
+use steradian_base::{Certificate, ParamInfo, ParamValues, Params, Task};
 use steradian_light::Lights;
 
 /// A technique without its types.
@@ -58,12 +59,15 @@ pub trait AnyBake: Send + Sync {
     fn varies(&self) -> Varies;
     /// The room as plain data for a GPU with a lobe per point; `None` where nothing varies.
     fn gpu_varied(&self) -> Option<GpuRoom>;
-    /// Another light: only the light's factor and the link are baked again.
-    fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError>;
+    /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything else.
+    fn with_view(&self, v: &View) -> Box<dyn AnyBake>;
+    /// Another light: only the light's factor and the link are baked again, the others are shared. This bake stays as it is
+    /// and may shade on meanwhile.
+    fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// Another reflectance: only its factor, the transfer where it reads it, and the link are baked again.
-    fn set_material(&mut self, material: &Material, task: &Task) -> Result<(), BakeError>;
+    fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// Another geometry: only the transfer and the link are baked again.
-    fn set_geometry(&mut self, geometry: &Geometry, task: &Task) -> Result<(), BakeError>;
+    fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
 }
 
 /// The erased twin of a [`Technique`].
@@ -96,20 +100,6 @@ fn transfer<T: Technique>(
     T::transfer(geometry, material, params, task)
 }
 
-/// [`Technique::link`]; a certificate that is not finite says that something overflowed.
-fn link<T: Technique>(
-    parts: Parts<'_, T>,
-    params: &T::Params,
-    task: &Task,
-) -> Result<(T::Linked, Certificate), BakeError> {
-    let (linked, certificate) = T::link(parts, params, task)?;
-    if certificate.error.is_finite() {
-        Ok((linked, certificate))
-    } else {
-        Err(BakeError::NotFinite { slug: T::CARD.slug })
-    }
-}
-
 impl<T: Technique> AnyTechnique for Erased<T> {
     fn card(&self) -> &'static Card {
         Self::CARD
@@ -130,15 +120,14 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         let params = T::Params::from_values(params)?;
         check_material::<T>(material)?;
         lights.check()?;
-        let truth = Truth { lights: Some(lights.clone()), brdf: Some(material.brdf.clone()) };
+        let given = Given { lights: Some(lights.clone()), brdf: Some(material.brdf.clone()) };
         let light = T::light(lights, &params, task)?;
         let material = T::material(material, &params, task)?;
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
-        let parts = Parts { light: &light, material: &material, transfer: &transfer };
-        let (linked, certificate) = link::<T>(parts, &params, task)?;
-        let mut bake = Bake { params, light, material, transfer, linked, certificate };
-        truth.certify(&mut bake, task)?;
-        Ok(Baked::<T>::boxed(bake, geometry.cloned(), truth))
+        let factors =
+            Factors { light: Arc::new(light), material: Arc::new(material), transfer: Arc::new(transfer) };
+        let bake = factors.link(params, &given, task)?;
+        Ok(Baked::<T>::boxed(bake, View::default(), geometry.cloned(), given))
     }
 
     fn load(&self, t: &TensorFile) -> Result<Box<dyn AnyBake>, BakeError> {
@@ -147,104 +136,71 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         tensors::check_slug(t, slug).map_err(bad)?;
         let bake = Bake {
             params: T::Params::from_values(&tensors::params(t, T::Params::INFO).map_err(bad)?)?,
-            light: Part::load(t, "light").map_err(bad)?,
-            material: Part::load(t, "material").map_err(bad)?,
-            transfer: Part::load(t, "transfer").map_err(bad)?,
+            light: Arc::new(Part::load(t, "light").map_err(bad)?),
+            material: Arc::new(Part::load(t, "material").map_err(bad)?),
+            transfer: Arc::new(Part::load(t, "transfer").map_err(bad)?),
             linked: Part::load(t, "linked").map_err(bad)?,
             certificate: tensors::certificate(t).map_err(bad)?,
         };
-        Ok(Baked::<T>::boxed(bake, None, Truth::default()))
+        Ok(Baked::<T>::boxed(bake, View::default(), None, Given::default()))
     }
 }
 
-/// Light and reflectance as they were given, as far as they are known: a loaded bake has its factors alone.
-#[derive(Clone, Default)]
-struct Truth {
-    lights: Option<Lights>,
-    brdf: Option<SharedBrdf>,
+/// The factors of a bake.
+struct Factors<T: Technique> {
+    light: Arc<T::Light>,
+    material: Arc<T::Material>,
+    transfer: Arc<T::Transfer>,
 }
 
-impl Truth {
-    /// Where a room computed its error from its own factors, holds that against direct evaluation: what the factors have
-    /// lost of the light, such as the outline of a sun, no figure computed from them tells.
-    fn certify<T: Technique>(&self, b: &mut Bake<T>, task: &Task) -> Result<(), Cancelled> {
-        let (Some(lights), Some(brdf)) = (&self.lights, &self.brdf) else { return Ok(()) };
-        if b.certificate.known != Known::Estimated || T::CARD.needs.sites {
-            return Ok(());
-        }
-        let tree = distant::tree(lights, task)?;
-        let mut frame = T::Frame::default();
-        T::frame(b, &View::default(), &mut frame);
-        let seen = certify::measure(&tree, &**brdf, task, |q, out| T::shade(b, &frame, q, out))?;
-        b.certificate = seen.held_against(b.certificate.clone());
-        Ok(())
+impl<T: Technique> Factors<T> {
+    /// Those of `b`, shared.
+    fn of(b: &Bake<T>) -> Self {
+        Self { light: b.light.clone(), material: b.material.clone(), transfer: b.transfer.clone() }
     }
-}
 
-/// What a relinked bake changes.
-struct Change<T: Technique> {
-    light: Option<T::Light>,
-    material: Option<T::Material>,
-    transfer: Option<T::Transfer>,
-    truth: Truth,
+    /// Links them and certifies the result.
+    fn link(self, params: T::Params, given: &Given, task: &Task) -> Result<Bake<T>, BakeError> {
+        let Self { light, material, transfer } = self;
+        let parts = Parts::<T> { light: &light, material: &material, transfer: &transfer };
+        let (linked, report): (T::Linked, Report) = T::link(parts, &params, task)?;
+        let mut bake = Bake { params, light, material, transfer, linked, certificate: Certificate::exact() };
+        bake.certificate = given.certificate(&bake, &report, task)?;
+        Ok(bake)
+    }
 }
 
 struct Baked<T: Technique> {
-    bake: Bake<T>,
+    bake: Arc<Bake<T>>,
     frame: T::Frame,
     view: View,
     geometry: Option<Geometry>,
-    truth: Truth,
+    given: Given,
 }
 
 impl<T: Technique> Baked<T> {
-    fn boxed(bake: Bake<T>, geometry: Option<Geometry>, truth: Truth) -> Box<dyn AnyBake> {
-        let frame = T::Frame::default();
-        let mut baked = Box::new(Self { bake, frame, view: View::default(), geometry, truth });
-        baked.refresh();
-        baked
+    fn boxed(
+        bake: impl Into<Arc<Bake<T>>>,
+        view: View,
+        geometry: Option<Geometry>,
+        given: Given,
+    ) -> Box<dyn AnyBake> {
+        let bake = bake.into();
+        let mut frame = T::Frame::default();
+        T::frame(&bake, &view, &mut frame);
+        Box::new(Self { bake, frame, view, geometry, given })
     }
 
-    fn refresh(&mut self) {
-        T::frame(&self.bake, &self.view, &mut self.frame);
-    }
-
-    /// Links these parts with the present ones; on error the bake stays as it was.
-    fn relink(&mut self, mut change: Change<T>, task: &Task) -> Result<(), BakeError> {
-        let b = &mut self.bake;
-        let parts = Parts::<T> {
-            light: change.light.as_ref().unwrap_or(&b.light),
-            material: change.material.as_ref().unwrap_or(&b.material),
-            transfer: change.transfer.as_ref().unwrap_or(&b.transfer),
-        };
-        let (mut linked, mut certificate) = link::<T>(parts, &b.params, task)?;
-        let mut exchange = |b: &mut Bake<T>| {
-            swap(&mut b.light, &mut change.light);
-            swap(&mut b.material, &mut change.material);
-            swap(&mut b.transfer, &mut change.transfer);
-            std::mem::swap(&mut b.linked, &mut linked);
-            std::mem::swap(&mut b.certificate, &mut certificate);
-        };
-        exchange(b);
-        if let Err(e) = change.truth.certify(b, task) {
-            exchange(b);
-            return Err(e.into());
-        }
-        self.truth = change.truth;
-        self.refresh();
-        Ok(())
-    }
-
-    /// Nothing but what is known of the truth.
-    fn change(&self) -> Change<T> {
-        Change { light: None, material: None, transfer: None, truth: self.truth.clone() }
-    }
-}
-
-/// Exchanges a factor with another, where there is one.
-fn swap<F>(a: &mut F, b: &mut Option<F>) {
-    if let Some(b) = b {
-        std::mem::swap(a, b);
+    /// This bake with other factors, seen as it is.
+    fn relinked(
+        &self,
+        factors: Factors<T>,
+        geometry: Option<Geometry>,
+        given: Given,
+        task: &Task,
+    ) -> Result<Box<dyn AnyBake>, BakeError> {
+        let bake = factors.link(self.bake.params.clone(), &given, task)?;
+        Ok(Self::boxed(bake, self.view, geometry, given))
     }
 }
 
@@ -267,7 +223,7 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn frame(&mut self, v: &View) {
         self.view = *v;
-        self.refresh();
+        T::frame(&self.bake, v, &mut self.frame);
     }
 
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -305,32 +261,35 @@ impl<T: Technique> AnyBake for Baked<T> {
         T::gpu_varied(&self.bake, &self.frame)
     }
 
-    fn set_light(&mut self, lights: &Lights, task: &Task) -> Result<(), BakeError> {
+    fn with_view(&self, v: &View) -> Box<dyn AnyBake> {
+        Self::boxed(self.bake.clone(), *v, self.geometry.clone(), self.given.clone())
+    }
+
+    fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
         lights.check()?;
-        let light = T::light(lights, &self.bake.params, task)?;
-        let mut change = Change { light: Some(light), ..self.change() };
-        change.truth.lights = Some(lights.clone());
-        self.relink(change, task)
+        let light = Arc::new(T::light(lights, &self.bake.params, task)?);
+        let given = Given { lights: Some(lights.clone()), ..self.given.clone() };
+        self.relinked(Factors { light, ..Factors::of(&self.bake) }, self.geometry.clone(), given, task)
     }
 
-    fn set_material(&mut self, material: &Material, task: &Task) -> Result<(), BakeError> {
+    fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
         check_material::<T>(material)?;
-        let brdf = material.brdf.clone();
-        let material = T::material(material, &self.bake.params, task)?;
+        let b = &self.bake;
+        let given = Given { brdf: Some(material.brdf.clone()), ..self.given.clone() };
+        let material = T::material(material, &b.params, task)?;
         let transfer = if T::TRANSFER_READS_MATERIAL {
-            Some(transfer::<T>(self.geometry.as_ref(), &material, &self.bake.params, task)?)
+            Arc::new(transfer::<T>(self.geometry.as_ref(), &material, &b.params, task)?)
         } else {
-            None
+            b.transfer.clone()
         };
-        let mut change = Change { material: Some(material), transfer, ..self.change() };
-        change.truth.brdf = Some(brdf);
-        self.relink(change, task)
+        let factors = Factors { light: b.light.clone(), material: Arc::new(material), transfer };
+        self.relinked(factors, self.geometry.clone(), given, task)
     }
 
-    fn set_geometry(&mut self, geometry: &Geometry, task: &Task) -> Result<(), BakeError> {
-        let transfer = transfer::<T>(Some(geometry), &self.bake.material, &self.bake.params, task)?;
-        self.relink(Change { transfer: Some(transfer), ..self.change() }, task)?;
-        self.geometry = Some(geometry.clone());
-        Ok(())
+    fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
+        let b = &self.bake;
+        let transfer = Arc::new(transfer::<T>(Some(geometry), &b.material, &b.params, task)?);
+        let factors = Factors { transfer, ..Factors::of(b) };
+        self.relinked(factors, Some(geometry.clone()), self.given.clone(), task)
     }
 }

@@ -34,6 +34,14 @@ pub enum BakeError {
         /// The room.
         slug: &'static str,
     },
+    /// A loaded bake keeps too little of its light or reflectance to measure its error with another factor.
+    #[error(
+        "{slug}: what this file keeps does not tell the error with another factor: bake anew from light and reflectance"
+    )]
+    Unmeasured {
+        /// The technique.
+        slug: &'static str,
+    },
     /// The room bakes per site and was given no geometry, or geometry that it cannot use.
     #[error("{slug}: {why}")]
     Geometry {
@@ -70,7 +78,7 @@ impl BakeError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Param(_) | Self::Material { .. } | Self::Light { .. } | Self::Geometry { .. } => 2,
-            Self::Load { .. } | Self::Unsound(_) => 3,
+            Self::Load { .. } | Self::Unsound(_) | Self::Unmeasured { .. } => 3,
             Self::Memory { .. } | Self::NotFinite { .. } | Self::Cancelled(_) => 1,
         }
     }

@@ -3,6 +3,7 @@
 mod card;
 mod erased;
 mod error;
+mod given;
 mod inputs;
 mod part;
 mod points;

@@ -1,6 +1,8 @@
 //! One factor's baked data.
 
 use crate::tensors::{PartError, TensorFile};
+use steradian_brdf::Brdf;
+use steradian_prefilter::Tree;
 
 /// One factor's baked data: it saves to and loads from tensors.
 pub trait Part: Sized + Send + Sync + 'static {
@@ -10,6 +12,14 @@ pub trait Part: Sized + Send + Sync + 'static {
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError>;
     /// Bytes of the tables.
     fn bytes(&self) -> usize;
+    /// The light itself, where this factor keeps it: a loaded bake with another reflectance is certified against it.
+    fn kept_light(&self) -> Option<&Tree> {
+        None
+    }
+    /// The reflectance itself, where this factor keeps it: a loaded bake under another light is certified against it.
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        None
+    }
 }
 
 impl Part for () {

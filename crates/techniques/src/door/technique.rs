@@ -1,8 +1,11 @@
 //! The door of a room.
 
+use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
 use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, Varies, View};
+use std::sync::Arc;
 use steradian_base::{Certificate, Params, Task};
+use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// A published technique. Each factor of the integral bakes on its own, then [`Technique::link`] joins them:
@@ -36,12 +39,23 @@ pub trait Technique: Send + Sync + 'static {
         p: &Self::Params,
         task: &Task,
     ) -> Result<Self::Transfer, BakeError>;
-    /// Joins the factors and says what error is left.
+    /// Joins the factors, and says what is known of the result without measuring it.
     fn link(
         parts: Parts<'_, Self>,
         p: &Self::Params,
         task: &Task,
-    ) -> Result<(Self::Linked, Certificate), BakeError>;
+    ) -> Result<(Self::Linked, Report), BakeError>;
+    /// What certificates hold shading against: the integral of the reflectance, `None` where that is not known. Techniques
+    /// that stand for a variant of it, such as a published map without a cosine, say so here.
+    fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        let _ = b;
+        brdf.map(|brdf| Target::Integral(Model::of(brdf)))
+    }
+    /// Another model that certificates state the error against, under this name.
+    fn also_against(b: &Bake<Self>) -> Option<(&'static str, Target<'_>)> {
+        let _ = b;
+        None
+    }
     /// Prepares a frame. Rooms that look light up by direction keep the rotation.
     fn frame(b: &Bake<Self>, v: &View, f: &mut Self::Frame) {
         let _ = (b, v, f);
@@ -82,16 +96,16 @@ pub struct Parts<'a, T: Technique + ?Sized> {
     pub transfer: &'a T::Transfer,
 }
 
-/// A finished bake.
+/// A finished bake; its factors are shared with bakes that other factors were exchanged in.
 pub struct Bake<T: Technique + ?Sized> {
     /// The parameters it was made with.
     pub params: T::Params,
     /// The light's factor.
-    pub light: T::Light,
+    pub light: Arc<T::Light>,
     /// The reflectance's factor.
-    pub material: T::Material,
+    pub material: Arc<T::Material>,
     /// The geometry's factor.
-    pub transfer: T::Transfer,
+    pub transfer: Arc<T::Transfer>,
     /// What the factors give together.
     pub linked: T::Linked,
     /// The error reached.

@@ -117,6 +117,10 @@ impl Part for DistantLight {
     fn bytes(&self) -> usize {
         self.source.base.as_ref().map_or(0, |b| 12 * b.width * b.height) + 56 * self.small.len()
     }
+
+    fn kept_light(&self) -> Option<&Tree> {
+        Some(&self.tree)
+    }
 }
 
 fn load_base(from: &TensorFile, name: &str) -> Result<SphereImage, PartError> {

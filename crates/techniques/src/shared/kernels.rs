@@ -1,7 +1,8 @@
 //! The reflectance's factor of rooms that see it about a central direction: its slices, and itself for the lights that
 //! no map holds.
 
-use crate::shared::{certify, reflectance};
+use crate::certify;
+use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::Task;
@@ -165,5 +166,9 @@ impl Part for Kernels {
 
     fn bytes(&self) -> usize {
         8 * self.slices.k.len()
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        self.brdf.as_deref()
     }
 }

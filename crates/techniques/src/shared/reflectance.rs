@@ -2,8 +2,7 @@
 
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
-use steradian_base::without_folders;
-use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with};
+use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with, spec_without_folders};
 
 /// A reflectance that saves as its spec string, with what the files hold that it names.
 #[derive(Debug, Clone)]
@@ -38,7 +37,7 @@ impl Reflectance {
 pub fn put(to: &mut TensorFile, key: &str, brdf: &dyn Brdf) {
     let mut spec = brdf.spec();
     if let Some(held) = brdf.held() {
-        spec = without_folders(&spec);
+        spec = spec_without_folders(&spec);
         put_f64(to, key.into(), vec![held.len()], held);
     }
     to.metadata.insert(key.into(), spec);
@@ -84,5 +83,9 @@ impl Part for Reflectance {
 
     fn bytes(&self) -> usize {
         0
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        Some(&*self.brdf)
     }
 }

@@ -18,14 +18,19 @@ pub fn bake(
     tolerance: Option<f64>,
 ) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     let task = Task::quiet().with_tolerance(tolerance);
     find(slug).unwrap().bake(lights, &material, None, &values, &task).unwrap()
 }
 
 /// A figure of a certificate.
 pub fn detail(b: &dyn AnyBake, name: &str) -> f64 {
-    b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("{name}")).1
+    b.certificate().figure(name).unwrap_or_else(|| panic!("{name}"))
+}
+
+/// The error that a certificate states so many degrees from the normal.
+pub fn stated(b: &dyn AnyBake, degrees: f64) -> f64 {
+    b.certificate().at(degrees.to_radians()).unwrap()
 }
 
 /// `n` points seen `degrees` off their normals.

@@ -9,7 +9,8 @@ use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::probe;
 use steradian_reference::{Judge, JudgePoint, Lookup};
 use steradian_sphere::Frame;
-use steradian_techniques::shared::{distant, lights, probes};
+use steradian_techniques::certify::probes;
+use steradian_techniques::shared::{distant, lights};
 use steradian_techniques::{AnyBake, AnyTechnique, Check, Material, PointsBuf, Radiance, registry};
 
 /// Rooms that are put to `check`; the others are printed with their Card's reason. `STERADIAN_ROOMS=split_sum,shrm`
@@ -35,7 +36,7 @@ pub fn material(spec: &str) -> Material {
 
 /// A bake with some parameters.
 pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
-    let params = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let params: ParamValues = params.iter().copied().collect();
     t.bake(lights, &material(spec), None, &params, &Task::quiet()).expect("a bake that the Card promises")
 }
 

@@ -153,7 +153,7 @@ fn saved_and_loaded_it_shades_the_same_bits() {
             assert_eq!(loaded.params(), b.params());
             assert_eq!(loaded.bytes(), b.bytes());
             // A loaded bake still takes another material.
-            loaded.set_material(&material(spec), &Task::quiet()).expect("its own specimen");
+            loaded = loaded.with_material(&material(spec), &Task::quiet()).expect("its own specimen");
             assert_eq!(shade(&*loaded, &points), shade(b, &points), "{}: {spec}", t.card().slug);
         }
     }
@@ -180,6 +180,22 @@ fn foreign_and_damaged_bakes_are_refused() {
     }
 }
 
+/// Views of one bake have frames of their own.
+#[test]
+fn several_views_share_a_bake() {
+    let points = points(60);
+    let view = |angle| View { light_rotation: Mat3::from_rotation_y(angle), ..View::default() };
+    for t in registry() {
+        let mut b = bake(*t, &tiny(), t.card().specimens[0], &[]);
+        b = b.with_light(&lights::quadratic(), &Task::quiet()).expect("a light");
+        let (one, other) = (b.with_view(&view(0.5)), b.with_view(&view(2.0)));
+        let (first, second) = (shade(&*one, &points), shade(&*other, &points));
+        assert_ne!(first, second, "{}", t.card().slug);
+        b.frame(&view(2.0));
+        assert_eq!((shade(&*one, &points), shade(&*b, &points)), (first, second), "{}", t.card().slug);
+    }
+}
+
 /// A changed factor rebaked alone gives what a whole bake gives.
 #[test]
 fn a_changed_factor_rebakes_alone() {
@@ -187,9 +203,11 @@ fn a_changed_factor_rebakes_alone() {
     for t in registry() {
         let specs = t.card().specimens;
         let (first, last) = (specs[0], specs[specs.len() - 1]);
-        let mut b = bake(*t, &lights::studio(), first, &[]);
-        b.set_light(&lights::smooth(), &Task::quiet()).expect("a light");
-        b.set_material(&material(last), &Task::quiet()).expect("a specimen");
+        let old = bake(*t, &lights::studio(), first, &[]);
+        let before = shade(&*old, &points);
+        let mut b = old.with_light(&lights::smooth(), &Task::quiet()).expect("a light");
+        b = b.with_material(&material(last), &Task::quiet()).expect("a specimen");
+        assert_eq!(shade(&*old, &points), before, "{}: the old bake shades on", t.card().slug);
         let fresh = shared(*t, "smooth", last);
         assert_eq!(shade(&*b, &points), shade(fresh, &points), "{}", t.card().slug);
         assert_eq!(b.certificate(), fresh.certificate());
@@ -197,7 +215,7 @@ fn a_changed_factor_rebakes_alone() {
         let foreign = ["oren-nayar:sigma=0.3", "ggx:ax=0.1,ay=0.4,f0=1"].map(material);
         let refused = |m: &&Material| (t.card().materials)(&*m.brdf).is_err();
         let m = foreign.iter().find(refused).expect("no room takes everything");
-        assert!(b.set_material(m, &Task::quiet()).is_err());
+        assert!(b.with_material(m, &Task::quiet()).is_err());
         assert_eq!(shade(&*b, &points), shade(fresh, &points));
     }
 }

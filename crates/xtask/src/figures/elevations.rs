@@ -11,7 +11,7 @@ use anyhow::Result;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use steradian_base::Task;
+use steradian_base::{Elevation, Task};
 use steradian_brdf::central::{Centre, Lpq, Slice, Slices};
 use steradian_brdf::{Brdf, SharedBrdf, dfg, parse};
 use steradian_light::{Environment, Lights};
@@ -150,8 +150,10 @@ fn radiance(name: &str, lights: &Lights, brdf: &SharedBrdf) -> Result<()> {
         });
         say(&format!("{}{:>11}", line(title, measured), bake.bytes()));
         let c = bake.certificate();
-        let stated =
-            |d: &f64| c.details.iter().find(|(k, _)| *k == format!("error at {d} degrees")).map(|x| x.1);
+        let stated = |d: &f64| {
+            let near = |e: &&Elevation| (e.theta_o.to_degrees() - d).abs() < 1e-6;
+            c.elevations.iter().find(near).map(|e| e.error)
+        };
         let all: String =
             DEGREES.iter().map(|d| format!("{:>8}", stated(d).map_or_else(|| "-".into(), percent))).collect();
         say(&format!("{:<34}{all}", format!("  stated; all views {}", percent(c.error))));

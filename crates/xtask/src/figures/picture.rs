@@ -132,7 +132,7 @@ pub fn baked(
     let mut values = ParamValues::default();
     for (name, value) in params {
         if technique.params().iter().any(|p| p.name == *name) {
-            values.0.insert((*name).into(), *value);
+            values.0.insert((*name).into(), (*value).into());
         } else {
             say(&format!("{slug} has no parameter {name}"));
         }

@@ -2,11 +2,10 @@
 
 use super::Options;
 use crate::context::Context;
-use crate::report::points_json;
+use crate::report::{elevations_json, params_json, points_json};
 
 use crate::failure::Outcome;
 use serde_json::{Map, Value, json};
-use steradian_session::Elevations;
 use steradian_session::bake::{Baked, Written};
 
 /// Says it: a JSON document, or lines on standard error.
@@ -18,31 +17,22 @@ pub fn say(o: &Options, done: &Baked, files: &[Written], writing: f64, context: 
     Ok(())
 }
 
-/// What has a meaning of its own is left out of the other figures.
-fn others(done: &Baked) -> impl Iterator<Item = &(String, f64)> {
-    done.certificate.details.iter().filter(|(name, _)| !name.starts_with("error at "))
-}
-
 fn document(o: &Options, done: &Baked, files: &[Written], writing: f64) -> Value {
     let c = &done.certificate;
-    let elevations: Vec<Value> = Elevations::of(c)
-        .0
-        .iter()
-        .map(|(theta, e)| json!({"degrees": (theta.to_degrees() * 1e6).round() / 1e6, "error": e}))
-        .collect();
-    let details: Map<String, Value> = others(done).map(|(k, v)| (k.clone(), json!(v))).collect();
+    let details: Map<String, Value> = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let stages: Vec<Value> =
         done.stages.iter().map(|(name, s)| json!({"name": name, "seconds": s})).collect();
     json!({
         "technique": done.bake.card().slug,
         "brdf": done.made.brdf,
         "environment": done.made.environment,
-        "parameters": done.bake.params().0,
+        "parameters": params_json(&done.bake.params()),
         "bytes": done.bake.bytes(),
         "error": c.error,
         "error_known": c.known.word(),
         "metric": c.metric,
-        "elevations": elevations,
+        "elevations": elevations_json(c),
+        "missing_energy": c.missing_energy,
         "details": details,
         "points": points_json(c),
         "tolerance": done.accuracy.tolerance(),
@@ -75,13 +65,14 @@ fn lines(done: &Baked, files: &[Written], writing: f64) -> Vec<String> {
     ));
     out.push(format!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
     out.extend(c.spread.map(|s| s.to_string()));
-    let elevations = Elevations::of(c).0;
-    if !elevations.is_empty() {
+    if !c.elevations.is_empty() {
         let each: Vec<String> =
-            elevations.iter().map(|(t, e)| format!("{:.0}° {:.1e}", t.to_degrees(), e)).collect();
+            c.elevations.iter().map(|e| format!("{:.0}° {:.1e}", e.theta_o.to_degrees(), e.error)).collect();
         out.push(format!("by angle of view: {}", each.join(", ")));
     }
-    let details: Vec<String> = others(done).map(|(k, v)| format!("{k} {}", short(*v))).collect();
+    let missing = c.missing_energy.map(|e| format!("missing energy of the reflectance {}", short(e)));
+    let details = c.details.iter().map(|(k, v)| format!("{k} {}", short(*v)));
+    let details: Vec<String> = missing.into_iter().chain(details).collect();
     if !details.is_empty() {
         out.push(details.join(", "));
     }

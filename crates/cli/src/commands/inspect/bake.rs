@@ -3,11 +3,12 @@
 use super::{Report, file_name};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::report::points_json;
+use crate::report::{elevations_json, params_json, points_json};
 use serde_json::{Map, Value, json};
 use std::path::Path;
+use steradian_base::Elevation;
 use steradian_formats::read_ktx2_array;
-use steradian_session::{Adjust, Elevations};
+use steradian_session::Adjust;
 use steradian_techniques::IN_FOLDER;
 
 /// Is this the name of tensors, or a folder that holds a bake?
@@ -76,11 +77,14 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "citation": card.citation,
         "brdf": made.brdf,
         "environment": made.environment,
-        "parameters": bake.params().0,
+        "parameters": params_json(&bake.params()),
         "bytes": bake.bytes(),
         "error": c.error,
         "error_known": c.known.word(),
         "metric": c.metric,
+        "tolerance": c.tolerance,
+        "elevations": elevations_json(c),
+        "missing_energy": c.missing_energy,
         "details": details,
         "points": points_json(c),
         "tensors": tensors,
@@ -100,10 +104,10 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         ("error", format!("{:.3e} ({}): {}", c.error, c.known.word(), c.metric)),
     ];
     lines.extend(c.spread.map(|s| ("error", s.to_string())));
-    let by_angle = Elevations::of(c).0;
-    lines.extend(by_angle.iter().map(|(t, e)| ("error", format!("{e:.3e} at {:.0}°", t.to_degrees()))));
-    let others = c.details.iter().filter(|d| !d.0.starts_with("error at "));
-    lines.extend(others.map(|(k, v)| ("figure", format!("{k} {v}"))));
+    let at = |e: &Elevation| format!("{:.3e} at {:.0}°", e.error, e.theta_o.to_degrees());
+    lines.extend(c.elevations.iter().map(|e| ("error", at(e))));
+    lines.extend(c.missing_energy.map(|e| ("figure", format!("missing energy of the reflectance {e}"))));
+    lines.extend(c.details.iter().map(|(k, v)| ("figure", format!("{k} {v}"))));
     lines.extend(
         file.tensors
             .tensors

@@ -39,7 +39,7 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
         "source": info.source,
         "formula": info.formula,
         "units": info.units,
-        "parameters": info.parameters.iter().map(|(k, m)| json!({"name": k, "meaning": m})).collect::<Vec<_>>(),
+        "parameters": info.parameters.iter().map(|p| json!({"name": p.label(), "meaning": p.to_string()})).collect::<Vec<_>>(),
         "reciprocity": info.reciprocity,
         "energy": info.energy,
         "domain": match brdf.domain() { Domain::Hemisphere => "hemisphere", Domain::Sphere => "sphere" },
@@ -59,7 +59,7 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
         ("energy", info.energy.into()),
         ("isotropic", if brdf.is_isotropic() { "yes" } else { "no" }.into()),
     ];
-    lines.extend(info.parameters.iter().map(|(k, m)| ("parameter", format!("{k}: {m}"))));
+    lines.extend(info.parameters.iter().map(|p| ("parameter", format!("{}: {p}", p.label()))));
     lines.extend(table.iter().map(|(a, v)| ("albedo", format!("{} from {a}°", three(*v)))));
     lines.push(("albedo", format!("{} over the hemisphere", three(hemispherical))));
     lines.push(("techniques", taken.join(", ")));

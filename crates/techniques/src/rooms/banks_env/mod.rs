@@ -22,8 +22,8 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{self, Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::certify;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
@@ -33,7 +33,7 @@ use crate::{
     Technique, View,
 };
 use bake::{Cones, Params};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -112,8 +112,12 @@ impl Technique for BanksEnv {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Cones, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Cones, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn also_against(b: &Bake<Self>) -> Option<(&'static str, Target<'_>)> {
+        Some(("maps", bake::map(&b.material, &b.params)?))
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {

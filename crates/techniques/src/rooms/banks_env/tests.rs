@@ -10,7 +10,7 @@ use steradian_sphere::{Layout, SphereImage};
 /// The stack alone: what certificates measure of it, the conformance suite compares with the judge.
 fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Cones {
     let task = Task::quiet().with_tolerance(Some(2e-3));
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     let p = Params::from_values(&values).unwrap();
     let light = BanksEnv::light(lights, &p, &task).unwrap();
     let material = Reflectance::of(&Material::new(steradian_brdf::parse(spec).unwrap()));

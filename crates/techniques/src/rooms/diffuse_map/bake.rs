@@ -1,6 +1,7 @@
 //! The map of E/π and the albedo.
 
 use super::DiffuseMap;
+use crate::certify::Report;
 use crate::shared::distant::DistantLight;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
@@ -8,35 +9,16 @@ use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Known, ParamError, ParamInfo, ParamValues, Params, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_light::Lights;
 use steradian_prefilter::{Cosine, EdgeCube, Way, Zonal, filter};
 
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 512.0],
-    0.0,
-    "intervals per cube edge; 0: what the tolerance needs, at most 64",
-)
-.unit("texels");
-
-/// Size of the map.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Size {
-    /// Intervals per cube edge; 0 takes what the tolerance needs.
-    pub size: usize,
-}
-
-impl Params for Size {
-    const INFO: &'static [ParamInfo] = &[SIZE];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        Ok(Self { size: values.get(&SIZE) as usize })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        ParamValues([(SIZE.name.into(), self.size as f64)].into())
+params! {
+    /// Size of the map.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Size {
+        /// Intervals per cube edge; what the tolerance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 512.0], 0.0, "intervals per cube edge; auto: what the tolerance needs, at most 64").auto(0.0).unit("texels"),
     }
 }
 
@@ -44,8 +26,6 @@ impl Params for Size {
 const TOLERANCE: f64 = 2e-3;
 /// The cosine's coefficients fall like l^−5/2: order 64 leaves 1e-4 even of the sharpest light.
 const ORDER: usize = 64;
-/// Directions at which the map is compared with direct summation.
-const PROBES: usize = 128;
 
 /// ⟨cos⟩₊/π: radiance to E/π.
 struct Lambert;
@@ -67,6 +47,7 @@ impl Zonal for Lambert {
 /// E/π over normals.
 pub struct Light {
     pub(super) cube: EdgeCube,
+    /// Computed by the filter: bands left out, and lookups.
     error: f64,
     order: f64,
     clipped: f64,
@@ -75,16 +56,16 @@ pub struct Light {
 impl Light {
     pub(super) fn bake(lights: &Lights, p: &Size, task: &Task) -> Result<Self, BakeError> {
         let light = DistantLight::bake(DiffuseMap::CARD.slug, lights, ORDER, task)?;
-        let size = if p.size > 0 { filter::Size::Fixed(p.size) } else { filter::Size::UpTo(64) };
+        let size = p.size.map_or(filter::Size::UpTo(64), filter::Size::Fixed);
         let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
         let f = filter(&light.source, &light.tree, &Lambert, size, tolerance, task)?;
         let order = if let Way::Frequency { order } = f.way { order as f64 } else { -1.0 };
-        let error = filter::measured(&f.cube, &light.tree, &Lambert, PROBES);
+        let error = f.tail.hypot(f.interpolation);
         Ok(Self { cube: f.cube, error, order, clipped: f.clipped })
     }
 
-    pub(super) fn certificate(&self) -> Certificate {
-        Certificate::new(self.error, Known::Measured)
+    pub(super) fn report(&self) -> Report {
+        Report::estimated(self.error, Vec::new())
             .detail("size", self.cube.size() as f64)
             .detail("order", self.order)
             .detail("clipped", self.clipped)

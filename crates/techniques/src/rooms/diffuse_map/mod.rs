@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
@@ -25,7 +26,7 @@ use crate::{
     Technique, Varies, View,
 };
 use bake::{Albedo, Light, Size};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -95,8 +96,12 @@ impl Technique for DiffuseMap {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, _: &Size, _: &Task) -> Result<((), Certificate), BakeError> {
-        Ok(((), parts.light.certificate()))
+    fn link(parts: Parts<'_, Self>, _: &Size, _: &Task) -> Result<((), Report), BakeError> {
+        Ok(((), parts.light.report()))
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(Target::Integral(Model::diffuse(b.material.0.map(f64::from))))
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {

@@ -1,83 +1,35 @@
 //! The factors: parameters, gauge, halves, certificate.
 
+use super::FactoredLighting;
 use super::fit::{Fit, LINE, Layout, PER_UNKNOWN, Samples, fit};
 use super::lsqr::Rgb;
 use super::maps::CubeGrid;
-use super::{FactoredLighting, shade};
-use crate::shared::certify;
+use crate::certify::Report;
 use crate::shared::distant::DistantLight;
-use crate::shared::turn::Turn;
 use crate::shared::views::Seen;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use half::f16;
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_formats::{Tensor, TensorData};
 use steradian_prefilter::EdgeCube;
 
-const NORMAL: ParamInfo = ParamInfo::switch("normal", true, "1: a factor over n");
-const MIRROR: ParamInfo = ParamInfo::switch("mirror", true, "1: a factor over r");
-const ELEVATION: ParamInfo = ParamInfo::switch("elevation", true, "1: a factor over n·wo");
-const VIEWER: ParamInfo =
-    ParamInfo::switch("viewer", false, "1: a factor over wo, with a quarter of the others' size");
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 128.0],
-    0.0,
-    "intervals per cube edge of the factors over n and r; 0: 16 or 24, as fine as the reflectance needs",
-)
-.unit("texels");
-const WEIGHT: ParamInfo = ParamInfo::real(
-    "weight",
-    [0.0, 1.0],
-    0.5,
-    "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule",
-);
-
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// A factor over n?
-    pub n: bool,
-    /// A factor over r?
-    pub r: bool,
-    /// A factor over n·wo?
-    pub line: bool,
-    /// A factor over wo?
-    pub wo: bool,
-    /// Intervals per cube edge; 0 takes what the reflectance needs.
-    pub size: usize,
-    /// Power of the radiance by which errors of its logarithm count.
-    pub weight: f64,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[NORMAL, MIRROR, ELEVATION, VIEWER, SIZE, WEIGHT];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let on = |i| values.get(i) == 1.0;
-        Ok(Self {
-            n: on(&NORMAL),
-            r: on(&MIRROR),
-            line: on(&ELEVATION),
-            wo: on(&VIEWER),
-            size: values.get(&SIZE) as usize,
-            weight: values.get(&WEIGHT),
-        })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let number = |on: bool| if on { 1.0 } else { 0.0 };
-        let pairs = [
-            (NORMAL, number(self.n)),
-            (MIRROR, number(self.r)),
-            (ELEVATION, number(self.line)),
-            (VIEWER, number(self.wo)),
-            (SIZE, self.size as f64),
-            (WEIGHT, self.weight),
-        ];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// A factor over n?
+        pub n: bool = ParamInfo::switch("normal", true, "a factor over n"),
+        /// A factor over r?
+        pub r: bool = ParamInfo::switch("mirror", true, "a factor over r"),
+        /// A factor over n·wo?
+        pub line: bool = ParamInfo::switch("elevation", true, "a factor over n·wo"),
+        /// A factor over wo?
+        pub wo: bool = ParamInfo::switch("viewer", false, "a factor over wo, with a quarter of the others' size"),
+        /// Intervals per cube edge; what the reflectance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 128.0], 0.0, "intervals per cube edge of the factors over n and r; auto: 16 or 24, as fine as the reflectance needs").auto(0.0).unit("texels"),
+        /// Power of the radiance by which errors of its logarithm count.
+        pub weight: f64 = ParamInfo::real("weight", [0.0, 1.0], 0.5, "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule"),
     }
 }
 
@@ -146,15 +98,10 @@ impl Factors {
     }
 }
 
-/// Joins light and reflectance; the certificate compares with the integral.
-pub fn link(
-    light: &DistantLight,
-    m: &Seen,
-    p: &Params,
-    task: &Task,
-) -> Result<(Factors, Certificate), BakeError> {
+/// Joins light and reflectance.
+pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(Factors, Report), BakeError> {
     let order = m.slices.order();
-    let size = if p.size > 0 { p.size } else { (order / 2).next_multiple_of(8).max(16) };
+    let size = p.size.unwrap_or_else(|| (order / 2).next_multiple_of(8).max(16));
     let unknowns = 12 * (size + 1) * (size + 1);
     let (slug, allowed) = (FactoredLighting::CARD.slug, task.max_memory());
     // Samples, rows of the matrix twice, vectors of the solution.
@@ -175,11 +122,7 @@ pub fn link(
         ("size", size as f64),
     ];
     let factors = Factors::new(&layout, fit);
-    let measured = certify::measure(&light.tree, &*m.reflectance.brdf, task, |q, out| {
-        shade::shade(&factors, &Turn::default(), q, out);
-    })?;
-    let certificate = measured.certificate();
-    Ok((factors, details.into_iter().fold(certificate, |c, (name, value)| c.detail(name, value))))
+    Ok((factors, details.into_iter().fold(Report::default(), |r, (name, value)| r.detail(name, value))))
 }
 
 const CUBES: [&str; 3] = ["normal", "mirror", "viewer"];

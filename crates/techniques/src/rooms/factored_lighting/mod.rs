@@ -24,6 +24,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
 use crate::shared::turn::Turn;
@@ -34,7 +35,7 @@ use crate::{
     Points, Radiance, Technique, View,
 };
 use bake::{Factors, ORDER, Params};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// The room.
@@ -106,7 +107,7 @@ impl Technique for FactoredLighting {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Factors, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Factors, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

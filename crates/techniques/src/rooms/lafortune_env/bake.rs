@@ -1,62 +1,28 @@
 //! The maps of the exponents.
 
+use super::LafortuneEnv;
 use super::material::{Cosines, Term};
-use super::{LafortuneEnv, shade};
-use crate::shared::certify;
+use crate::certify::Report;
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_prefilter::{Cosine, EdgeCube, Lobe, filter};
 use steradian_sphere::quadrature::gauss_legendre;
 
-const COSINE: ParamInfo = ParamInfo::whole(
-    "cosine",
-    [0.0, 2.0],
-    2.0,
-    "what stands for n·wi: 0 n·r̂ at the lobe's axis, 1 n·r of the mirror direction (eq. 39), 2 its mean over the lobe",
-);
-const EXPONENTS: ParamInfo = ParamInfo::whole(
-    "exponents",
-    [0.0, 64.0],
-    0.0,
-    "maps of the stack, their exponents spaced geometrically over the lobes'; 0: one for each exponent",
-);
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 1024.0],
-    0.0,
-    "intervals per cube edge of each map; 0: what the tolerance needs, at most 256",
-)
-.unit("texels");
-
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// What stands for n·wi: 0 the lobe's axis, 1 the mirror direction, 2 the mean.
-    pub cosine: usize,
-    /// Maps of the stack; 0: one for each exponent.
-    pub exponents: usize,
-    /// Intervals per cube edge; 0 takes what the tolerance needs.
-    pub size: usize,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[COSINE, EXPONENTS, SIZE];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let get = |i| values.get(i) as usize;
-        Ok(Self { cosine: get(&COSINE), exponents: get(&EXPONENTS), size: get(&SIZE) })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let pairs = [(COSINE, self.cosine), (EXPONENTS, self.exponents), (SIZE, self.size)];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v as f64)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// What stands for n·wi: 0 the lobe's axis, 1 the mirror direction, 2 the mean.
+        pub cosine: usize = ParamInfo::choice("cosine", &["axis", "mirror-direction", "mean"], "what stands for n·wi: n·r̂ at the lobe's axis, n·r of the mirror direction (eq. 39), or its mean over the lobe").numbered(0.0).preset("mean"),
+        /// Maps of the stack; one for each exponent where `None`.
+        pub exponents: Option<usize> = ParamInfo::whole("exponents", [1.0, 64.0], 0.0, "maps of the stack, their exponents spaced geometrically over the lobes'; auto: one for each exponent").auto(0.0),
+        /// Intervals per cube edge; what the tolerance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge of each map; auto: what the tolerance needs, at most 256").auto(0.0).unit("texels"),
     }
 }
 
@@ -141,22 +107,17 @@ fn means(stack: &[f64]) -> Vec<f32> {
 }
 
 /// Filters the light by every exponent of the stack.
-pub fn link(
-    light: &DistantLight,
-    m: &Cosines,
-    p: &Params,
-    task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
     let slug = LafortuneEnv::CARD.slug;
     let terms = m.terms();
-    let stack = exponents(&terms, p.exponents);
+    let stack = exponents(&terms, p.exponents.unwrap_or(0));
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
-    let largest = if p.size > 0 { p.size } else { LARGEST };
+    let largest = p.size.unwrap_or(LARGEST);
     let need = (stack.len() * 6 * 16 * (largest + 1) * (largest + 1)) as u64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
-    let size = if p.size > 0 { filter::Size::Fixed(p.size) } else { filter::Size::UpTo(LARGEST) };
+    let size = p.size.map_or(filter::Size::UpTo(LARGEST), filter::Size::Fixed);
     task.begin("prefilter", stack.len() as u64);
     let (mut order, mut clipped) = (0, 0.0_f64);
     let mut cubes = Vec::new();
@@ -194,16 +155,13 @@ pub fn link(
     let [red, green, blue] = m.0.kd.map(|k| (k / PI) as f32);
     let factors = [red, green, blue, p.cosine as f32];
     let maps = Maps { chain, diffuse, terms: table, means: means(&stack), factors };
-    let shade =
-        |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
-    let certificate = certify::measure(&light.tree, &m.0, task, shade)?
-        .certificate()
+    let report = Report::default()
         .detail("lookups", terms.len() as f64)
         .detail("maps", stack.len() as f64)
         .detail("order", order as f64)
         .detail("size", largest as f64)
         .detail("clipped", clipped);
-    Ok((maps, certificate))
+    Ok((maps, report))
 }
 
 impl Part for Maps {

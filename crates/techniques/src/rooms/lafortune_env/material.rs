@@ -4,8 +4,8 @@ use super::LafortuneEnv;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
-use steradian_base::without_folders;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
+use steradian_brdf::{Brdf, spec_without_folders};
 
 /// Most terms (lobes times different channels) that shading sums.
 const MOST: usize = 64;
@@ -61,7 +61,7 @@ impl Cosines {
 
 impl Part for Cosines {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        to.metadata.insert(format!("steradian.{prefix}.brdf"), without_folders(&self.0.spec));
+        to.metadata.insert(format!("steradian.{prefix}.brdf"), spec_without_folders(&self.0.spec));
         let cosine = |l: &Cosine| [l.c.x, l.c.y, l.c.z, l.n, l.ks];
         let lobes = self.0.lobes.iter().flatten().flat_map(cosine).collect();
         put_f64(to, format!("{prefix}.lobes"), vec![self.0.lobes.len(), 3, 5], lobes);
@@ -87,5 +87,9 @@ impl Part for Cosines {
 
     fn bytes(&self) -> usize {
         0
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        Some(&self.0)
     }
 }

@@ -19,6 +19,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::lights;
@@ -29,7 +30,7 @@ use crate::{
 };
 use bake::{Maps, Params};
 use material::Cosines;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -106,7 +107,7 @@ impl Technique for LafortuneEnv {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -7,7 +7,7 @@ use steradian_light::DirectionalLight;
 use steradian_sphere::Frame;
 
 fn bake_in(slug: &str, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     let material = Material::new(parse_with(spec, Files::Any).unwrap());
     find(slug).unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
@@ -177,10 +177,11 @@ fn lobes_from_a_file_are_kept_in_the_bake() {
     std::fs::remove_dir_all(&folder).unwrap();
     let saved = b.save();
     assert!(saved.metadata.values().all(|v| !v.contains('/')), "{:?}", saved.metadata);
-    let mut loaded = find("lafortune_env").unwrap().load(&saved).unwrap();
+    let loaded = find("lafortune_env").unwrap().load(&saved).unwrap();
     assert_eq!(shade(&*loaded), shade(&*b));
     // A changed light needs the reflectance for its certificate.
-    loaded.set_light(&lights::studio(), &Task::quiet()).unwrap();
+    let other = loaded.with_light(&lights::studio(), &Task::quiet()).unwrap();
+    assert_eq!(other.certificate().known, steradian_base::Known::Measured);
 }
 
 #[test]

@@ -1,95 +1,33 @@
 //! The maps of the lobes.
 
+use super::LobeMaps;
 use super::material::Fitted;
-use super::{LobeMaps, shade};
-use crate::shared::certify;
+use crate::certify::Report;
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::cell::OnceCell;
-use steradian_base::{Cancelled, Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{Cancelled, ParamInfo, Task, params};
 use steradian_brdf::fit::radial::{ByCosine, RadialFit, RadialLobe, Rings};
 use steradian_prefilter::{EdgeCube, Zonal, edge_cube, filter};
 
-const DIMENSIONS: ParamInfo = ParamInfo::whole(
-    "dimensions",
-    [2.0, 3.0],
-    3.0,
-    "3: a stack of maps over the elevation (eq. 29); 2: one map (eq. 31)",
-);
-const LOBES: ParamInfo =
-    ParamInfo::whole("lobes", [1.0, 4.0], 1.0, "lobes that are summed, each with maps of its own");
-const AXIS: ParamInfo = ParamInfo::whole(
-    "axis",
-    [0.0, 1.0],
-    1.0,
-    "0: lobes about the mirror direction r; 1: about o(r), what captures most of each lobe",
-);
-const COSINE: ParamInfo = ParamInfo::switch(
-    "cosine",
-    true,
-    "1: n·wi inside the mean over the azimuth, which keeps the energy of every view; 0: outside the integral as n·r, as \
-     eqs. 29 and 31 are printed",
-);
-const ELEVATIONS: ParamInfo = ParamInfo::whole(
-    "elevations",
-    [2.0, 64.0],
-    17.0,
-    "elevations in the stack, the denser the nearer to grazing",
-);
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 1024.0],
-    0.0,
-    "intervals per cube edge; 0: what the tolerance needs, at most 128",
-)
-.unit("texels");
-
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// 3: a stack over the elevation; 2: one map.
-    pub dimensions: usize,
-    /// Lobes.
-    pub lobes: usize,
-    /// May axes lean off the mirror direction?
-    pub off_specular: bool,
-    /// Is n·wi inside the mean over the azimuth, rather than n·r outside the integral?
-    pub cosine: bool,
-    /// Elevations in a stack.
-    pub elevations: usize,
-    /// Intervals per cube edge; 0 takes what the tolerance needs.
-    pub size: usize,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[DIMENSIONS, LOBES, AXIS, COSINE, ELEVATIONS, SIZE];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let get = |i| values.get(i) as usize;
-        Ok(Self {
-            dimensions: get(&DIMENSIONS),
-            lobes: get(&LOBES),
-            off_specular: get(&AXIS) == 1,
-            cosine: get(&COSINE) == 1,
-            elevations: get(&ELEVATIONS),
-            size: get(&SIZE),
-        })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let pairs = [
-            (DIMENSIONS, self.dimensions),
-            (LOBES, self.lobes),
-            (AXIS, usize::from(self.off_specular)),
-            (COSINE, usize::from(self.cosine)),
-            (ELEVATIONS, self.elevations),
-            (SIZE, self.size),
-        ];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v as f64)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// 3: a stack over the elevation; 2: one map.
+        pub dimensions: usize = ParamInfo::whole("dimensions", [2.0, 3.0], 3.0, "3: a stack of maps over the elevation (eq. 29); 2: one map (eq. 31)"),
+        /// Lobes.
+        pub lobes: usize = ParamInfo::whole("lobes", [1.0, 4.0], 1.0, "lobes that are summed, each with maps of its own"),
+        /// Axes: 0 the mirror direction, 1 off it.
+        pub axis: usize = ParamInfo::choice("axis", &["mirror-direction", "off-specular"], "lobes about the mirror direction r, or about o(r), what captures most of each lobe").numbered(0.0).preset("off-specular"),
+        /// Is n·wi inside the mean over the azimuth, rather than n·r outside the integral?
+        pub cosine: bool = ParamInfo::switch("cosine", true, "n·wi inside the mean over the azimuth, which keeps the energy of every view; off: outside the integral as n·r, as eqs. 29 and 31 are printed"),
+        /// Elevations in a stack.
+        pub elevations: usize = ParamInfo::whole("elevations", [2.0, 64.0], 17.0, "elevations in the stack, the denser the nearer to grazing"),
+        /// Intervals per cube edge; what the tolerance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: what the tolerance needs, at most 128").auto(0.0).unit("texels"),
     }
 }
 
@@ -281,24 +219,18 @@ fn views(fit: &RadialFit, lobe: &RadialLobe) -> Vec<[f32; 4]> {
 }
 
 /// Filters the light by every profile of every lobe.
-pub fn link(
-    light: &DistantLight,
-    m: &Fitted,
-    p: &Params,
-    task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
     let (slug, fit) = (LobeMaps::CARD.slug, &m.fit);
-    let brdf = m.brdf()?;
     let levels: usize = fit.lobes.iter().map(|l| l.shapes.len()).sum();
     let rows = |size: usize| levels.saturating_sub(1).max(1) * (size + 1);
     let fitting = |size: usize| (0..12).map(|k| size >> k).find(|s| rows(*s) <= ROWS).unwrap_or(1).max(1);
-    let largest = fitting(if p.size > 0 { p.size } else { LARGEST });
+    let largest = fitting(p.size.unwrap_or(LARGEST));
     let need = (levels * 6 * 16 * (largest + 1) * (largest + 1)) as u64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
     let few = ((DIRECT as f64 / (6.0 * levels as f64)).sqrt() as usize).clamp(8, largest.max(8));
-    let size = |up: usize| if p.size > 0 { filter::Size::Fixed(largest) } else { filter::Size::UpTo(up) };
+    let size = |up: usize| p.size.map_or(filter::Size::UpTo(up), |_| filter::Size::Fixed(largest));
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
     let filtering = Filtering {
         light,
@@ -320,16 +252,13 @@ pub fn link(
     let chain = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no maps".into() })?;
     let views = fit.lobes.iter().flat_map(|l| views(fit, l)).collect();
     let maps = Maps { chain, views, lobes: fit.lobes.len() };
-    let shade =
-        |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
-    let certificate = certify::measure(&light.tree, &**brdf, task, shade)?
-        .certificate()
+    let report = Report::default()
         .detail("maps", levels as f64)
         .detail("order", found.order as f64)
         .detail("size", found.size as f64)
         .detail("energy of f without azimuthal symmetry", fit.residual)
         .detail("clipped", found.clipped);
-    Ok((maps, certificate))
+    Ok((maps, report))
 }
 
 impl Part for Maps {

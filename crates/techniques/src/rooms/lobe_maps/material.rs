@@ -24,7 +24,7 @@ impl Fitted {
     /// Fits what the parameters ask for.
     pub fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
         let shape = if p.dimensions == 2 { Shape::Scaled } else { Shape::Stack };
-        let plan = Plan { shape, stack: p.elevations, lobes: p.lobes, mirror: !p.off_specular };
+        let plan = Plan { shape, stack: p.elevations, lobes: p.lobes, mirror: p.axis == 0 };
         let fit = if p.cosine {
             RadialFit::new(&*m.brdf, plan, task)?
         } else {
@@ -36,15 +36,6 @@ impl Fitted {
             )?
         };
         Ok(Self { spec: m.brdf.spec(), brdf: Some(m.brdf.clone()), fit })
-    }
-
-    /// The reflectance itself.
-    pub fn brdf(&self) -> Result<&SharedBrdf, BakeError> {
-        self.brdf.as_ref().ok_or_else(|| {
-            let why =
-                format!("the error of {} cannot be measured here: give the reflectance again", self.spec);
-            BakeError::Material { slug: LobeMaps::CARD.slug, why }
-        })
     }
 }
 
@@ -164,5 +155,9 @@ impl Part for Fitted {
 
     fn bytes(&self) -> usize {
         0
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        self.brdf.as_deref()
     }
 }

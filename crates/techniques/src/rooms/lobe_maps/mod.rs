@@ -24,6 +24,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::turn::Turn;
@@ -34,7 +35,7 @@ use crate::{
 };
 use bake::{Maps, Params};
 use material::Fitted;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// The room.
@@ -118,7 +119,7 @@ impl Technique for LobeMaps {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

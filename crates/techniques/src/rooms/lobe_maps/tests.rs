@@ -6,7 +6,7 @@ use steradian_base::ParamValues;
 use steradian_brdf::{Brdf, Domain, Info, Sample, SharedBrdf};
 
 fn bake_in(slug: &str, lights: &Lights, brdf: SharedBrdf, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     find(slug).unwrap().bake(lights, &Material::new(brdf), None, &values, &Task::quiet()).unwrap()
 }
 
@@ -191,7 +191,7 @@ fn what_it_refuses_says_why() {
     assert!(refused("ggx:ax=0.1,ay=0.2").contains("isotropic"));
     assert!(refused("kajiya-kay:s=8").contains("isotropic"));
     // Without its cosine it has no bound.
-    let values = ParamValues([("cosine".to_string(), 0.0)].into_iter().collect());
+    let values = ParamValues::from_iter([("cosine", 0.0)]);
     for spec in ["phong:n=20", "phong-map:n=20", "microfacet:sigma=0.3"] {
         let m = Material::new(steradian_brdf::parse(spec).unwrap());
         let e = t.bake(&lights::furnace(), &m, None, &values, &Task::quiet()).err().unwrap();

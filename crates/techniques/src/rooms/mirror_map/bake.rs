@@ -1,46 +1,26 @@
 //! The map, and how well it stands for the model.
 
 use super::MirrorMap;
-use crate::shared::certify;
+use crate::certify::{Model, Report, Target};
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
 use crate::shared::once;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{load_cube, save_cube};
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
-use steradian_base::{Cancelled, Certificate, ParamError, ParamInfo, ParamValues, Params, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_light::{Environment, Lights};
-use steradian_prefilter::{Beam, EdgeCube};
+use steradian_prefilter::{Beam, EdgeCube, Tree};
 use steradian_sphere::{Layout, SphereImage, frame};
 
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 4096.0],
-    0.0,
-    "intervals per cube edge; 0: as fine as the environment, at most 1024",
-)
-.unit("texels");
-
-/// Size of the map.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Size {
-    /// Intervals per cube edge; 0 takes the environment's own resolution.
-    pub size: usize,
-}
-
-impl Params for Size {
-    const INFO: &'static [ParamInfo] = &[SIZE];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        Ok(Self { size: values.get(&SIZE) as usize })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        ParamValues([(SIZE.name.into(), self.size as f64)].into())
+params! {
+    /// Size of the map.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Size {
+        /// Intervals per cube edge; the environment's own resolution where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 4096.0], 0.0, "intervals per cube edge; auto: as fine as the environment, at most 1024").auto(0.0).unit("texels"),
     }
 }
 
@@ -68,7 +48,7 @@ impl Light {
         let environment = lights.environment.clone().unwrap_or_else(black);
         // A lat-long row is π/height, a cube interval about (π/2)/size.
         let own = (environment.image.height / 2).next_power_of_two().clamp(64, 1024);
-        let size = if p.size > 0 { p.size } else { own };
+        let size = p.size.unwrap_or(own);
         let need = 6 * 16 * ((size + 1) * (size + 1)) as u64 + 72 * (4 * size * size) as u64;
         if need > task.max_memory() {
             return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
@@ -98,6 +78,10 @@ impl Part for Light {
     fn bytes(&self) -> usize {
         crate::shared::tables::cube_bytes(&self.cube)
     }
+
+    fn kept_light(&self) -> Option<&Tree> {
+        self.distant.kept_light()
+    }
 }
 
 /// The mirror: f0 of Schlick's Fresnel term, and the factor before it.
@@ -107,27 +91,25 @@ pub struct Mirror {
     pub(super) scale: [f32; 3],
 }
 
-pub(super) fn link(light: &Light, m: &Reflectance, task: &Task) -> Result<(Mirror, Certificate), Cancelled> {
+pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Report) {
     let f0 = m.get("f0").unwrap_or([1.0; 3]);
-    let scale = m.scale();
-    let mirror = Mirror { f0: f0.map(|x| x as f32), scale: scale.map(|x| x as f32) };
-    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
-        super::shade::shade(&light.cube, &mirror, &Turn::default(), q, out);
-    };
+    let mirror = Mirror { f0: f0.map(|x| x as f32), scale: m.scale().map(|x| x as f32) };
+    (mirror, Report::default().detail("size", light.cube.size() as f64))
+}
+
+/// The model itself, or what it becomes as its lobe gets too sharp to integrate.
+pub(super) fn target<'a>(light: &'a Light, m: &'a Reflectance) -> Target<'a> {
     let width = ["alpha", "m"].iter().find_map(|k| m.get(k)).map_or(0.0, |w| w[0]);
-    let measured = if width >= SHARPEST || m.get("ax").is_some() {
-        certify::measure(&light.distant.tree, &*m.brdf, task, shade)?
-    } else {
-        let exact = |fr: &steradian_sphere::Frame, wo: glam::DVec3| {
-            let r = frame::reflect(fr.to_world(wo), fr.n);
-            let l = light.distant.radiance(r);
-            let u = (1.0 - wo.z).powi(5);
-            std::array::from_fn(|c| scale[c] * (f0[c] + (1.0 - f0[c]) * u) * l[c])
-        };
-        certify::measure_limit(&light.distant.tree, exact, task, shade)?
-    };
-    let certificate = measured.certificate().detail("size", light.cube.size() as f64);
-    Ok((mirror, certificate))
+    if width >= SHARPEST || m.get("ax").is_some() {
+        return Target::Integral(Model::of(&*m.brdf));
+    }
+    let (f0, scale) = (m.get("f0").unwrap_or([1.0; 3]), m.scale());
+    Target::Limit(Box::new(move |fr, wo| {
+        let r = frame::reflect(fr.to_world(wo), fr.n);
+        let l = light.distant.radiance(r);
+        let u = (1.0 - wo.z).powi(5);
+        std::array::from_fn(|c| scale[c] * (f0[c] + (1.0 - f0[c]) * u) * l[c])
+    }))
 }
 
 impl Part for Mirror {

@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
@@ -24,7 +25,7 @@ use crate::{
     Technique, Varies, View,
 };
 use bake::{Light, Mirror, Size};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -95,8 +96,12 @@ impl Technique for MirrorMap {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, _: &Size, task: &Task) -> Result<(Mirror, Certificate), BakeError> {
-        Ok(bake::link(parts.light, parts.material, task)?)
+    fn link(parts: Parts<'_, Self>, _: &Size, _: &Task) -> Result<(Mirror, Report), BakeError> {
+        Ok(bake::link(parts.light, parts.material))
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(bake::target(&b.light, &b.material))
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {

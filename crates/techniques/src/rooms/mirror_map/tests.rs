@@ -10,7 +10,7 @@ fn mirror(f0: &str) -> Material {
 }
 
 fn bake(lights: &Lights, f0: &str, size: f64) -> Result<Box<dyn crate::AnyBake>, BakeError> {
-    let values = ParamValues([("size".into(), size)].into());
+    let values = ParamValues::from_iter([("size", size)]);
     find("mirror-map").unwrap().bake(lights, &mirror(f0), None, &values, &Task::quiet())
 }
 

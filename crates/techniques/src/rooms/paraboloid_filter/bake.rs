@@ -1,67 +1,29 @@
 //! The filtered paraboloids.
 
+use super::ParaboloidFilter;
 use super::lobe::PhongLobe;
-use super::{ParaboloidFilter, shade};
-use crate::shared::certify;
+use crate::certify::Report;
 use crate::shared::distant::DistantLight;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_prefilter::methods::{Footprint, Lookup, Paraboloids, paraboloids};
 use steradian_prefilter::{EdgeCube, Power, angular, probe};
 
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 2048.0],
-    0.0,
-    "texels across each paraboloid's disk; 0: those of the filter, as the footprint needs, at most 1024",
-)
-.unit("texels");
-const FOOTPRINT: ParamInfo = ParamInfo::whole(
-    "footprint",
-    [2.0, 64.0],
-    12.0,
-    "smallest radius of the kernel in texels of the map that is filtered: wide kernels take small maps",
-)
-.unit("texels");
-const RADII: ParamInfo = ParamInfo::whole(
-    "radii",
-    [2.0, 16.0],
-    2.0,
-    "filters of radii between R_S and 2 R_S, of which neighbours are blended; 2: as published",
-);
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// Texels across the disk; 0 takes those of the filter.
-    pub size: usize,
-    /// Smallest radius of the kernel, texels.
-    pub footprint: usize,
-    /// Radii that are blended.
-    pub radii: usize,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[SIZE, FOOTPRINT, RADII];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        Ok(Self {
-            size: values.get(&SIZE) as usize,
-            footprint: values.get(&FOOTPRINT) as usize,
-            radii: values.get(&RADII) as usize,
-        })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let pairs =
-            [(SIZE, self.size as f64), (FOOTPRINT, self.footprint as f64), (RADII, self.radii as f64)];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Texels across the disk; those of the filter where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 2048.0], 0.0, "texels across each paraboloid's disk; auto: those of the filter, as the footprint needs, at most 1024").auto(0.0).unit("texels"),
+        /// Smallest radius of the kernel, texels.
+        pub footprint: usize = ParamInfo::whole("footprint", [2.0, 64.0], 12.0, "smallest radius of the kernel in texels of the map that is filtered: wide kernels take small maps").unit("texels"),
+        /// Radii that are blended.
+        pub radii: usize = ParamInfo::whole("radii", [2.0, 16.0], 2.0, "filters of radii between R_S and 2 R_S, of which neighbours are blended; 2: as published"),
     }
 }
 
@@ -98,16 +60,15 @@ const PROBES: usize = 240;
 /// Rings of the disks: ρ² up to 1/5, to 4/5, to 1.
 const RINGS: [&str; 3] = ["maps, middle", "maps, between", "maps, rim"];
 
-/// Filters; the certificate compares with the integral of the model itself (with its horizon), and the maps with the
-/// exact convolution.
+/// Filters; the report compares the maps with the exact convolution.
 pub fn link(
     light: &DistantLight,
     m: &Reflectance,
     p: &Params,
     task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+) -> Result<(Maps, Report), BakeError> {
     let lobe = PhongLobe::new(m);
-    let side = if p.size > 0 { p.size as u64 + 6 } else { 1024 };
+    let side = p.size.map_or(1024, |size| size as u64 + 6);
     let need = 2 * (side * side * 32 + 1024 * 1024 * 16);
     if need > task.max_memory() {
         let (slug, allowed) = (ParaboloidFilter::CARD.slug, task.max_memory());
@@ -116,7 +77,7 @@ pub fn link(
     let footprint = Footprint {
         texels: p.footprint,
         radii: p.radii,
-        size: p.size,
+        size: p.size.unwrap_or(0),
         // Halves what a cut at 60° leaves of lambert's error, and does nothing to exponents above 5.
         farthest: FRAC_PI_2,
     };
@@ -124,16 +85,9 @@ pub fn link(
     let lookup = |n: usize| lookup(light, n);
     let (made, _) = paraboloids(&lookup, &light.source.beams, &kernel, &footprint, task)?;
     let maps = Maps::new(&made, &lobe);
-    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
-        shade::shade(&maps, &Turn::default(), q, out);
-    };
-    let measured = certify::measure(&light.tree, &*m.brdf, task, shade)?;
     let (all, rings) = map_errors(light, &kernel, &made);
-    let mut certificate = measured.certificate().detail("side", maps.side as f64).detail("maps", all);
-    for (name, error) in RINGS.into_iter().zip(rings) {
-        certificate = certificate.detail(name, error);
-    }
-    Ok((maps, certificate))
+    let report = Report::default().detail("side", maps.side as f64).detail("maps", all);
+    Ok((maps, RINGS.into_iter().zip(rings).fold(report, |r, (name, error)| r.detail(name, error))))
 }
 
 /// The light in texels like those of a cube of n × n.

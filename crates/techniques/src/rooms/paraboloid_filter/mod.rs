@@ -18,6 +18,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
 use crate::shared::lights;
@@ -28,7 +29,7 @@ use crate::{
     Technique, View,
 };
 use bake::{Maps, Params};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 
 /// The room.
@@ -95,7 +96,7 @@ impl Technique for ParaboloidFilter {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -2,18 +2,16 @@
 
 use super::PhongDiffuseMaps;
 use super::blend::{Blend, Params};
-use super::shade;
-use crate::shared::certify;
+use crate::certify::{Model, Report, Target};
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
 use crate::shared::once;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Lobe;
 use steradian_prefilter::{Cosine, EdgeCube, Filtered, Power, Way, Zonal, filter};
 use steradian_sphere::frame::reflect;
@@ -62,7 +60,7 @@ impl Maps {
             let map = |k: usize| {
                 let pr = self.first() + (1.0 - self.first()) * k as f32 / (LEVELS - 1) as f32;
                 let n = f64::from(0.5 / pr.powi(4));
-                let size = if p.size > 0 { filter::Size::UpTo(p.size) } else { filter::Size::UpTo(256) };
+                let size = filter::Size::UpTo(p.size.unwrap_or(256));
                 let kernel = Normalised(Power { n });
                 filter(&light.source, &light.tree, &kernel, size, TOLERANCE, &Task::quiet()).map(|f| f.cube)
             };
@@ -106,17 +104,17 @@ fn black() -> Filtered {
     Filtered { cube, way: Way::Frequency { order: 0 }, tail: 0.0, interpolation: 0.0, clipped: 0.0 }
 }
 
-/// Joins light and lobe; the certificate compares with the integral of the model itself (with its horizon).
+/// Joins light and lobe.
 pub fn link(
     light: &DistantLight,
     m: &Reflectance,
     p: &Params,
     task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+) -> Result<(Maps, Report), BakeError> {
     let blend = Blend::new(m, p);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
-    let size = if p.size > 0 { filter::Size::Fixed(p.size) } else { filter::Size::UpTo(256) };
-    let need = if p.size > 0 { 6 * 32 * ((p.size + 1) * (p.size + 1)) as u64 } else { 0 };
+    let size = p.size.map_or(filter::Size::UpTo(256), filter::Size::Fixed);
+    let need = p.size.map_or(0, |size| 6 * 32 * ((size + 1) * (size + 1)) as u64);
     if need > task.max_memory() {
         return Err(BakeError::Memory {
             slug: PhongDiffuseMaps::CARD.slug,
@@ -139,19 +137,24 @@ pub fn link(
         n: blend.n as f32,
         lobes: OnceLock::new(),
     };
-    let width = Power { n: blend.n }.width();
-    let lobes = |wo| vec![Lobe::Axis { axis: reflect(wo, glam::DVec3::Z), width }];
-    let model = certify::Model { whole: true, lobes: &lobes, f_cos: &|wi, wo| blend.f_cos(wi, wo) };
-    let shade =
-        |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| shade::shade(&maps, &Turn::default(), q, out);
     let order = if let Way::Frequency { order } = phong.way { order as f64 } else { -1.0 };
-    let certificate = certify::measure_model(&light.tree, &model, task, shade)?
-        .certificate()
+    let report = Report::default()
         .detail("order", order)
         .detail("size", maps.phong.size() as f64)
         .detail("diffuse size", maps.diffuse.size() as f64)
         .detail("clipped", phong.clipped.max(diffuse.clipped));
-    Ok((maps, certificate))
+    Ok((maps, report))
+}
+
+/// The blend as a reflectance, which has the Phong lobe over the whole sphere.
+pub fn target(m: &Reflectance, p: &Params) -> Target<'static> {
+    let blend = Blend::new(m, p);
+    let width = Power { n: blend.n }.width();
+    Target::Integral(Model {
+        whole: true,
+        lobes: Box::new(move |wo| vec![Lobe::Axis { axis: reflect(wo, glam::DVec3::Z), width }]),
+        f_cos: Box::new(move |wi, wo| blend.f_cos(wi, wo)),
+    })
 }
 
 impl Part for Maps {

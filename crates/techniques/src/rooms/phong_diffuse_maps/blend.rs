@@ -3,51 +3,21 @@
 use crate::shared::reflectance::Reflectance;
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{ParamError, ParamInfo, ParamValues};
+use steradian_base::{ParamInfo, params};
 use steradian_sphere::frame::reflect;
 
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 2048.0],
-    0.0,
-    "intervals per cube edge of the Phong map; 0: what the tolerance needs, at most 256",
-)
-.unit("texels");
-const K_S: ParamInfo = ParamInfo::real("k_s", [0.0, 1.0], 1.0, "factor of the Phong map (eq. 22)");
-const K_D: ParamInfo =
-    ParamInfo::real("k_d", [0.0, 1.0], 0.0, "albedo of the diffuse map (eq. 19); lambert brings its own");
-const F0: ParamInfo = ParamInfo::real(
-    "f0",
-    [0.0, 1.0],
-    1.0,
-    "Fresnel reflectance at normal incidence (eq. 26); 1: Phong alone",
-);
-
-/// The parameters of the blend.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// Intervals per cube edge of the Phong map; 0 takes what the tolerance needs.
-    pub size: usize,
-    /// Factor of the Phong map.
-    pub k_s: f64,
-    /// Albedo of the diffuse map.
-    pub k_d: f64,
-    /// Fresnel reflectance at normal incidence.
-    pub f0: f64,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[SIZE, K_S, K_D, F0];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let get = |i| values.get(i);
-        Ok(Self { size: get(&SIZE) as usize, k_s: get(&K_S), k_d: get(&K_D), f0: get(&F0) })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let pairs = [(SIZE, self.size as f64), (K_S, self.k_s), (K_D, self.k_d), (F0, self.f0)];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+params! {
+    /// The parameters of the blend.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Intervals per cube edge of the Phong map; what the tolerance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 2048.0], 0.0, "intervals per cube edge of the Phong map; auto: what the tolerance needs, at most 256").auto(0.0).unit("texels"),
+        /// Factor of the Phong map.
+        pub k_s: f64 = ParamInfo::real("k_s", [0.0, 1.0], 1.0, "factor of the Phong map (eq. 22)"),
+        /// Albedo of the diffuse map.
+        pub k_d: f64 = ParamInfo::real("k_d", [0.0, 1.0], 0.0, "albedo of the diffuse map (eq. 19); lambert brings its own"),
+        /// Fresnel reflectance at normal incidence.
+        pub f0: f64 = ParamInfo::real("f0", [0.0, 1.0], 1.0, "Fresnel reflectance at normal incidence (eq. 26); 1: Phong alone"),
     }
 }
 

@@ -17,6 +17,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::reflectance::Reflectance;
@@ -28,7 +29,7 @@ use crate::{
 };
 use bake::Maps;
 use blend::Params;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -106,8 +107,12 @@ impl Technique for PhongDiffuseMaps {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(bake::target(&b.material, &b.params))
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {

@@ -7,7 +7,7 @@ use steradian_light::DirectionalLight;
 
 fn radiance(lights: &Lights, spec: &str, params: &[(&str, f64)], n: DVec3, wo: DVec3) -> [f64; 3] {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     let t = find("phong-diffuse-maps").unwrap();
     let b = t.bake(lights, &material, None, &values, &Task::quiet()).unwrap();
     let mut q = PointsBuf::default();

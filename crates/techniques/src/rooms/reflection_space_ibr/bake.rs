@@ -1,66 +1,29 @@
 //! The twelve maps, and irradiance for the Lambertian part.
 
+use super::ReflectionSpaceIbr;
 use super::icosahedron::{VIEWS, vertex};
-use super::{ReflectionSpaceIbr, shade};
-use crate::shared::certify;
+use crate::certify::Report;
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
-use crate::shared::turn::Turn;
 use crate::shared::views::{MOST, Seen, ViewImage};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use rayon::prelude::*;
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_prefilter::{Cosine, EdgeCube, filter, probe};
 use steradian_sphere::sh::ShRgb;
 
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 512.0],
-    0.0,
-    "intervals per cube edge of each of the twelve maps; 0: what the tolerance needs, at most 64",
-)
-.unit("texels");
-const DIFFUSE_SPLIT: ParamInfo = ParamInfo::switch(
-    "diffuse_split",
-    true,
-    "1: the Lambertian part of the reflectance has a map of its own, looked up by n; 0: as published",
-);
-const WARP: ParamInfo = ParamInfo::switch(
-    "warp",
-    true,
-    "what the warp from one view to another keeps: 1 the mirror direction r, 0 the normal n",
-);
-
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// Intervals per cube edge; 0 takes what the tolerance needs.
-    pub size: usize,
-    /// Is the Lambertian part split off?
-    pub diffuse_split: bool,
-    /// Does the warp keep r? Else it keeps n.
-    pub mirror: bool,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[SIZE, DIFFUSE_SPLIT, WARP];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let on = |i| values.get(i) == 1.0;
-        Ok(Self { size: values.get(&SIZE) as usize, diffuse_split: on(&DIFFUSE_SPLIT), mirror: on(&WARP) })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let number = |on: bool| if on { 1.0 } else { 0.0 };
-        let pairs = [
-            (SIZE, self.size as f64),
-            (DIFFUSE_SPLIT, number(self.diffuse_split)),
-            (WARP, number(self.mirror)),
-        ];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Intervals per cube edge; what the tolerance needs where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 512.0], 0.0, "intervals per cube edge of each of the twelve maps; auto: what the tolerance needs, at most 64").auto(0.0).unit("texels"),
+        /// Is the Lambertian part split off?
+        pub diffuse_split: bool = ParamInfo::switch("diffuse_split", true, "the Lambertian part of the reflectance has a map of its own, looked up by n; off: as published"),
+        /// What the warp keeps: 0 the normal, 1 the mirror direction.
+        pub warp: usize = ParamInfo::choice("warp", &["normal", "mirror-direction"], "what the warp from one view to another keeps").numbered(0.0).preset("mirror-direction"),
     }
 }
 
@@ -122,7 +85,7 @@ fn interpolation(images: &[ViewImage], cubes: &[EdgeCube]) -> f64 {
 
 /// The maps at the size asked for, or at the smallest one whose interpolation is within the tolerance.
 fn tabulate(images: &[ViewImage], p: &Params, task: &Task) -> Result<(Vec<EdgeCube>, f64), BakeError> {
-    let mut size = if p.size > 0 { p.size } else { 8 };
+    let mut size = p.size.unwrap_or(8);
     loop {
         let need = (VIEWS * 6 * 16 * (size + 1) * (size + 1)) as u64;
         if need > task.max_memory() {
@@ -132,7 +95,7 @@ fn tabulate(images: &[ViewImage], p: &Params, task: &Task) -> Result<(Vec<EdgeCu
         task.check()?;
         let made = cubes(images, size);
         let error = interpolation(images, &made);
-        if p.size > 0 || size >= LARGEST || error <= 0.5 * tolerance(task) {
+        if p.size.is_some() || size >= LARGEST || error <= 0.5 * tolerance(task) {
             return Ok((made, error));
         }
         size *= 2;
@@ -170,13 +133,8 @@ fn views(light: &ShRgb, m: &Seen, p: &Params, task: &Task) -> Result<(Vec<EdgeCu
     tabulate(&images, p, task)
 }
 
-/// Joins light and reflectance; the certificate compares with the integral.
-pub fn link(
-    light: &DistantLight,
-    m: &Seen,
-    p: &Params,
-    task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+/// Joins light and reflectance.
+pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
     let (mut cubes, interpolation) = views(&light.source.coefficients(m.slices.order()), m, p, task)?;
     let diffuse = m.slices.diffuse;
     let split = diffuse != [0.0; 3];
@@ -191,19 +149,15 @@ pub fn link(
     let size = cubes[0].size();
     let slug = ReflectionSpaceIbr::CARD.slug;
     let views = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no views".into() })?;
-    let maps = Maps { views, irradiance, diffuse: diffuse.map(|f| f as f32), mirror: p.mirror };
-    let measured = certify::measure(&light.tree, &*m.reflectance.brdf, task, |q, out| {
-        shade::shade(&maps, &Turn::default(), q, out);
-    })?;
-    let certificate = measured
-        .certificate()
+    let maps = Maps { views, irradiance, diffuse: diffuse.map(|f| f as f32), mirror: p.warp == 1 };
+    let report = Report::default()
         .detail("order", m.slices.order() as f64)
         .detail("missing", m.slices.missing)
         .detail("blur", m.slices.blur)
         .detail("size", size as f64)
         .detail("interpolation", interpolation)
         .detail("clipped", clipped);
-    Ok((maps, certificate))
+    Ok((maps, report))
 }
 
 impl Part for Maps {

@@ -25,6 +25,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
 use crate::shared::turn::Turn;
@@ -35,7 +36,7 @@ use crate::{
     Radiance, Technique, View,
 };
 use bake::{Maps, ORDER, Params};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// The room.
@@ -108,7 +109,7 @@ impl Technique for ReflectionSpaceIbr {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -9,7 +9,7 @@ use steradian_sphere::Frame;
 
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let material = Material::new(steradian_brdf::parse(spec).unwrap());
-    let values = ParamValues(params.iter().map(|(k, v)| ((*k).to_string(), *v)).collect());
+    let values: ParamValues = params.iter().copied().collect();
     find("reflection-space-ibr").unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
 

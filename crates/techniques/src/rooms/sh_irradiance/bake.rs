@@ -1,19 +1,19 @@
 //! Nine coefficients of the light, the albedo, and the matrix that they give.
 
 use super::ShIrradiance;
+use crate::certify::Report;
 use crate::shared::distant::refuse_points;
 use crate::shared::quadric::Quadric;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Known};
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 use steradian_prefilter::{Beam, Cosine, Zonal, probe, source};
 use steradian_sphere::sh::{self, ShRgb};
 
-/// Highest band that the certificate looks at.
+/// Highest band that the estimate of the error looks at.
 const ORDER: usize = 24;
 
 /// The light's spectrum up to `ORDER`; shading uses bands 0 to 2.
@@ -34,7 +34,7 @@ impl Light {
 
     /// The relative RMS error over normals is the energy of irradiance in the bands left out over that in all:
     /// √(Σ_{l>2} A_l² |L_l|² / Σ A_l² |L_l|²) (Parseval), with bands above `ORDER` left out of both.
-    pub(super) fn certificate(&self, quadric: &Quadric) -> Certificate {
+    pub(super) fn report(&self, quadric: &Quadric) -> Report {
         let a = Cosine.coefficients(ORDER);
         let energy = |l: usize| -> f64 {
             let band = self.0.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]);
@@ -43,7 +43,7 @@ impl Light {
         let all: f64 = (0..=ORDER).map(energy).sum();
         let lost: f64 = (3..=ORDER).map(energy).sum();
         let error = if all > 0.0 { (lost / all).sqrt() } else { 0.0 };
-        Certificate::new(error, Known::Estimated)
+        Report::estimated(error, Vec::new())
             .detail("order", 2.0)
             .detail("lowest radiance over mean", lowest(quadric))
     }
@@ -79,7 +79,7 @@ impl Part for Light {
 }
 
 /// Lambert's albedo.
-pub struct Albedo([f64; 3]);
+pub struct Albedo(pub(super) [f64; 3]);
 
 impl Albedo {
     pub(super) fn of(brdf: &dyn Brdf) -> Self {

@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{Model, Report, Target};
 use crate::shared::lights;
 use crate::shared::quadric::Quadric;
 use crate::{
@@ -22,7 +23,7 @@ use crate::{
     Technique, Varies, View,
 };
 use bake::{Albedo, Light};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -93,10 +94,14 @@ impl Technique for ShIrradiance {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, (): &(), _: &Task) -> Result<(Quadric, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, (): &(), _: &Task) -> Result<(Quadric, Report), BakeError> {
         let quadric = bake::link(parts.light, parts.material);
-        let certificate = parts.light.certificate(&quadric);
-        Ok((quadric, certificate))
+        let report = parts.light.report(&quadric);
+        Ok((quadric, report))
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(Target::Integral(Model::diffuse(b.material.0)))
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Quadric) {

@@ -78,7 +78,7 @@ fn the_wrong_inputs_say_what_to_do() {
     let e =
         t.bake(&lights, &m("lambert:albedo=1"), None, &ParamValues::default(), &Task::quiet()).err().unwrap();
     assert!(e.to_string().contains("point lights"));
-    let e = ParamValues([("bands".into(), 3.0)].into());
+    let e = ParamValues::from_iter([("bands", 3.0)]);
     assert!(t.bake(&Lights::default(), &m("lambert:albedo=1"), None, &e, &Task::quiet()).is_err());
 }
 

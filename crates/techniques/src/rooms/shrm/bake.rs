@@ -1,6 +1,7 @@
 //! The maps B_pq.
 
 use super::Shrm;
+use crate::certify::Report;
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::Harmonics;
 use crate::shared::kernels::{Kernels, centre_of, word};
@@ -12,7 +13,7 @@ use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::central::{Argument, Centre};
 
 const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
@@ -37,13 +38,8 @@ pub struct Maps {
     halves: bool,
 }
 
-/// Joins light and slices; the certificate is computed from both.
-pub fn link(
-    light: &Sky,
-    kernels: &Kernels,
-    p: &Orders,
-    task: &Task,
-) -> Result<(Maps, Certificate), BakeError> {
+/// Joins light and slices; the error is computed from both.
+pub fn link(light: &Sky, kernels: &Kernels, p: &Orders, task: &Task) -> Result<(Maps, Report), BakeError> {
     let slug = Shrm::CARD.slug;
     let expansion = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
     let Expansion { lpq, q, size, .. } = &expansion;
@@ -61,7 +57,7 @@ pub fn link(
     let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.suns);
     let made = Maps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
     let bytes = made.bytes() as f64;
-    Ok((made, expansion.certificate.detail("bytes", bytes)))
+    Ok((made, expansion.report.detail("bytes", bytes)))
 }
 
 impl Part for Maps {

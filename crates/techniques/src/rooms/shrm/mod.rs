@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::exact::Shown;
 use crate::shared::kernels::{self, Kernels};
@@ -26,7 +27,7 @@ use crate::{
     Technique, View,
 };
 use bake::Maps;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// Highest band to which light is analysed.
@@ -105,7 +106,7 @@ impl Technique for Shrm {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Orders, task: &Task) -> Result<(Maps, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Orders, task: &Task) -> Result<(Maps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

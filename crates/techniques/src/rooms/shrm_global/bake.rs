@@ -1,17 +1,18 @@
 //! The cubes B̂_pq.
 
 use super::ShrmGlobal;
+use crate::certify::Report;
 use crate::shared::bundle::Bundle;
 use crate::shared::harmonics::Harmonics;
 use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
-    HighestP, ORDERS, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
+    HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
 };
 use crate::shared::sky::Sky;
 use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
 use steradian_brdf::central::{Argument, Centre};
 use steradian_prefilter::edge_cube::spacing;
 
@@ -23,10 +24,10 @@ const MOST: usize = 256;
 const DISTANT: ParamInfo = ParamInfo::switch(
     "distant",
     false,
-    "1: the viewer is far away: one reflection map per frame (eq. 5.35), one lookup per point",
+    "the viewer is far away: one reflection map per frame (eq. 5.35), one lookup per point",
 );
 
-/// The room's parameters.
+/// The parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Params {
     /// Orders and resolutions.
@@ -37,10 +38,10 @@ pub struct Params {
 
 impl steradian_base::Params for Params {
     const INFO: &'static [ParamInfo] = &{
-        let mut all = [DISTANT; ORDERS.len() + 1];
+        let mut all = [DISTANT; Orders::INFO.len() + 1];
         let mut i = 0;
-        while i < ORDERS.len() {
-            all[i] = ORDERS[i];
+        while i < Orders::INFO.len() {
+            all[i] = Orders::INFO[i];
             i += 1;
         }
         all
@@ -48,12 +49,12 @@ impl steradian_base::Params for Params {
 
     fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
         values.check(Self::INFO)?;
-        Ok(Self { orders: Orders::read(values), distant: values.get(&DISTANT) > 0.0 })
+        Ok(Self { orders: Orders::read(values)?, distant: values.is_on(&DISTANT)? })
     }
 
     fn to_values(&self) -> ParamValues {
         let mut values = self.orders.to_values();
-        values.0.insert(DISTANT.name.into(), f64::from(u8::from(self.distant)));
+        values.0.insert(DISTANT.name.into(), self.distant.into());
         values
     }
 }
@@ -80,19 +81,14 @@ pub struct Cubes {
     halves: bool,
 }
 
-/// Joins light and slices; the certificate is computed from both.
-pub fn link(
-    light: &Sky,
-    kernels: &Kernels,
-    p: &Params,
-    task: &Task,
-) -> Result<(Cubes, Certificate), BakeError> {
+/// Joins light and slices; the error is computed from both.
+pub fn link(light: &Sky, kernels: &Kernels, p: &Params, task: &Task) -> Result<(Cubes, Report), BakeError> {
     let slug = ShrmGlobal::CARD.slug;
     // B̂_pq has frequencies up to F + P.
     let apart = |size| 1.3 * spacing(size);
     let expansion = choose(slug, light, kernels, &p.orders, apart, HIGHEST, task)?;
     let lpq = &expansion.lpq;
-    let size = if p.orders.size > 0 { p.orders.size } else { expansion.size.min(MOST) };
+    let size = p.orders.size.unwrap_or(expansion.size.min(MOST));
     let harmonics = Harmonics::new(lpq.p, if expansion.q == 0 { 0 } else { lpq.p });
     let need = (harmonics.len() * 6 * (size + 1) * (size + 1) * 12) as u64;
     if 2 * need > task.max_memory() {
@@ -116,7 +112,7 @@ pub fn link(
         halves: p.orders.halves,
     };
     let bytes = made.bytes() as f64;
-    Ok((made, expansion.certificate.detail("bytes", bytes)))
+    Ok((made, expansion.report.detail("bytes", bytes)))
 }
 
 fn flag(b: bool) -> f64 {

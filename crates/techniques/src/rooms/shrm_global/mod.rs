@@ -15,6 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
@@ -26,7 +27,7 @@ use crate::{
 };
 use bake::{Cubes, Params};
 use shade::Now;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// Highest band to which light is analysed.
@@ -94,7 +95,7 @@ impl Technique for ShrmGlobal {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Cubes, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Cubes, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -4,6 +4,7 @@ use super::ShrmSlices;
 use super::choose::{Choice, choose};
 use super::components::Component;
 use super::material::Params;
+use crate::certify::Report;
 use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::{Kernels, centre_of, word};
@@ -13,7 +14,7 @@ use crate::shared::spectrum::Spectrum;
 use crate::shared::sun::{self, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::central::Centre;
 use steradian_prefilter::shrm::{Plan, Term};
 
@@ -52,20 +53,15 @@ impl Stack {
     }
 }
 
-/// Joins light and slices; the certificate is computed from both.
-pub fn link(
-    light: &Sky,
-    material: &Kernels,
-    p: &Params,
-    task: &Task,
-) -> Result<(Stack, Certificate), BakeError> {
+/// Joins light and slices; the error is computed from both.
+pub fn link(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<(Stack, Report), BakeError> {
     let slug = ShrmSlices::CARD.slug;
     let chosen = choose(light, material, p, task)?;
     let need = 2 * chosen.expansion.bytes() as u64;
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
-    let Choice { apart, expansion, scale, certificate, .. } = chosen;
+    let Choice { apart, expansion, scale, report, .. } = chosen;
     let s = &material.slices;
     let (stride, mut curve) = (HEAD + expansion.components.len(), Vec::new());
     for (i, a) in scale.iter().enumerate() {
@@ -80,7 +76,7 @@ pub fn link(
         levels.iter_mut().for_each(|l| l.maps.halve());
     }
     let stack = Stack { centre: s.centre, stride, curve, levels, suns: apart.suns, halves: p.halves };
-    Ok((stack, certificate))
+    Ok((stack, report))
 }
 
 /// The maps of components of one size, in bundles of as many as shading sums at a time.

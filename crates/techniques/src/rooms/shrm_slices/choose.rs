@@ -5,10 +5,12 @@ use super::material::{Params, TOLERANCE};
 use super::pursue::{pursue, with};
 use super::scaled::Scaled;
 use crate::BakeError;
+use crate::certify::Report;
 use crate::shared::apart::{Apart, LEAST};
 use crate::shared::kernels::Kernels;
+use crate::shared::shrm::ANGLES;
 use crate::shared::sky::Sky;
-use steradian_base::{Certificate, Known, Task};
+use steradian_base::{Elevation, Task};
 
 /// Numbers of disks that are tried.
 const COUNTS: [usize; 4] = [8, 32, 64, 128];
@@ -29,7 +31,9 @@ pub struct Choice {
     pub apart: Apart,
     pub expansion: Expansion,
     pub scale: Vec<[f64; 3]>,
-    pub certificate: Certificate,
+    pub report: Report,
+    /// The error over all views.
+    error: f64,
     /// Largest squared relative error of an elevation that counts.
     worst: f64,
     /// Does the rest have more than the tolerance of its own radiance?
@@ -64,10 +68,13 @@ impl Choice {
             counted.map(|i| squares[i]).fold(0.0, f64::max)
         };
         let (squares, beside) = (relative(totals), relative(&own));
-        let certificate = certify(&scaled, totals, &squares, &expansion.components, apart.suns.len())
+        let error = mean(&scaled, totals, &squares);
+        let elevations = elevations(&scaled, &squares, &beside);
+        let report = figures(Report::estimated(error, elevations), &expansion.components)
+            .detail("lights", apart.suns.len() as f64)
             .detail("error beside the suns", worst(&beside).sqrt());
         let worst = worst(&squares);
-        Self { apart, expansion, scale: scaled.scale, certificate, worst, lenient }
+        Self { apart, expansion, scale: scaled.scale, report, error, worst, lenient }
     }
 
     /// By how much the tolerance is missed, in steps of some per cent; then bytes, and time as bytes.
@@ -82,7 +89,7 @@ impl Choice {
 /// F they ring, which little of the mean square tells.
 pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let limits = Limits { order: p.order, size: p.size, bytes: p.budget(task) };
+    let limits = Limits { order: p.order, size: p.size.unwrap_or(0), bytes: p.budget(task) };
     let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;
     let ample = task.tolerance().map_or(AMPLE[0], asked).min(limits.bytes);
     let s = &material.slices;
@@ -126,25 +133,19 @@ fn finer(mut best: Choice, tolerance: f64, ample: usize, made: &dyn Fn(Apart, f6
         best = next;
     }
     for rest in NEARER {
-        if best.certificate.error <= tolerance || best.worst > tolerance * tolerance {
+        if best.error <= tolerance || best.worst > tolerance * tolerance {
             break;
         }
         let next = made(best.apart.clone(), rest);
-        if next.expansion.bytes() <= ample && next.certificate.error < best.certificate.error {
+        if next.expansion.bytes() <= ample && next.error < best.error {
             best = next;
         }
     }
     best
 }
 
-/// The error of every elevation and of their mean.
-fn certify(
-    scaled: &Scaled<'_>,
-    totals: &[f64],
-    squares: &[f64],
-    components: &[Component],
-    disks: usize,
-) -> Certificate {
+/// The error of all views, uniform in solid angle.
+fn mean(scaled: &Scaled<'_>, totals: &[f64], squares: &[f64]) -> f64 {
     let last = scaled.len() - 1;
     let cosine = |i: usize| scaled.angle(i).cos();
     let (mut error, mut exact) = (0.0, 0.0);
@@ -152,20 +153,28 @@ fn certify(
         let weight = 0.5 * (cosine(i.saturating_sub(1)) - cosine((i + 1).min(last))) * totals[i];
         (error, exact) = (error + weight * squares[i], exact + weight);
     }
-    let whole = if exact > 0.0 { (error / exact).sqrt() } else { 0.0 };
-    let mut c = Certificate::new(whole, Known::Estimated).metric(crate::shared::shrm::METRIC);
-    for degrees in [0, 10, 20, 30, 40, 50, 60, 65, 70, 75, 80, 85, 88] {
-        let off = |i: &usize| (scaled.angle(*i) - f64::from(degrees).to_radians()).abs();
-        if let Some(i) = (0..=last).min_by(|a, b| off(a).total_cmp(&off(b))) {
-            c = c.detail(format!("error at {degrees} degrees"), squares[i].sqrt());
-        }
-    }
+    if exact > 0.0 { (error / exact).sqrt() } else { 0.0 }
+}
+
+/// The error of the elevation nearest to each angle that is stated.
+fn elevations(scaled: &Scaled<'_>, squares: &[f64], beside: &[f64]) -> Vec<Elevation> {
+    let at = |degrees: &f64| {
+        let theta_o = degrees.to_radians();
+        let off = |i: &usize| (scaled.angle(*i) - theta_o).abs();
+        let i = (0..scaled.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let beside_suns = Some(beside[i].sqrt());
+        Some(Elevation { beside_suns, ..Elevation::computed(theta_o, squares[i].sqrt()) })
+    };
+    ANGLES.iter().filter_map(at).collect()
+}
+
+fn figures(report: Report, components: &[Component]) -> Report {
     let most = |of: &dyn Fn(&Component) -> usize| components.iter().map(of).max().unwrap_or(0) as f64;
     let heard =
         |c: &Component| c.v.iter().filter_map(|v| v.iter().rposition(|x| *x != 0.0)).max().unwrap_or(0);
-    c.detail("components", components.len() as f64)
+    report
+        .detail("components", components.len() as f64)
         .detail("maps", components.iter().map(Component::maps).sum::<usize>() as f64)
-        .detail("lights", disks as f64)
         .detail("highest F", most(&|c| heard(c).min(c.size)))
         .detail("highest Q", most(&|c| c.q))
         .detail("largest size", most(&|c| c.size))

@@ -3,7 +3,7 @@
 use crate::shared::kernels::{Kernels, refused};
 use crate::{BakeError, Material};
 use std::f64::consts::{FRAC_PI_2, PI};
-use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Brdf;
 use steradian_brdf::central::{CentralError, Centre, Slice, Slices};
 
@@ -23,81 +23,28 @@ const VIEWS: f64 = 86.5;
 /// Memory of the maps at most, MiB, without and with a tolerance of the user's.
 const MEBIBYTES: [f64; 2] = [96.0, 320.0];
 
-const ORDER: ParamInfo =
-    ParamInfo::whole("order", [-1.0, 255.0], -1.0, "F, the highest l; -1: what the tolerance needs");
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 1024.0],
-    0.0,
-    "intervals from pole to pole of the maps; 0: what the tolerance needs, slice by slice",
-)
-.unit("texels");
-const BUDGET: ParamInfo = ParamInfo::real(
-    "mebibytes",
-    [0.0, 4096.0],
-    0.0,
-    "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; 0: 96, or 320 \
-     where a tolerance is asked for",
-)
-.unit("MiB");
-const HALVES: ParamInfo = ParamInfo::switch("halves", false, "1: maps of 16-bit floats");
-const LIGHTS: ParamInfo = ParamInfo::whole(
-    "lights",
-    [-1.0, 256.0],
-    -1.0,
-    "small disks that are taken out of the light and shaded with the exact reflectance; -1: suns, and what else the \
-     tolerance needs, at most 128",
-);
-
-/// The room's parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// F; by tolerance where `None`.
-    pub order: Option<usize>,
-    /// Intervals from pole to pole; 0 by tolerance.
-    pub size: usize,
-    /// Memory of the maps, MiB; 0: [`MEBIBYTES`].
-    pub mebibytes: f64,
-    /// 16-bit maps.
-    pub halves: bool,
-    /// Small lights apart; by tolerance where `None`.
-    pub lights: Option<usize>,
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// F; by tolerance where `None`.
+        pub order: Option<usize> = ParamInfo::whole("order", [0.0, 255.0], 0.0, "F, the highest l; auto: what the tolerance needs").auto(-1.0),
+        /// Intervals from pole to pole; by tolerance where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals from pole to pole of the maps; auto: what the tolerance needs, slice by slice").auto(0.0).unit("texels"),
+        /// Memory of the maps, MiB; [`MEBIBYTES`] where `None`.
+        pub mebibytes: Option<f64> = ParamInfo::real("mebibytes", [0.0, 4096.0], 0.0, "memory of the maps at most: beyond it resolutions fall and the certificate says what that costs; auto: 96, or 320 where a tolerance is asked for").auto(0.0).unit("MiB"),
+        /// 16-bit maps.
+        pub halves: bool = ParamInfo::switch("halves", false, "maps of 16-bit floats"),
+        /// Small lights apart; by tolerance where `None`.
+        pub lights: Option<usize> = ParamInfo::whole("lights", [0.0, 256.0], 0.0, "small disks that are taken out of the light and shaded with the exact reflectance; auto: suns, and what else the tolerance needs, at most 128").auto(-1.0),
+    }
 }
 
 impl Params {
     /// Bytes of the maps at most.
     pub fn budget(&self, task: &Task) -> usize {
         let usual = MEBIBYTES[usize::from(task.tolerance().is_some())];
-        let mebibytes = if self.mebibytes > 0.0 { self.mebibytes } else { usual };
-        (mebibytes * f64::from(1 << 20)) as usize
-    }
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[ORDER, SIZE, BUDGET, HALVES, LIGHTS];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        let least = |i: &ParamInfo| Some(values.get(i)).filter(|x| *x >= 0.0).map(|x| x as usize);
-        Ok(Self {
-            order: least(&ORDER),
-            lights: least(&LIGHTS),
-            size: values.get(&SIZE) as usize,
-            mebibytes: values.get(&BUDGET),
-            halves: values.get(&HALVES) > 0.0,
-        })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let optional = |x: Option<usize>| x.map_or(-1.0, |x| x as f64);
-        let pairs = [
-            (ORDER, optional(self.order)),
-            (LIGHTS, optional(self.lights)),
-            (SIZE, self.size as f64),
-            (BUDGET, self.mebibytes),
-            (HALVES, f64::from(u8::from(self.halves))),
-        ];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+        (self.mebibytes.unwrap_or(usual) * f64::from(1 << 20)) as usize
     }
 }
 

@@ -22,6 +22,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::exact::Shown;
 use crate::shared::kernels::{self, Kernels};
@@ -33,7 +34,7 @@ use crate::{
 };
 use bake::Stack;
 use material::Params;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_light::Lights;
 
 /// Highest band to which light is analysed.
@@ -102,7 +103,7 @@ impl Technique for ShrmSlices {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Stack, Certificate), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Stack, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

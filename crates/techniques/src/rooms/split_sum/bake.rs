@@ -1,68 +1,30 @@
 //! The chain of the light; albedo table and roughness of the material.
 
 use super::{SplitSum, shade};
-use crate::shared::certify;
+use crate::certify::{Model, Report, Target};
 use crate::shared::chain::Chain;
 use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::quadric::Quadric;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
-use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{Certificate, ParamError, ParamInfo, ParamValues, Task};
-use steradian_brdf::dfg;
+use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::{Brdf, dfg};
 use steradian_light::{Environment, Lights};
-use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Source, Zonal, filter};
+use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Source, Tree, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
 
-const LEVELS: ParamInfo = ParamInfo::whole(
-    "levels",
-    [2.0, 32.0],
-    10.0,
-    "levels of the chain, equally spaced in perceptual roughness from 0 to 1",
-);
-const SIZE: ParamInfo = ParamInfo::whole(
-    "size",
-    [0.0, 2048.0],
-    0.0,
-    "intervals per cube edge of level 0; 0: as fine as the environment, at most 256",
-)
-.unit("texels");
-const MULTISCATTER: ParamInfo = ParamInfo::switch(
-    "multiscatter",
-    false,
-    "1: give back the energy that single scattering loses (Fdez-Agüera 2019)",
-);
-
-/// The parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Params {
-    /// Levels of the chain.
-    pub levels: usize,
-    /// Intervals per cube edge of level 0; 0 takes the environment's own.
-    pub size: usize,
-    /// Fdez-Agüera's compensation?
-    pub multiscatter: bool,
-}
-
-impl steradian_base::Params for Params {
-    const INFO: &'static [ParamInfo] = &[LEVELS, SIZE, MULTISCATTER];
-
-    fn from_values(values: &ParamValues) -> Result<Self, ParamError> {
-        values.check(Self::INFO)?;
-        Ok(Self {
-            levels: values.get(&LEVELS) as usize,
-            size: values.get(&SIZE) as usize,
-            multiscatter: values.get(&MULTISCATTER) == 1.0,
-        })
-    }
-
-    fn to_values(&self) -> ParamValues {
-        let multiscatter = if self.multiscatter { 1.0 } else { 0.0 };
-        let pairs = [(LEVELS, self.levels as f64), (SIZE, self.size as f64), (MULTISCATTER, multiscatter)];
-        ParamValues(pairs.into_iter().map(|(i, v)| (i.name.to_string(), v)).collect())
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Levels of the chain.
+        pub levels: usize = ParamInfo::whole("levels", [2.0, 32.0], 10.0, "levels of the chain, equally spaced in perceptual roughness from 0 to 1"),
+        /// Intervals per cube edge of level 0; the environment's own where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 2048.0], 0.0, "intervals per cube edge of level 0; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
+        /// Fdez-Agüera's compensation?
+        pub multiscatter: bool = ParamInfo::switch("multiscatter", false, "give back the energy that single scattering loses (Fdez-Agüera 2019)"),
     }
 }
 
@@ -90,7 +52,7 @@ impl Light {
         }
         let height = lights.environment.as_ref().map_or(64, |e| e.image.height);
         let own = (height / 2).next_power_of_two().clamp(64, 256);
-        let size = if p.size > 0 { p.size } else { own };
+        let size = p.size.unwrap_or(own);
         let need = 6 * 16 * ((size + 1) * (size + 1)) as u64 * 2 + 72 * (4 * size * size) as u64;
         if need > task.max_memory() {
             return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
@@ -151,6 +113,10 @@ impl Part for Light {
     fn bytes(&self) -> usize {
         self.chain.bytes()
     }
+
+    fn kept_light(&self) -> Option<&Tree> {
+        self.distant.kept_light()
+    }
 }
 
 /// Samples of A and B over √(n·wo): denser towards grazing, where they bend.
@@ -171,14 +137,8 @@ pub struct Specular {
     pub multiscatter: f32,
 }
 
-/// Joins chain and material; the certificate compares with the model's integral (with `multiscatter`: with the
-/// model plus the diffuse term as Fdez-Agüera defines it).
-pub fn link(
-    light: &Light,
-    m: &Reflectance,
-    p: &Params,
-    task: &Task,
-) -> Result<(Specular, Certificate), BakeError> {
+/// Joins chain and material.
+pub fn link(light: &Light, m: &Reflectance, p: &Params) -> (Specular, Report) {
     let alpha = m.get("alpha").map_or(1.0, |a| a[0]);
     let at = |i: usize| (i as f64 / (ALBEDO - 1) as f64).powi(2);
     let texel = |i: usize| {
@@ -193,30 +153,24 @@ pub fn link(
         level: (alpha.sqrt() * (p.levels - 1) as f64) as f32,
         multiscatter: if p.multiscatter { 1.0 } else { 0.0 },
     };
-    let frame = (Turn::default(), light.mean_radiance);
-    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
-        shade::shade(&light.chain, &specular, &frame, q, out);
-    };
-    let f_cos = |wi: DVec3, wo: DVec3| {
-        let mut f = m.brdf.f_cos(wi, wo);
-        if p.multiscatter {
-            let ms = shade::multiscatter(&specular, specular.albedo_at(wo.z as f32));
-            (0..3).for_each(|c| f[c] += f64::from(specular.scale[c] * ms[c]) / PI * wi.z.max(0.0));
-        }
-        f
-    };
-    let lobes = |wo| m.brdf.lobes(wo);
-    let measured = certify::measure_model(
-        &light.distant.tree,
-        &certify::Model { whole: false, lobes: &lobes, f_cos: &f_cos },
-        task,
-        shade,
-    )?;
-    let certificate = measured
-        .certificate()
+    let report = Report::default()
         .detail("level", f64::from(specular.level))
         .detail("size", light.chain.levels()[0].size() as f64);
-    Ok((specular, certificate))
+    (specular, report)
+}
+
+/// With `multiscatter` the model plus the diffuse term as Fdez-Agüera defines it.
+pub fn target<'a>(specular: &'a Specular, brdf: &'a dyn Brdf) -> Target<'a> {
+    let mut model = Model::of(brdf);
+    if specular.multiscatter > 0.0 {
+        model.f_cos = Box::new(move |wi, wo| {
+            let mut f = brdf.f_cos(wi, wo);
+            let ms = shade::multiscatter(specular, specular.albedo_at(wo.z as f32));
+            (0..3).for_each(|c| f[c] += f64::from(specular.scale[c] * ms[c]) / PI * wi.z.max(0.0));
+            f
+        });
+    }
+    Target::Integral(model)
 }
 
 impl Specular {

@@ -19,6 +19,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
+use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::reflectance::{self, Reflectance};
 use crate::shared::turn::Turn;
@@ -28,7 +29,7 @@ use crate::{
     Radiance, Technique, Varies, View,
 };
 use bake::{Light, Params, Specular};
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
@@ -110,8 +111,12 @@ impl Technique for SplitSum {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Specular, Certificate), BakeError> {
-        bake::link(parts.light, parts.material, p, task)
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<(Specular, Report), BakeError> {
+        Ok(bake::link(parts.light, parts.material, p))
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(bake::target(&b.linked, brdf?))
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut (Turn, Quadric)) {

@@ -4,13 +4,14 @@ use super::fit::{self, Fit, How};
 use super::powers::{Powers, Seen};
 use super::{Orders, ScaleTable, TOLERANCE};
 use crate::BakeError;
+use crate::certify::Report;
 use crate::shared::apart::Apart;
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::{Kernels, refused, word};
 use crate::shared::meter::{self, Meter};
 use crate::shared::sky::Sky;
 use std::f64::consts::PI;
-use steradian_base::{Certificate, Task};
+use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
 /// P at most.
@@ -59,7 +60,7 @@ pub struct Expansion {
     /// Intervals from pole to pole, or per cube edge.
     pub size: usize,
     /// What is known of the error.
-    pub certificate: Certificate,
+    pub report: Report,
 }
 
 /// Chooses orders, the diffuse part and the resolution S, and how many suns are taken out of the light: none where maps
@@ -129,9 +130,9 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
             (_, None) => highest.usual,
             _ => highest.asked,
         };
-        let ((fit, powers), fixed) = if p.energy_epsilon > 0.0 {
+        let ((fit, powers), fixed) = if let Some(epsilon) = p.energy_epsilon {
             let all = made(p.p.unwrap_or(most), false)?;
-            let (f, order) = all.0.lpq.orders(p.energy_epsilon).unwrap_or((s.order, all.0.lpq.p));
+            let (f, order) = all.0.lpq.orders(epsilon).unwrap_or((s.order, all.0.lpq.p));
             (made(order, false)?, Some(f))
         } else {
             (search(p, most, goals, made)?, p.order)
@@ -143,14 +144,14 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
         let q = azimuth(&fit.lpq, &meter, powers.exact(true));
         let lpq = fit.lpq.truncated(f, fit.lpq.p);
         let enough = |size: usize| powers.lookups(f, spacing(size)) <= (0.25 * tolerance).powi(2);
-        let size = if p.size > 0 { p.size } else { meter::size(MOST_SIZE, enough).max(8) };
+        let size = p.size.unwrap_or_else(|| meter::size(MOST_SIZE, enough).max(8));
         let scale = lpq.scale.as_ref().map_or_else(ScaleTable::one, |scale| {
             let half = if s.centre == Centre::Reflection { 0.5 } else { 1.0 };
             let angles: Vec<f64> = scale.theta_o.iter().map(|t| half * t).collect();
             ScaleTable::new(&angles, &scale.factor)
         });
-        let certificate = powers
-            .certify(f, spacing(size), &scale)
+        let mut report = powers
+            .report(f, spacing(size), &scale, s.centre != Centre::Tangent)
             .detail("F", f as f64)
             .detail("P", lpq.p as f64)
             .detail("Q", q as f64)
@@ -158,10 +159,13 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
             .detail("lights", apart.suns.len() as f64)
             .detail("centre (1 mirror direction, 2 normal, 3 tangent)", word(s.centre))
             .detail("diffuse part", fit.diffuse.iter().sum::<f64>() / 3.0)
-            .detail("missing energy of the reflectance", missing(&lpq, f))
             .detail("error up to 60 degrees beside the suns", powers.beside_suns(f, spacing(size), &scale));
-        let error = if everywhere { certificate.error } else { powers.largest(f, spacing(size), &scale) };
-        Ok((error, Expansion { apart, lpq, f, q, diffuse: fit.diffuse, scale, size, certificate }))
+        report.missing_energy = Some(missing(&lpq, f));
+        let error = match &report.estimate {
+            Some(e) if everywhere => e.error,
+            _ => powers.largest(f, spacing(size), &scale),
+        };
+        Ok((error, Expansion { apart, lpq, f, q, diffuse: fit.diffuse, scale, size, report }))
     }
 }
 

@@ -12,8 +12,8 @@ mod scale;
 pub use choose::{Expansion, HighestP, choose};
 pub use maps::{bundle, columns, diffuse_map, global_maps, grid, local_maps};
 pub use material::material;
-pub use params::{ORDERS, Orders, argument_of, argument_word};
-pub use powers::METRIC;
+pub use params::{Orders, argument_of, argument_word};
+pub use powers::ANGLES;
 pub use scale::ScaleTable;
 
 /// Tolerance where the user gives none, over views up to 60° from the normal.

@@ -1,9 +1,10 @@
 //! Powers by band and elevation of a reflectance, of what a fit makes of it and of the error: what orders cost.
 
 use super::scale::ScaleTable;
+use crate::certify::Report;
 use crate::shared::apart::LEAST;
 use crate::shared::meter::{self, Meter};
-use steradian_base::{Certificate, Known};
+use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
 /// Views up to this, degrees, are to meet a tolerance that nobody asked for, and must not fare worse for the others'
@@ -195,7 +196,7 @@ impl Powers {
     }
 
     /// The error of every elevation and of their mean.
-    pub fn certify(&self, f: usize, h: f64, scale: &ScaleTable) -> Certificate {
+    pub fn report(&self, f: usize, h: f64, scale: &ScaleTable, about_normal: bool) -> Report {
         let at = |b: &Bands| b.at(f, h, scale.square_error(b.theta_v));
         let (mut error, mut exact) = (0.0, 0.0);
         let mut near = (0.0, 0.0);
@@ -206,20 +207,24 @@ impl Powers {
                 near = (near.0 + b.weight * e, near.1 + b.weight * x);
             }
         }
-        let mut certificate = Certificate::new(ratio(error, exact).sqrt(), Known::Estimated)
-            .metric(METRIC)
-            .detail("error of views up to 60 degrees", ratio(near.0, near.1).sqrt());
-        for degrees in [0, 10, 20, 30, 40, 50, 60, 65, 70, 75, 80, 85, 88] {
-            let [e, x] = self.between(f64::from(degrees).to_radians(), at);
-            certificate = certificate.detail(format!("error at {degrees} degrees"), ratio(e, x).sqrt());
-        }
-        certificate
+        let elevation = |degrees: f64| {
+            let theta_o = degrees.to_radians();
+            let [e, x, rest] = self.between(theta_o, |b| {
+                let [e, x] = at(b);
+                [e, x, b.whole()]
+            });
+            let beside_suns = Some(ratio(e, rest).sqrt());
+            Elevation { beside_suns, ..Elevation::computed(theta_o, ratio(e, x).sqrt()) }
+        };
+        let elevations = if about_normal { ANGLES.map(elevation).to_vec() } else { Vec::new() };
+        Report::estimated(ratio(error, exact).sqrt(), elevations)
+            .detail("error of views up to 60 degrees", ratio(near.0, near.1).sqrt())
     }
 
     /// Linear between the elevations around an angle.
-    fn between(&self, theta_v: f64, at: impl Fn(&Bands) -> [f64; 2]) -> [f64; 2] {
+    fn between(&self, theta_v: f64, at: impl Fn(&Bands) -> [f64; 3]) -> [f64; 3] {
         let above = self.0.partition_point(|b| b.theta_v < theta_v).clamp(1, self.0.len().max(2) - 1);
-        let (Some(a), Some(b)) = (self.0.get(above - 1), self.0.get(above)) else { return [0.0; 2] };
+        let (Some(a), Some(b)) = (self.0.get(above - 1), self.0.get(above)) else { return [0.0; 3] };
         let t = ((theta_v - a.theta_v) / (b.theta_v - a.theta_v)).clamp(0.0, 1.0);
         let (a, b) = (at(a), at(b));
         std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
@@ -231,6 +236,5 @@ pub fn ratio(error: f64, exact: f64) -> f64 {
     if exact > 0.0 { (error / exact).max(0.0) } else { 0.0 }
 }
 
-/// What the error is, in a certificate's words.
-pub const METRIC: &str = "relative RMS error of outgoing radiance, normals and azimuths uniform (computed from the \
-                          spectra of light and reflectance, and of lookups), views uniform in solid angle";
+/// Angles between view and normal, degrees, of which errors are stated.
+pub const ANGLES: [f64; 13] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0, 75.0, 80.0, 85.0, 88.0];

@@ -5,6 +5,7 @@ use crate::shared::reflectance::Reflectance;
 use crate::tensors::{PartError, TensorFile};
 use crate::{Material, Part};
 use steradian_base::{Cancelled, Task};
+use steradian_brdf::Brdf;
 
 /// A reflectance, and what any view sees of it.
 pub struct Seen {
@@ -41,5 +42,9 @@ impl Part for Seen {
 
     fn bytes(&self) -> usize {
         self.slices.bytes()
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        self.reflectance.kept_reflectance()
     }
 }

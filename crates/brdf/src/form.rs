@@ -1,0 +1,117 @@
+//! Reflectance as plain data.
+
+use crate::Domain;
+use crate::model::lafortune::Lafortune;
+use crate::model::strand;
+
+/// The analytic family of a reflectance with its numbers, for techniques that know the family: they match on this, never on
+/// a name. Formulas and sources stand on the pages of the models that have the form; a reflectance of one's own may have it
+/// too, where it is that function.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Form {
+    /// f = albedo/π ([`crate::model::lambert`]).
+    Lambert {
+        /// Directional-hemispherical reflectance.
+        albedo: [f64; 3],
+    },
+    /// f_cos = factor · max(0, r·wi)^n ([`crate::model::phong`]).
+    Phong {
+        /// Exponent.
+        n: f64,
+        /// Factor per channel.
+        factor: [f64; 3],
+        /// Does the lobe end at the horizon?
+        domain: Domain,
+    },
+    /// f = scale · D G₂ F/(4 n·wi n·wo) of GGX with Schlick's F ([`crate::model::ggx`]).
+    Ggx {
+        /// Widths along tangent and bitangent.
+        alpha: [f64; 2],
+        /// Reflectance at normal incidence.
+        f0: [f64; 3],
+        /// Factor per channel.
+        scale: [f64; 3],
+    },
+    /// f = scale · D G F/(4 n·wi n·wo) of Beckmann's distribution with Schlick's F ([`crate::model::cook_torrance`]).
+    CookTorrance {
+        /// Rms slope.
+        m: f64,
+        /// Reflectance at normal incidence.
+        f0: [f64; 3],
+        /// Factor per channel.
+        scale: [f64; 3],
+    },
+    /// A power of the cosine between wi and a cone about the tangent ([`crate::model::strand`]).
+    Strand {
+        /// Which cone, and what of the cosine is in the formula.
+        kind: strand::Kind,
+        /// Exponent.
+        n: f64,
+        /// Factor per channel.
+        scale: [f64; 3],
+    },
+    /// Generalised cosine lobes and a diffuse part ([`crate::model::lafortune`]).
+    Lafortune(Lafortune),
+    /// None of these.
+    #[default]
+    Other,
+}
+
+impl Form {
+    /// The form of the reflectance times `by`, whose spec is `spec`.
+    pub(crate) fn scaled(self, by: [f64; 3], spec: impl FnOnce() -> String) -> Self {
+        let times = |v: [f64; 3]| std::array::from_fn(|c| v[c] * by[c]);
+        match self {
+            // An albedo above 1 is no Lambert's.
+            Self::Lambert { albedo } => Self::Lambert { albedo: times(albedo) },
+            Self::Phong { n, factor, domain } => Self::Phong { n, factor: times(factor), domain },
+            Self::Ggx { alpha, f0, scale } => Self::Ggx { alpha, f0, scale: times(scale) },
+            Self::CookTorrance { m, f0, scale } => Self::CookTorrance { m, f0, scale: times(scale) },
+            Self::Strand { kind, n, scale } => Self::Strand { kind, n, scale: times(scale) },
+            Self::Lafortune(mut own) => {
+                own.spec = spec();
+                own.kd = times(own.kd);
+                for lobe in &mut own.lobes {
+                    lobe.iter_mut().zip(by).for_each(|(l, s)| l.ks *= s);
+                }
+                Self::Lafortune(own)
+            }
+            Self::Other => Self::Other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Brdf, parse};
+    use glam::DVec3;
+    use std::f64::consts::PI;
+
+    /// What a form says is what the reflectance is, with a factor before it too.
+    #[test]
+    fn forms_hold_the_numbers() {
+        let (wi, wo) = (DVec3::new(0.3, 0.2, 0.9).normalize(), DVec3::new(-0.4, 0.1, 0.8).normalize());
+        let form = |spec: &str| parse(spec).expect(spec).form();
+        for spec in ["lambert:albedo=0.5/0.2/0.1", "lambert:albedo=0.5,scale=0.5/1/2"] {
+            let Form::Lambert { albedo } = form(spec) else { panic!("{spec}") };
+            let f = parse(spec).expect(spec).eval(wi, wo);
+            assert!((0..3).all(|c| (albedo[c] / PI - f[c]).abs() < 1e-15), "{spec}");
+        }
+        for (spec, end) in [("phong:n=9", true), ("phong-map:n=9", false), ("phong-normalized:s=9,scale=2", false)] {
+            let Form::Phong { n, factor, domain } = form(spec) else { panic!("{spec}") };
+            let f = parse(spec).expect(spec).f_cos(wi, wo)[1];
+            let lobe = factor[1] * DVec3::new(-wo.x, -wo.y, wo.z).dot(wi).max(0.0).powf(n);
+            assert!((f / lobe - 1.0).abs() < 1e-12 && (domain == Domain::Hemisphere) == end, "{spec}");
+        }
+        let ggx = Form::Ggx { alpha: [0.1, 0.2], f0: [0.9; 3], scale: [0.5; 3] };
+        assert_eq!(form("ggx:ax=0.1,ay=0.2,f0=0.9,scale=0.5"), ggx);
+        let rough = Form::CookTorrance { m: 0.2, f0: [1.0; 3], scale: [1.0; 3] };
+        assert_eq!(form("cook-torrance:m=0.2"), rough);
+        let hair = Form::Strand { kind: strand::Kind::KajiyaKay, n: 8.0, scale: [1.0; 3] };
+        assert_eq!(form("kajiya-kay:s=8"), hair);
+        let Form::Lafortune(skin) = form("lafortune:@skin,scale=0.5") else { panic!("skin") };
+        assert_eq!(skin.eval(wi, wo), parse("lafortune:@skin,scale=0.5").expect("skin").eval(wi, wo));
+        assert_eq!(form("sgd:alum-bronze"), Form::Other);
+    }
+}

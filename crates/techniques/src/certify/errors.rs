@@ -1,0 +1,165 @@
+//! What was measured of a technique's error, and the certificate of it.
+
+use super::Report;
+use steradian_base::{Certificate, Elevation, Known, Spread};
+
+/// What the error is, in a certificate's words.
+const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
+                      solid angle over the hemisphere";
+/// The same where nothing was measured.
+pub(super) const COMPUTED: &str =
+    "relative RMS error of outgoing radiance, computed from the spectra of light and reflectance";
+
+/// Belts of view elevations of which errors are stated, degrees from the normal.
+const BELTS: [[f64; 2]; 5] = [[0.0, 30.0], [30.0, 60.0], [60.0, 75.0], [75.0, 85.0], [85.0, 90.0]];
+/// The same beside errors that a technique computed: views beyond the last of them.
+const LAST: [f64; 2] = [88.0, 90.0];
+/// Where less than this part of the mean radiance is seen, errors of single points are relative to that.
+const DARK: f64 = 1e-3;
+
+/// What was measured of a technique's shading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Relative RMS error over all views, two standard errors above the measured one.
+    pub all: f64,
+    /// The same over views to 30°, 60°, 75°, 85° and 90° off the normal, each belt without those before it.
+    pub belts: [f64; 5],
+    /// The same over views from 88° to 90° off the normal.
+    pub last: f64,
+    /// What single points err by.
+    pub spread: Spread,
+    /// The measured error itself.
+    pub mean: f64,
+    /// One standard error below it.
+    pub least: f64,
+    /// Negative radiance that was shaded, relative to all that was shaded.
+    pub negative: f64,
+}
+
+impl Errors {
+    /// The certificate of a technique that says this of itself. What it computed of its error stands where that lies between
+    /// one standard error below the measured error and the upper bound, else the nearer of the two does.
+    pub fn certificate(&self, report: &Report) -> Certificate {
+        let computed = report.estimate.as_ref();
+        let error = computed.map_or(self.all, |e| e.error.max(self.least).min(self.all));
+        let mut c = Certificate::new(error, Known::Measured).metric(METRIC).spread(self.spread);
+        let belt = |range: [f64; 2], error: f64| Elevation::measured(range.map(f64::to_radians), error);
+        c.elevations = match computed {
+            Some(e) if !e.elevations.is_empty() => {
+                e.elevations.iter().copied().chain([belt(LAST, self.last)]).collect()
+            }
+            _ => BELTS.into_iter().zip(self.belts).map(|(range, error)| belt(range, error)).collect(),
+        };
+        report.figures(&mut c);
+        c.details.extend(computed.map(|e| ("error, computed from the spectra".to_string(), e.error)));
+        c.detail("error, mean of the probes", self.mean).detail("negative", self.negative)
+    }
+
+    pub(super) fn of(looks: &[Look]) -> Self {
+        let within = |[from, to]: [f64; 2]| {
+            let inside = |l: &&Look| (from..to).contains(&l.degrees);
+            upper(&looks.iter().filter(inside).collect::<Vec<_>>())
+        };
+        let sum =
+            |f: fn(f64) -> f64| looks.iter().flat_map(|l| l.shaded.map(|x| l.weight * f(x))).sum::<f64>();
+        let (below, all) = (sum(|x| (-x).max(0.0)), sum(f64::abs));
+        let (belts, last) = (BELTS.map(within), within(LAST));
+        let looks: Vec<&Look> = looks.iter().collect();
+        Self {
+            all: upper(&looks),
+            belts,
+            last,
+            spread: spread(&looks),
+            mean: ratio(&looks).0.sqrt(),
+            least: bound(&looks, -1.0),
+            negative: if all > 0.0 { below / all } else { 0.0 },
+        }
+    }
+}
+
+/// What was seen at a probe.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    pub weight: f64,
+    /// The view's angle from the normal.
+    pub degrees: f64,
+    pub shaded: [f64; 3],
+    pub exact: [f64; 3],
+}
+
+impl Look {
+    /// Squares of the difference and of the exact radiance.
+    fn squares(&self) -> [f64; 2] {
+        let square = |v: [f64; 3]| self.weight * v.iter().map(|x| x * x).sum::<f64>();
+        [square(std::array::from_fn(|c| self.shaded[c] - self.exact[c])), square(self.exact)]
+    }
+}
+
+/// R (the squared error itself where everything is black), and the energy that it is relative to.
+pub(super) fn ratio(looks: &[&Look]) -> (f64, f64) {
+    let [error, energy] = looks.iter().map(|l| l.squares()).fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+    (if energy > 0.0 { error / energy } else { error }, energy)
+}
+
+/// √(R + 2σ).
+pub(super) fn upper(looks: &[&Look]) -> f64 {
+    bound(looks, 2.0)
+}
+
+/// √(R + so many σ).
+fn bound(looks: &[&Look], sigmas: f64) -> f64 {
+    let (ratio, energy) = ratio(looks);
+    if energy <= 0.0 {
+        return ratio.sqrt();
+    }
+    let n = looks.len() as f64;
+    let off = |l: &&Look| {
+        let [error, exact] = l.squares();
+        (error - ratio * exact).powi(2)
+    };
+    let rest: f64 = looks.iter().map(off).sum();
+    let sigma = (rest * n / (n - 1.0).max(1.0)).sqrt() / energy;
+    (ratio + sigmas * sigma).max(0.0).sqrt()
+}
+
+/// What single points err by.
+fn spread(looks: &[&Look]) -> Spread {
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let luminance = |v: [f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];
+    let whole: f64 = looks.iter().map(|l| l.weight).sum();
+    let mean = |f: &dyn Fn(&Look) -> f64| looks.iter().map(|l| l.weight * f(l)).sum::<f64>() / whole;
+    let (dark, dim) = (DARK * mean(&|l| length(l.exact)), DARK * mean(&|l| luminance(l.exact).abs()));
+    let off = |l: &Look| length(std::array::from_fn(|c| l.shaded[c] - l.exact[c]));
+    let relative = |l: &Look| off(l) / length(l.exact).max(dark).max(f64::MIN_POSITIVE);
+    let stops = |l: &Look| {
+        let [a, b] = [l.shaded, l.exact].map(|v| luminance(v).max(dim).max(f64::MIN_POSITIVE));
+        (a / b).log2().abs()
+    };
+    let sorted = |f: &dyn Fn(&Look) -> f64| {
+        let mut all: Vec<(f64, f64)> = looks.iter().map(|l| (f(l), l.weight / whole)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    };
+    let errors = sorted(&relative);
+    let quantile = |share: f64| {
+        let mut below = 0.0;
+        let reached = errors.iter().find(|(_, w)| {
+            below += w;
+            below >= share
+        });
+        reached.or(errors.last()).map_or(0.0, |e| e.0)
+    };
+    let squares = sorted(&|l| off(l).powi(2));
+    let (mut room, mut top) = (0.01, 0.0);
+    for (square, w) in squares.iter().rev() {
+        top += square * w.min(room);
+        room = (room - w).max(0.0);
+    }
+    let all: f64 = squares.iter().map(|(square, w)| square * w).sum();
+    Spread {
+        median: quantile(0.5),
+        ninetieth: quantile(0.9),
+        stops: mean(&stops),
+        top_hundredth: if all > 0.0 { top / all } else { 0.0 },
+    }
+}

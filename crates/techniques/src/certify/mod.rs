@@ -1,0 +1,225 @@
+//! Certificates: a technique's shading against direct evaluation of the integral at probe points.
+//!
+//! With the squares E_k of the differences and B_k of the exact radiance at n probes of weights w_k, R = ΣwE/ΣwB
+//! estimates the squared relative error. A ratio of sums has the variance n/(n − 1) Σ w²(E_k − R B_k)²/(ΣwB)² (Cochran 1977,
+//! *Sampling Techniques*, eq. 6.13); what is stated is **√(R + 2 σ)**, so that the error of all normals and views is hardly
+//! ever larger. Probes are stratified, which makes the estimate better than σ says; and what suns decide is looked at where
+//! they are seen ([`probes`]).
+
+mod errors;
+pub mod probes;
+mod report;
+#[cfg(test)]
+mod tests;
+
+pub use errors::Errors;
+pub use report::{Estimate, Report};
+
+use crate::{PointsBuf, Radiance};
+use errors::Look;
+use glam::DVec3;
+use probes::Probe;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::atomic::{AtomicU64, Ordering};
+use steradian_base::{Cancelled, Task};
+use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_prefilter::{Tree, angular};
+use steradian_sphere::Frame;
+
+/// Probe points of each kind, and the fewest where each is expensive; powers of two.
+const PROBES: usize = 256;
+const FEWEST: usize = 16;
+/// Evaluations of the reflectance that all probes together may take, about: some three processor seconds. Lobes about a point take a few
+/// thousand each, ridges such as a fibre's highlight as many as they are longer than wide, millions where n is 1e5.
+const EVALUATIONS: u64 = 20_000_000;
+
+/// Narrowest ridge, radians, along which the integral can be summed in time: fibres of exponents up to 1e5. One tenth as
+/// wide takes ten times as long along it, half a minute of one processor at n = 1e6 and hours at 1e8.
+const NARROWEST_RIDGE: f64 = 0.003;
+
+/// Refuses reflectance whose error could not be measured in time.
+pub fn measurable(brdf: &dyn Brdf) -> Result<(), String> {
+    let ridge = |l: &Lobe| match *l {
+        Lobe::Axis { .. } => f64::INFINITY,
+        Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
+    };
+    let narrowest = brdf.lobes(DVec3::Z).iter().map(ridge).fold(f64::INFINITY, f64::min);
+    if narrowest >= NARROWEST_RIDGE {
+        return Ok(());
+    }
+    Err(format!(
+        "takes highlights along circles {NARROWEST_RIDGE} radians wide at least (exponents up to 1e5), not {narrowest:.1e} \
+         ({}): use a smaller exponent",
+        brdf.spec()
+    ))
+}
+
+/// Probes of a closed form, where each costs next to nothing: so many that lamps of some degrees are met by many.
+const LIMIT_PROBES: usize = 1 << 16;
+
+/// Where f_cos(·, wo) is concentrated.
+type Lobes<'a> = Box<dyn Fn(DVec3) -> Vec<Lobe> + Sync + 'a>;
+/// f_cos(wi, wo).
+type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
+/// Radiance of a frame towards a local view.
+type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
+
+/// A reflectance as direct evaluation needs it, in the local frame.
+pub struct Model<'a> {
+    /// May f_cos be non-zero below the horizon?
+    pub whole: bool,
+    /// Where f_cos(·, wo) is concentrated.
+    pub lobes: Lobes<'a>,
+    /// f_cos(wi, wo).
+    pub f_cos: FCos<'a>,
+}
+
+impl<'a> Model<'a> {
+    /// The model of a reflectance.
+    pub fn of(brdf: &'a dyn Brdf) -> Self {
+        Self {
+            whole: brdf.domain() == Domain::Sphere,
+            lobes: Box::new(|wo| brdf.lobes(wo)),
+            f_cos: Box::new(|wi, wo| brdf.f_cos(wi, wo)),
+        }
+    }
+
+    /// Lambert's, of an albedo per channel.
+    pub fn diffuse(albedo: [f64; 3]) -> Self {
+        let f = albedo.map(|a| a / PI);
+        Self {
+            whole: false,
+            lobes: Box::new(|_| Vec::new()),
+            f_cos: Box::new(move |wi, _| f.map(|f| f * wi.z.max(0.0))),
+        }
+    }
+}
+
+/// What shading is held against.
+pub enum Target<'a> {
+    /// The integral of a reflectance with the light as it came.
+    Integral(Model<'a>),
+    /// A reflectance so sharp that its integral has a closed form: radiance of a frame towards a local view.
+    Limit(Exact<'a>),
+}
+
+impl Target<'_> {
+    /// What `shade` errs by, over normals and views.
+    pub(crate) fn errors(
+        &self,
+        tree: &Tree,
+        task: &Task,
+        shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+    ) -> Result<Errors, Cancelled> {
+        match self {
+            Self::Integral(m) => {
+                let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);
+                compare(&probes, |frame, wo| radiance(tree, m, frame, wo), task, shade)
+            }
+            Self::Limit(exact) => {
+                let mirror =
+                    |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.0 }];
+                compare(&probes::all(LIMIT_PROBES, 0.0, tree, &mirror), exact, task, shade)
+            }
+        }
+    }
+}
+
+/// ∫ L f_cos dwi in `frame` towards local `wo`, by the hierarchy of the light.
+fn radiance(tree: &Tree, m: &Model<'_>, frame: &Frame, wo: DVec3) -> [f64; 3] {
+    if wo.z <= 0.0 {
+        return [0.0; 3];
+    }
+    let ridges: Vec<Ridge> = (m.lobes)(wo).iter().map(|l| Ridge::new(l, frame)).collect();
+    let scale = |d: DVec3, radius: f64| {
+        if !m.whole && frame.n.dot(d) < -1.6 * radius {
+            return f64::INFINITY;
+        }
+        ridges.iter().map(|r| r.distance(d)).fold(0.6, f64::min)
+    };
+    tree.integrate(scale, |d| (m.f_cos)(frame.to_local(d), wo))
+}
+
+/// A lobe in the world: all directions at an angle from an axis.
+struct Ridge {
+    axis: DVec3,
+    angle: f64,
+    width: f64,
+}
+
+impl Ridge {
+    fn new(lobe: &Lobe, frame: &Frame) -> Self {
+        let (axis, angle, width) = match *lobe {
+            Lobe::Axis { axis, width } => (axis, 0.0, width),
+            Lobe::Cone { axis, cosine, width } => (axis, cosine.clamp(-1.0, 1.0).acos(), width),
+            Lobe::Arc { normal, width } => (normal, FRAC_PI_2, width),
+        };
+        Self { axis: frame.to_world(axis), angle, width }
+    }
+
+    /// Over which angle it varies at `d`: its width there, and the more the farther away.
+    fn distance(&self, d: DVec3) -> f64 {
+        let angle = angular::angle(0.5 * self.axis.distance(d)) - self.angle;
+        // Tails fall like a power of the angle: they vary over a fraction of it.
+        (0.5 * angle.abs()).max(self.width)
+    }
+}
+
+/// How many probes of each kind [`EVALUATIONS`] allow. Fewer of them make the stated error an upper one all the same.
+fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelled> {
+    let evaluations = AtomicU64::new(0);
+    let count = |_, _| {
+        evaluations.fetch_add(1, Ordering::Relaxed);
+        [0.0; 3]
+    };
+    let counted = Model { whole: m.whole, lobes: Box::new(&m.lobes), f_cos: Box::new(count) };
+    let few = probes::all(FEWEST / 2, 0.0, tree, &m.lobes);
+    let at = |p: &Probe| {
+        task.check()?;
+        radiance(tree, &counted, &p.frame, p.wo);
+        Ok(())
+    };
+    few.par_iter().try_for_each(at)?;
+    let mut probes = PROBES;
+    let taken = evaluations.load(Ordering::Relaxed);
+    while probes > FEWEST && taken * probes as u64 / (FEWEST / 2) as u64 > EVALUATIONS {
+        probes /= 2;
+    }
+    Ok(probes)
+}
+
+fn compare(
+    probes: &[Probe],
+    exact: impl Fn(&Frame, DVec3) -> [f64; 3] + Sync,
+    task: &Task,
+    shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+) -> Result<Errors, Cancelled> {
+    let at = |p: &Probe| {
+        task.check()?;
+        task.advance(1);
+        Ok(exact(&p.frame, p.wo))
+    };
+    task.begin("certificate", probes.len() as u64);
+    let exact: Result<Vec<_>, Cancelled> = probes.par_iter().map(at).collect();
+    task.end();
+    let exact = exact?;
+    let seen = shaded(probes, shade).into_iter().zip(exact);
+    let look = |(p, (shaded, exact)): (&Probe, _)| {
+        let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
+        Look { weight: p.weight, degrees, shaded, exact }
+    };
+    Ok(Errors::of(&probes.iter().zip(seen).map(look).collect::<Vec<_>>()))
+}
+
+/// What `shade` gives at the probe points.
+fn shaded(probes: &[Probe], shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> Vec<[f64; 3]> {
+    let mut buf = PointsBuf::with_capacity(probes.len());
+    for p in probes {
+        let wo = p.frame.to_world(p.wo);
+        buf.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), wo.as_vec3(), glam::Vec3::ZERO);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; probes.len()]);
+    shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
+    (0..probes.len()).map(|k| [rgb[0][k], rgb[1][k], rgb[2][k]].map(f64::from)).collect()
+}

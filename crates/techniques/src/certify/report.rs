@@ -1,0 +1,53 @@
+//! What a technique says of its own bake.
+
+use super::errors::COMPUTED;
+use steradian_base::{Certificate, Elevation, Known};
+
+/// What a technique says of its own bake: figures, and what it computed of its error where choosing orders told.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Report {
+    /// What it computed of its error. It is held against measurement wherever the inputs are known.
+    pub estimate: Option<Estimate>,
+    /// See [`Certificate::missing_energy`].
+    pub missing_energy: Option<f64>,
+    /// Further figures by name: orders used, sizes, energies lost.
+    pub details: Vec<(String, f64)>,
+}
+
+/// A computed error: cheaper than measurement, and blind to what the technique's own form of the inputs has lost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Relative RMS error of outgoing radiance, views uniform in solid angle.
+    pub error: f64,
+    /// The same by angle of view, ascending; empty where angles are not measured from the normal.
+    pub elevations: Vec<Elevation>,
+}
+
+impl Report {
+    /// A report with an estimate and no figures.
+    pub fn estimated(error: f64, elevations: Vec<Elevation>) -> Self {
+        Self { estimate: Some(Estimate { error, elevations }), ..Self::default() }
+    }
+
+    /// The same report with one more figure.
+    #[must_use]
+    pub fn detail(mut self, name: impl Into<String>, value: f64) -> Self {
+        self.details.push((name.into(), value));
+        self
+    }
+
+    /// Writes the figures into `c`.
+    pub(super) fn figures(&self, c: &mut Certificate) {
+        c.missing_energy = self.missing_energy;
+        c.details.clone_from(&self.details);
+    }
+
+    /// The certificate where nothing can be measured: what was computed, if anything was.
+    pub(crate) fn unmeasured(&self) -> Option<Certificate> {
+        let e = self.estimate.as_ref()?;
+        let mut c = Certificate::new(e.error, Known::Estimated).metric(COMPUTED);
+        c.elevations.clone_from(&e.elevations);
+        self.figures(&mut c);
+        Some(c)
+    }
+}

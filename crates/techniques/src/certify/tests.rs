@@ -1,0 +1,95 @@
+use super::errors::{ratio, upper};
+use super::*;
+use steradian_base::Known;
+use steradian_brdf::parse;
+use steradian_light::{DiskLight, Lights};
+use steradian_prefilter::Beam;
+
+/// Where errors are independent of each other, the stated error is above that of the whole population in nearly
+/// all samples, and not by much.
+#[test]
+fn the_stated_error_is_an_upper_one() {
+    let random = |k: usize| (k as f64 * 0.618_033_988).fract().mul_add(12.9898, 0.3).sin().abs();
+    let (mut below, mut sum) = (0, 0.0);
+    for s in 0..200 {
+        let look = |k: usize| {
+            let u = random(7919 * (s * PROBES + k));
+            Look { weight: 1.0, degrees: 0.0, shaded: [1.0 + 0.1 * u * u; 3], exact: [1.0; 3] }
+        };
+        let looks: Vec<Look> = (0..PROBES).map(look).collect();
+        let looks: Vec<&Look> = looks.iter().collect();
+        let (stated, mean) = (upper(&looks), ratio(&looks).0.sqrt());
+        assert!(stated > mean);
+        sum += stated / mean / 200.0;
+        let all = (0..40_000).map(|k| random(k).powi(4)).sum::<f64>() / 40_000.0;
+        below += usize::from(stated < 0.1 * all.sqrt());
+    }
+    assert!(below < 12 && sum < 1.2, "{below} {sum}");
+}
+
+/// Lobes about a point are looked at from all probes, a ridge that is far longer than wide from fewer.
+#[test]
+fn expensive_reflectance_is_probed_at_fewer_points() {
+    let image = crate::shared::lights::furnace().environment.unwrap().image.clone();
+    let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
+    let probes = |lobe: Lobe| {
+        let m = Model { whole: true, lobes: Box::new(move |_| vec![lobe]), f_cos: Box::new(|_, _| [1.0; 3]) };
+        affordable(&tree, &m, &Task::quiet()).unwrap()
+    };
+    assert_eq!(probes(Lobe::Axis { axis: DVec3::Z, width: 0.003 }), PROBES);
+    let ridge = probes(Lobe::Arc { normal: DVec3::X, width: 0.003 });
+    assert!((FEWEST..PROBES).contains(&ridge), "{ridge}");
+}
+
+#[test]
+fn ridges_that_take_hours_are_refused() {
+    let of = |spec: &str| measurable(&*parse(spec).unwrap());
+    for spec in ["banks:n=1e5", "banks-map:n=30", "kajiya-kay:s=1e5", "ggx:alpha=1e-4", "phong:n=1e8"] {
+        assert_eq!(of(spec), Ok(()), "{spec}");
+    }
+    for spec in ["banks:n=1e6", "banks-map:n=1e8", "kajiya-kay:s=1e6", "kajiya-kay:s=1e8"] {
+        let why = of(spec).unwrap_err();
+        assert!(why.contains("use a smaller exponent") && !why.contains('\n'), "{why}");
+    }
+}
+
+/// A room that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
+/// among the probes without sun its error is nothing.
+#[test]
+fn what_a_sun_decides_is_stated() {
+    let brdf = parse("ggx:alpha=0.1,f0=0.9").unwrap();
+    let direction = DVec3::new(0.3, 0.8, -0.5).normalize();
+    let sun = DiskLight { direction, angular_radius: 0.004, radiance: [3e4; 3] };
+    let sky = crate::shared::lights::smooth();
+    let lights = Lights { disks: vec![sun], ..sky.clone() };
+    let image = |l: &Lights| l.environment.as_ref().map(|e| e.image.clone());
+    let [tree, dark] = [&lights, &sky].map(|l| {
+        let suns: Vec<Beam> = l.disks.iter().map(Beam::from).collect();
+        Tree::new(image(l).as_ref(), &suns, &Task::quiet()).unwrap()
+    });
+    let m = Model::of(&*brdf);
+    let blind = |q: &crate::Points<'_>, out: &mut Radiance<'_>| {
+        for i in 0..q.len() {
+            let at = |v: &[&[f32]; 3]| DVec3::from_array(v.map(|c| f64::from(c[i])));
+            let frame = Frame::from_normal_tangent(at(&q.n), at(&q.t));
+            let l = radiance(&dark, &m, &frame, frame.to_local(at(&q.wo)));
+            (0..3).for_each(|c| out.rgb[c][i] = l[c] as f32);
+        }
+    };
+    let seen = Target::Integral(Model::of(&*brdf)).errors(&tree, &Task::quiet(), blind).unwrap();
+    assert!((0.8..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
+    // Most points see no sun: what single points err by tells.
+    let s = seen.spread;
+    assert!(s.median < 0.02 && s.stops < 1.0 && s.top_hundredth > 0.9, "{s:?}");
+    // What was computed stands between the measured error and its upper bound.
+    let mut stated = [0.1, 0.5 * (seen.mean + seen.all), 2.0]
+        .map(|error| seen.certificate(&Report::estimated(error, Vec::new())).error);
+    let c = seen.certificate(&Report::default());
+    assert!(c.error == seen.all && c.elevations.len() == 5 && c.elevations[1].known == Known::Measured);
+    assert!(stated[0] == seen.least && seen.least < seen.mean && stated[2] == seen.all, "{stated:?}");
+    stated.sort_by(f64::total_cmp);
+    assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");
+    let plain = probes::all(PROBES, 0.0, &dark, &m.lobes);
+    let same = compare(&plain, |f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), blind).unwrap();
+    assert!(plain.len() == PROBES + PROBES / 8 && same.all < 1e-6, "{same:?}");
+}

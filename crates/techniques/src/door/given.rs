@@ -1,0 +1,57 @@
+//! The inputs as they were given, and the certificate that a bake gets by them.
+
+use crate::certify::Report;
+use crate::shared::distant;
+use crate::{Bake, BakeError, Part, Technique, View};
+use steradian_base::{Certificate, Task};
+use steradian_brdf::{Brdf, SharedBrdf};
+use steradian_light::Lights;
+
+/// Light and reflectance as they were given, as far as they are known: a loaded bake has what its factors keep.
+#[derive(Clone, Default)]
+pub(super) struct Given {
+    pub lights: Option<Lights>,
+    pub brdf: Option<SharedBrdf>,
+}
+
+impl Given {
+    /// The error of `b`, of which the technique says `report`: shading against the integral of the inputs as they came, not
+    /// as the technique's factors hold them.
+    pub fn certificate<T: Technique>(
+        &self,
+        b: &Bake<T>,
+        report: &Report,
+        task: &Task,
+    ) -> Result<Certificate, BakeError> {
+        let slug = T::CARD.slug;
+        let measured = self.measured(b, report, task)?.or_else(|| report.unmeasured());
+        let mut c = measured.ok_or(BakeError::Unmeasured { slug })?;
+        c.tolerance = task.tolerance();
+        // An error that is not finite says that something overflowed.
+        if c.error.is_finite() { Ok(c) } else { Err(BakeError::NotFinite { slug }) }
+    }
+
+    /// `None` where light or reflectance are not known, or where the error is one of sites on a mesh.
+    fn measured<T: Technique>(
+        &self,
+        b: &Bake<T>,
+        report: &Report,
+        task: &Task,
+    ) -> Result<Option<Certificate>, BakeError> {
+        let brdf: Option<&dyn Brdf> = self.brdf.as_deref().or_else(|| b.material.kept_reflectance());
+        let Some(target) = T::target(b, brdf).filter(|_| !T::CARD.needs.sites) else { return Ok(None) };
+        let own = match (b.light.kept_light(), &self.lights) {
+            (None, Some(lights)) => Some(distant::tree(lights, task)?),
+            _ => None,
+        };
+        let Some(tree) = b.light.kept_light().or(own.as_ref()) else { return Ok(None) };
+        let mut frame = T::Frame::default();
+        T::frame(b, &View::default(), &mut frame);
+        let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
+        let mut c = target.errors(tree, task, shade)?.certificate(report);
+        if let Some((name, target)) = T::also_against(b) {
+            c = c.detail(name, target.errors(tree, task, shade)?.all);
+        }
+        Ok(Some(c))
+    }
+}
