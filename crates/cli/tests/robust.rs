@@ -88,6 +88,24 @@ fn light_at_the_bound_stays_finite() {
     }
 }
 
+/// Highlights so narrow that their error would take hours to measure are refused before the work.
+#[test]
+fn what_would_take_hours_is_refused() {
+    let d = folder();
+    for (technique, brdf) in [
+        ("banks_env", "banks:n=1e8"),
+        ("banks_env", "banks-map:n=1e6"),
+        ("shrm", "kajiya-kay:s=1e6"),
+        ("shrm_slices", "kajiya-kay:s=1e8"),
+        ("shrm_global", "kajiya-kay:s=1e8"),
+    ] {
+        let arguments = ["-q", "bake", "sky", "-b", brdf, "-t", technique, "-o", "o.safetensors"];
+        let o = command(d.path(), &arguments).output().unwrap();
+        ends(&o, 2, "use a smaller exponent");
+        assert!(!d.path().join("o.safetensors").exists());
+    }
+}
+
 #[test]
 fn what_is_long_is_not_echoed_whole() {
     let d = folder();
