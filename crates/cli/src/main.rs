@@ -11,7 +11,7 @@ mod inputs;
 mod progress;
 mod report;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 use context::{Common, Context};
 use failure::Failure;
 use std::io::Write;
@@ -33,7 +33,8 @@ fn main() -> ExitCode {
     if let Err(e) = steradian_simd::check() {
         return end(&Failure::usage(e));
     }
-    let cli = match Cli::try_parse() {
+    let parsed = command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(e) => {
             let said = e.to_string();
@@ -49,6 +50,19 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(f) => end(&f),
     }
+}
+
+/// The command line, whose common options are described once: in `steradian --help`.
+fn command() -> clap::Command {
+    let mut command = Cli::command();
+    let common: Vec<clap::Arg> =
+        command.get_arguments().filter(|a| a.is_global_set()).map(|a| a.clone().hide(true)).collect();
+    let names: Vec<String> = command.get_subcommands().map(|s| s.get_name().into()).collect();
+    for name in names {
+        let described = "Options of every command, such as --json, --quiet and --threads: steradian --help";
+        command = command.mut_subcommand(name, |s| s.args(common.clone()).after_help(described));
+    }
+    command
 }
 
 /// Bytes of a message beyond which its middle is left out: what was given on the command line, such as a path of

@@ -90,6 +90,18 @@ fn outputs_and_names_are_checked_before_the_work() {
 }
 
 #[test]
+fn common_options_are_described_once_and_taken_everywhere() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let dir = dir.path();
+    assert!(well(dir, &["--help"]).contains("--max-memory"));
+    let help = well(dir, &["irradiance", "--help"]);
+    assert!(!help.contains("--max-memory") && help.contains("steradian --help"), "{help}");
+    let document = |arguments: &[&str]| well(dir, arguments).trim_start().starts_with('{');
+    assert!(document(&["irradiance", "studio", "--json", "--threads", "1"]));
+    assert!(document(&["--json", "irradiance", "studio"]));
+}
+
+#[test]
 fn comparisons_are_tables_for_papers() {
     let dir = tempfile::tempdir().expect("a folder");
     let dir = dir.path();
