@@ -1,7 +1,6 @@
 //! The trait that every reflectance model implements.
 
-use crate::model::lafortune::Lafortune;
-use crate::{BrdfShader, Peak};
+use crate::{BrdfShader, Form, Peak};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use steradian_base::ParamInfo;
@@ -125,9 +124,9 @@ pub trait Brdf: Debug + Send + Sync {
         narrowest.map_or(Peak::Smooth, |width| Peak::Anywhere { width })
     }
 
-    /// The reflectance as generalised cosine lobes and a diffuse part, where that is what it is.
-    fn cosines(&self) -> Option<Lafortune> {
-        None
+    /// The reflectance as plain data, where it is of a family that techniques know.
+    fn form(&self) -> Form {
+        Form::Other
     }
 
     /// The same reflectance as plain data for a GPU; `None` where it has no WGSL text.

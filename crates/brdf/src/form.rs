@@ -62,7 +62,6 @@ impl Form {
     pub(crate) fn scaled(self, by: [f64; 3], spec: impl FnOnce() -> String) -> Self {
         let times = |v: [f64; 3]| std::array::from_fn(|c| v[c] * by[c]);
         match self {
-            // An albedo above 1 is no Lambert's.
             Self::Lambert { albedo } => Self::Lambert { albedo: times(albedo) },
             Self::Phong { n, factor, domain } => Self::Phong { n, factor: times(factor), domain },
             Self::Ggx { alpha, f0, scale } => Self::Ggx { alpha, f0, scale: times(scale) },
@@ -98,7 +97,9 @@ mod tests {
             let f = parse(spec).expect(spec).eval(wi, wo);
             assert!((0..3).all(|c| (albedo[c] / PI - f[c]).abs() < 1e-15), "{spec}");
         }
-        for (spec, end) in [("phong:n=9", true), ("phong-map:n=9", false), ("phong-normalized:s=9,scale=2", false)] {
+        for (spec, end) in
+            [("phong:n=9", true), ("phong-map:n=9", false), ("phong-normalized:s=9,scale=2", false)]
+        {
             let Form::Phong { n, factor, domain } = form(spec) else { panic!("{spec}") };
             let f = parse(spec).expect(spec).f_cos(wi, wo)[1];
             let lobe = factor[1] * DVec3::new(-wo.x, -wo.y, wo.z).dot(wi).max(0.0).powf(n);

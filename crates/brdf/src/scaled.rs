@@ -1,8 +1,7 @@
 //! A reflectance times a constant (`scale=` of any spec string).
 
-use crate::model::lafortune::Lafortune;
 use crate::spec::SCALE;
-use crate::{Brdf, BrdfShader, Domain, Info, Lobe, Peak, Sample, SharedBrdf};
+use crate::{Brdf, BrdfShader, Domain, Form, Info, Lobe, Peak, Sample, SharedBrdf};
 use glam::{DVec2, DVec3};
 use steradian_base::Value;
 
@@ -60,14 +59,8 @@ impl Brdf for Scaled {
         self.brdf.peak()
     }
 
-    fn cosines(&self) -> Option<Lafortune> {
-        let mut own = self.brdf.cosines()?;
-        own.spec = self.spec();
-        own.kd = self.times(own.kd);
-        for lobe in &mut own.lobes {
-            lobe.iter_mut().zip(self.scale).for_each(|(l, s)| l.ks *= s);
-        }
-        Some(own)
+    fn form(&self) -> Form {
+        self.brdf.form().scaled(self.scale, || self.spec())
     }
 
     fn shader(&self) -> Option<BrdfShader> {

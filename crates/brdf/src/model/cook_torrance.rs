@@ -14,7 +14,7 @@ use crate::math::{above, erf, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, with};
 use crate::spec::{self, Args};
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -116,6 +116,10 @@ impl Brdf for CookTorrance {
 
     fn peak(&self) -> Peak {
         Peak::Mirror { narrow: 1.4 * self.m, wide: 1.4 * self.m }
+    }
+
+    fn form(&self) -> Form {
+        Form::CookTorrance { m: self.m, f0: self.f0, scale: [1.0; 3] }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

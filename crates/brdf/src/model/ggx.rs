@@ -14,7 +14,7 @@ use crate::math::{above, half, half_cosine, schlick, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four, rgb};
 use crate::spec::{self, Args};
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -115,6 +115,10 @@ impl Brdf for Ggx {
 
     fn peak(&self) -> Peak {
         Peak::Mirror { narrow: self.ax.min(self.ay), wide: self.ax.max(self.ay) }
+    }
+
+    fn form(&self) -> Form {
+        Form::Ggx { alpha: [self.ax, self.ay], f0: self.f0, scale: [1.0; 3] }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

@@ -14,7 +14,7 @@ use crate::math::{INV_PI, above, largest, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb, with};
 use crate::spec::{self, Args};
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -128,7 +128,7 @@ impl Cosine {
 const MOST_ON_GPU: usize = 64;
 
 /// Lobes per channel and a diffuse part.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Lafortune {
     /// The spec string.
     pub spec: String,
@@ -219,8 +219,8 @@ impl Brdf for Lafortune {
         widths.min_by(f64::total_cmp).map_or(Peak::Smooth, |width| Peak::Anywhere { width })
     }
 
-    fn cosines(&self) -> Option<Lafortune> {
-        Some(self.clone())
+    fn form(&self) -> Form {
+        Form::Lafortune(self.clone())
     }
 
     fn shader(&self) -> Option<BrdfShader> {

@@ -7,7 +7,7 @@ use crate::math::{INV_PI, above, times};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, rgb};
 use crate::spec;
-use crate::{Brdf, Info, Lobe, Peak, Sample};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample};
 use glam::{DVec2, DVec3};
 use steradian_base::ParamInfo;
 
@@ -53,6 +53,10 @@ impl Brdf for Lambert {
 
     fn peak(&self) -> Peak {
         Peak::Smooth
+    }
+
+    fn form(&self) -> Form {
+        Form::Lambert { albedo: self.albedo }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

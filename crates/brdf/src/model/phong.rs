@@ -11,7 +11,7 @@ use crate::math::{mirror, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four};
 use crate::spec::{self, Args};
-use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Domain, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -128,6 +128,10 @@ impl Brdf for Phong {
     fn peak(&self) -> Peak {
         let width = (1.0 / (self.n + 1.0)).sqrt();
         Peak::Mirror { narrow: width, wide: width }
+    }
+
+    fn form(&self) -> Form {
+        Form::Phong { n: self.n, factor: [self.factor(); 3], domain: self.domain() }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

@@ -15,7 +15,7 @@ use crate::draw::{self, Draw};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, four};
 use crate::spec::{self, Args};
-use crate::{Brdf, Domain, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, Domain, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use steradian_base::ParamInfo;
@@ -153,6 +153,10 @@ impl Brdf for Strand {
     fn peak(&self) -> Peak {
         let sign = if self.kind == Kind::KajiyaKay { 1.0 } else { -1.0 };
         Peak::Cone { sign, width: (1.0 / (self.n + 1.0)).sqrt() }
+    }
+
+    fn form(&self) -> Form {
+        Form::Strand { kind: self.kind, n: self.n, scale: [1.0; 3] }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

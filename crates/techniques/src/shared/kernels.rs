@@ -7,7 +7,8 @@ use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::Task;
 use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
-use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with};
+use steradian_brdf::model::strand::Kind;
+use steradian_brdf::{Brdf, Files, Form, SharedBrdf, parse_with};
 
 /// Slices of one reflectance.
 #[derive(Debug, Clone)]
@@ -28,8 +29,8 @@ pub fn refused(slug: &'static str) -> impl Fn(CentralError) -> BakeError {
 
 /// Isotropic reflectance, and what depends on t·wi and t·wo alone, of measurable sharpness.
 pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    let strands = ["kajiya-kay", "banks-map"];
-    if brdf.is_isotropic() || strands.contains(&brdf.info().name) {
+    let strand = matches!(brdf.form(), Form::Strand { kind: Kind::KajiyaKay | Kind::BanksMap, .. });
+    if brdf.is_isotropic() || strand {
         return certify::measurable(brdf);
     }
     Err(format!(

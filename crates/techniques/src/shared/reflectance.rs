@@ -2,7 +2,7 @@
 
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
-use steradian_brdf::{Brdf, Files, SharedBrdf, parse_with, spec_without_folders};
+use steradian_brdf::{Brdf, Files, Form, SharedBrdf, parse_with, spec_without_folders};
 
 /// A reflectance that saves as its spec string, with what the files hold that it names.
 #[derive(Debug, Clone)]
@@ -17,19 +17,9 @@ impl Reflectance {
         Self { brdf: material.brdf.clone() }
     }
 
-    /// The model's name.
-    pub fn name(&self) -> &'static str {
-        self.brdf.info().name
-    }
-
-    /// Parameter `key` of the model's spec: a scalar three times, or an r/g/b triple.
-    pub fn get(&self, key: &str) -> Option<[f64; 3]> {
-        get(&*self.brdf, key)
-    }
-
-    /// The factor that multiplies the whole model (`scale=`, 1 where absent).
-    pub fn scale(&self) -> [f64; 3] {
-        self.get("scale").unwrap_or([1.0; 3])
+    /// The reflectance as plain data.
+    pub fn form(&self) -> Form {
+        self.brdf.form()
     }
 }
 
@@ -57,19 +47,6 @@ pub fn isotropic(brdf: &dyn Brdf) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
-}
-
-/// Parameter `key` of the spec of `brdf`.
-pub fn get(brdf: &dyn Brdf, key: &str) -> Option<[f64; 3]> {
-    let spec = brdf.spec();
-    let (_, body) = spec.split_once(':')?;
-    let text = body.split(',').filter_map(|item| item.split_once('=')).find(|(k, _)| k.trim() == key)?.1;
-    let values: Vec<f64> = text.split('/').map(|t| t.trim().parse().ok()).collect::<Option<_>>()?;
-    match values[..] {
-        [x] => Some([x; 3]),
-        [r, g, b] => Some([r, g, b]),
-        _ => None,
-    }
 }
 
 impl Part for Reflectance {

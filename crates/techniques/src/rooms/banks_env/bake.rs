@@ -11,6 +11,8 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use rayon::prelude::*;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Form;
+use steradian_brdf::model::strand::Kind;
 use steradian_prefilter::stack;
 
 /// Tolerance where the user gives none.
@@ -89,7 +91,7 @@ pub fn map<'a>(m: &'a Reflectance, p: &Params) -> Option<Target<'a>> {
     let fibre = Fibre::new(m, p.mean_cosine);
     let f_cos = Box::new(fibre.f_map());
     let model = Model { whole: true, lobes: Box::new(|wo| m.brdf.lobes(wo)), f_cos };
-    (m.name() == "banks").then_some(Target::Integral(model))
+    matches!(m.form(), Form::Strand { kind: Kind::Banks, .. }).then_some(Target::Integral(model))
 }
 
 impl Part for Cones {

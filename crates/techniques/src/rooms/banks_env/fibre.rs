@@ -3,6 +3,8 @@
 use crate::shared::reflectance::Reflectance;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_brdf::Form;
+use steradian_brdf::model::strand::Kind;
 use steradian_prefilter::Cone;
 
 /// Intervals over α of the table of what stays outside.
@@ -24,10 +26,12 @@ pub struct Fibre {
 impl Fibre {
     /// The kernel of a reflectance that the Card takes.
     pub fn new(m: &Reflectance, mean_cosine: bool) -> Self {
-        let (kajiya_kay, banks) = (m.name() == "kajiya-kay", m.name() == "banks");
-        let n = m.get(if kajiya_kay { "s" } else { "n" }).map_or(1.0, |n| n[0]);
-        let sign = if kajiya_kay { 1.0 } else { -1.0 };
-        Self { n, sign, scale: m.scale(), mean_cosine: banks && mean_cosine }
+        let (kind, n, scale) = match m.form() {
+            Form::Strand { kind, n, scale } => (kind, n, scale),
+            _ => (Kind::BanksMap, 1.0, [1.0; 3]),
+        };
+        let sign = if kind == Kind::KajiyaKay { 1.0 } else { -1.0 };
+        Self { n, sign, scale, mean_cosine: kind == Kind::Banks && mean_cosine }
     }
 
     fn cone(&self, alpha: f64) -> Cone {

@@ -34,19 +34,18 @@ use crate::{
 };
 use bake::{Cones, Params};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct BanksEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "banks" | "banks-map" | "kajiya-kay" => certify::measurable(brdf),
-        other => {
-            Err(format!("takes fibres (banks, banks-map, kajiya-kay), not {other}: use shrm or reference"))
-        }
+    if matches!(brdf.form(), Form::Strand { .. }) {
+        return certify::measurable(brdf);
     }
+    let name = brdf.info().name;
+    Err(format!("takes fibres (banks, banks-map, kajiya-kay), not {name}: use shrm or reference"))
 }
 
 impl Technique for BanksEnv {

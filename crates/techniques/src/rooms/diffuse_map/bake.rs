@@ -7,9 +7,9 @@ use crate::shared::reflectance::Reflectance;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
-use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Form;
 use steradian_light::Lights;
 use steradian_prefilter::{Cosine, EdgeCube, Way, Zonal, filter};
 
@@ -96,7 +96,8 @@ pub struct Albedo(pub(super) [f32; 3]);
 
 impl Albedo {
     pub(super) fn of(m: &Reflectance) -> Self {
-        Self(m.brdf.eval(DVec3::Z, DVec3::Z).map(|f| (f * PI) as f32))
+        let Form::Lambert { albedo } = m.form() else { return Self([0.0; 3]) };
+        Self(albedo.map(|a| a as f32))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
-use steradian_brdf::{Brdf, spec_without_folders};
+use steradian_brdf::{Brdf, Form, spec_without_folders};
 
 /// Most terms (lobes times different channels) that shading sums.
 const MOST: usize = 64;
@@ -29,7 +29,8 @@ impl Cosines {
     pub fn of(m: &Material) -> Result<Self, BakeError> {
         let slug = LafortuneEnv::CARD.slug;
         let refuse = |why: String| BakeError::Material { slug, why };
-        let own = m.brdf.cosines().map(Self).ok_or_else(|| refuse("takes lafortune only".into()))?;
+        let Form::Lafortune(own) = m.brdf.form() else { return Err(refuse("takes lafortune only".into())) };
+        let own = Self(own);
         let count = own.terms().len();
         if count > MOST {
             return Err(refuse(format!(

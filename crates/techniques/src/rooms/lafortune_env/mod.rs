@@ -31,14 +31,14 @@ use crate::{
 use bake::{Maps, Params};
 use material::Cosines;
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct LafortuneEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.cosines().is_some() {
+    if matches!(brdf.form(), Form::Lafortune(_)) {
         return Ok(());
     }
     let instead = if brdf.is_isotropic() { "lobe_maps" } else { "reference" };

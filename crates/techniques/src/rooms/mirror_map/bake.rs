@@ -11,6 +11,7 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Form;
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, EdgeCube, Tree};
 use steradian_sphere::{Layout, SphereImage, frame};
@@ -92,18 +93,26 @@ pub struct Mirror {
 }
 
 pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Report) {
-    let f0 = m.get("f0").unwrap_or([1.0; 3]);
-    let mirror = Mirror { f0: f0.map(|x| x as f32), scale: m.scale().map(|x| x as f32) };
+    let (_, f0, scale) = numbers(m);
+    let mirror = Mirror { f0: f0.map(|x| x as f32), scale: scale.map(|x| x as f32) };
     (mirror, Report::default().detail("size", light.cube.size() as f64))
+}
+
+/// Width of the lobe, infinite where it has two; reflectance at normal incidence; factor.
+fn numbers(m: &Reflectance) -> (f64, [f64; 3], [f64; 3]) {
+    match m.form() {
+        Form::Ggx { alpha: [ax, ay], f0, scale } => (if ax == ay { ax } else { f64::INFINITY }, f0, scale),
+        Form::CookTorrance { m, f0, scale } => (m, f0, scale),
+        _ => (0.0, [1.0; 3], [1.0; 3]),
+    }
 }
 
 /// The model itself, or what it becomes as its lobe gets too sharp to integrate.
 pub(super) fn target<'a>(light: &'a Light, m: &'a Reflectance) -> Target<'a> {
-    let width = ["alpha", "m"].iter().find_map(|k| m.get(k)).map_or(0.0, |w| w[0]);
-    if width >= SHARPEST || m.get("ax").is_some() {
+    let (width, f0, scale) = numbers(m);
+    if width >= SHARPEST {
         return Target::Integral(Model::of(&*m.brdf));
     }
-    let (f0, scale) = (m.get("f0").unwrap_or([1.0; 3]), m.scale());
     Target::Limit(Box::new(move |fr, wo| {
         let r = frame::reflect(fr.to_world(wo), fr.n);
         let l = light.distant.radiance(r);

@@ -26,20 +26,20 @@ use crate::{
 };
 use bake::{Light, Mirror, Size};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct MirrorMap;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "ggx" | "cook-torrance" => Ok(()),
-        "lambert" => {
-            Err("takes ggx and cook-torrance as perfect mirrors, not lambert: use sh_irradiance".into())
-        }
-        other => Err(format!("takes ggx and cook-torrance as perfect mirrors, not {other}: use reference")),
-    }
+    let instead = match brdf.form() {
+        Form::Ggx { .. } | Form::CookTorrance { .. } => return Ok(()),
+        Form::Lambert { .. } => "sh_irradiance",
+        _ => "reference",
+    };
+    let name = brdf.info().name;
+    Err(format!("takes ggx and cook-torrance as perfect mirrors, not {name}: use {instead}"))
 }
 
 impl Technique for MirrorMap {

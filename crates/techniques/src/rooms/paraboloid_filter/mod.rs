@@ -30,18 +30,18 @@ use crate::{
 };
 use bake::{Maps, Params};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 
 /// The room.
 pub struct ParaboloidFilter;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "phong" | "phong-map" | "phong-normalized" | "lambert" => Ok(()),
-        other => Err(format!(
-            "takes phong, phong-map, phong-normalized and lambert, not {other}: use lobe_maps, shrm or reference"
-        )),
+    if matches!(brdf.form(), Form::Phong { .. } | Form::Lambert { .. }) {
+        return Ok(());
     }
+    let instead = "lobe_maps, shrm or reference";
+    let name = brdf.info().name;
+    Err(format!("takes phong, phong-map, phong-normalized and lambert, not {name}: use {instead}"))
 }
 
 impl Technique for ParaboloidFilter {

@@ -4,6 +4,7 @@ use crate::shared::reflectance::Reflectance;
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, params};
+use steradian_brdf::{Domain, Form};
 use steradian_sphere::frame::reflect;
 
 params! {
@@ -39,26 +40,16 @@ pub struct Blend {
 impl Blend {
     /// What a reflectance and the parameters give together.
     pub fn new(m: &Reflectance, p: &Params) -> Self {
-        let scale = m.scale();
-        let number = |key: &str| m.get(key).map_or(1.0, |v| v[0]);
-        let lobe = |n: f64, factor: f64, horizon: bool| Self {
-            n,
-            k_s: scale.map(|s| s * factor * p.k_s),
-            k_d: [p.k_d; 3],
-            f0: Some(p.f0),
-            horizon,
-        };
-        match m.name() {
-            "phong" => lobe(number("n"), 1.0, true),
-            "phong-normalized" => {
-                let s = number("s");
-                lobe(s, (s + 1.0) / (2.0 * PI), false)
+        match m.form() {
+            Form::Lambert { albedo } => Self { n: 1.0, k_s: [0.0; 3], k_d: albedo, f0: None, horizon: false },
+            form => {
+                let (n, factor, domain) = match form {
+                    Form::Phong { n, factor, domain } => (n, factor, domain),
+                    _ => (1.0, [1.0; 3], Domain::Sphere),
+                };
+                let (k_s, k_d) = (factor.map(|f| f * p.k_s), [p.k_d; 3]);
+                Self { n, k_s, k_d, f0: Some(p.f0), horizon: domain == Domain::Hemisphere }
             }
-            "lambert" => {
-                let k_d = m.brdf.eval(DVec3::Z, DVec3::Z).map(|f| f * PI);
-                Self { n: 1.0, k_s: [0.0; 3], k_d, f0: None, horizon: false }
-            }
-            _ => lobe(number("n"), 1.0, false),
         }
     }
 

@@ -30,20 +30,20 @@ use crate::{
 use bake::Maps;
 use blend::Params;
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct PhongDiffuseMaps;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "phong" | "phong-map" | "phong-normalized" | "lambert" => Ok(()),
-        "ggx" => Err("takes phong, phong-map, phong-normalized and lambert, not ggx: use split_sum".into()),
-        other => {
-            Err(format!("takes phong, phong-map, phong-normalized and lambert, not {other}: use reference"))
-        }
-    }
+    let instead = match brdf.form() {
+        Form::Phong { .. } | Form::Lambert { .. } => return Ok(()),
+        Form::Ggx { .. } => "split_sum",
+        _ => "reference",
+    };
+    let name = brdf.info().name;
+    Err(format!("takes phong, phong-map, phong-normalized and lambert, not {name}: use {instead}"))
 }
 
 const fn claim(statement: &'static str, light: fn() -> Lights, brdf: &'static str) -> Claim {

@@ -6,9 +6,8 @@ use crate::shared::distant::refuse_points;
 use crate::shared::quadric::Quadric;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
-use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 use steradian_prefilter::{Beam, Cosine, Zonal, probe, source};
 use steradian_sphere::sh::{self, ShRgb};
@@ -83,7 +82,8 @@ pub struct Albedo(pub(super) [f64; 3]);
 
 impl Albedo {
     pub(super) fn of(brdf: &dyn Brdf) -> Self {
-        Self(brdf.eval(DVec3::Z, DVec3::Z).map(|f| f * PI))
+        let Form::Lambert { albedo } = brdf.form() else { return Self([0.0; 3]) };
+        Self(albedo)
     }
 }
 

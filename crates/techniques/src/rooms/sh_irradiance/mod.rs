@@ -24,21 +24,20 @@ use crate::{
 };
 use bake::{Albedo, Light};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct ShIrradiance;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "lambert" => Ok(()),
-        "ggx" => Err("takes lambert only, not ggx: use split_sum".into()),
-        "phong" | "phong-map" | "phong-normalized" => {
-            Err(format!("takes lambert only, not {}: use phong_diffuse_maps", brdf.info().name))
-        }
-        other => Err(format!("takes lambert only, not {other}: use reference")),
-    }
+    let instead = match brdf.form() {
+        Form::Lambert { .. } => return Ok(()),
+        Form::Ggx { .. } => "split_sum",
+        Form::Phong { .. } => "phong_diffuse_maps",
+        _ => "reference",
+    };
+    Err(format!("takes lambert only, not {}: use {instead}", brdf.info().name))
 }
 
 const EXACT: &[Claim] = &[

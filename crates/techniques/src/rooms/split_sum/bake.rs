@@ -10,7 +10,7 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
-use steradian_brdf::{Brdf, dfg};
+use steradian_brdf::{Brdf, Form, dfg};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Source, Tree, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
@@ -139,17 +139,19 @@ pub struct Specular {
 
 /// Joins chain and material.
 pub fn link(light: &Light, m: &Reflectance, p: &Params) -> (Specular, Report) {
-    let alpha = m.get("alpha").map_or(1.0, |a| a[0]);
+    let (alpha, f0, scale) = match m.form() {
+        Form::Ggx { alpha: [alpha, _], f0, scale } => (alpha, f0, scale),
+        _ => (1.0, [1.0; 3], [1.0; 3]),
+    };
     let at = |i: usize| (i as f64 / (ALBEDO - 1) as f64).powi(2);
     let texel = |i: usize| {
         let d = dfg::ggx(at(i), alpha);
         [d.scale as f32, d.bias as f32, 0.0, 0.0]
     };
-    let f0 = m.get("f0").unwrap_or([1.0; 3]);
     let specular = Specular {
         albedo: (0..ALBEDO).map(texel).collect(),
         f0: f0.map(|x| x as f32),
-        scale: m.scale().map(|x| x as f32),
+        scale: scale.map(|x| x as f32),
         level: (alpha.sqrt() * (p.levels - 1) as f64) as f32,
         multiscatter: if p.multiscatter { 1.0 } else { 0.0 },
     };

@@ -21,7 +21,7 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::reflectance::{self, Reflectance};
+use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::shared::{lights, quadric::Quadric};
 use crate::{
@@ -30,25 +30,26 @@ use crate::{
 };
 use bake::{Light, Params, Specular};
 use steradian_base::Task;
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
 /// The room.
 pub struct SplitSum;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.info().name {
-        "ggx" if !brdf.is_isotropic() => Err("takes isotropic ggx only (alpha=): use reference".into()),
-        "ggx" if reflectance::get(brdf, "alpha").is_some_and(|a| a[0] > 1.0) => {
-            Err("takes ggx with alpha up to 1: use reference".into())
+    let instead = match brdf.form() {
+        Form::Ggx { alpha: [ax, ay], .. } if ax != ay => {
+            return Err("takes isotropic ggx only (alpha=): use reference".into());
         }
-        "ggx" => Ok(()),
-        "lambert" => Err("takes ggx only, not lambert: use sh_irradiance or diffuse_map".into()),
-        "phong" | "phong-map" | "phong-normalized" => {
-            Err(format!("takes ggx only, not {}: use phong_diffuse_maps", brdf.info().name))
+        Form::Ggx { alpha: [alpha, _], .. } if alpha > 1.0 => {
+            return Err("takes ggx with alpha up to 1: use reference".into());
         }
-        other => Err(format!("takes ggx only, not {other}: use reference")),
-    }
+        Form::Ggx { .. } => return Ok(()),
+        Form::Lambert { .. } => "sh_irradiance or diffuse_map",
+        Form::Phong { .. } => "phong_diffuse_maps",
+        _ => "reference",
+    };
+    Err(format!("takes ggx only, not {}: use {instead}", brdf.info().name))
 }
 
 impl Technique for SplitSum {
