@@ -3,6 +3,7 @@
 use crate::Domain;
 use crate::model::lafortune::Lafortune;
 use crate::model::strand;
+use crate::model::ward;
 
 /// The analytic family of a reflectance with its numbers, for techniques that know the family: they match on this, never on
 /// a name. Formulas and sources stand on the pages of the models that have the form; a reflectance of one's own may have it
@@ -41,6 +42,28 @@ pub enum Form {
         /// Factor per channel.
         scale: [f64; 3],
     },
+    /// A layer of GGX with Schlick's F over a diffuse base, coupled by the layer's albedo ([`crate::model::dielectric`]).
+    Dielectric {
+        /// Width of the layer.
+        alpha: f64,
+        /// Reflectance of the layer at normal incidence.
+        f0: [f64; 3],
+        /// Reflectance of the base.
+        albedo: [f64; 3],
+        /// Factor per channel.
+        scale: [f64; 3],
+    },
+    /// f = rd/π + rs · a Gaussian of the half vector's slopes, in one of three normalisations ([`crate::model::ward`]).
+    Ward {
+        /// Widths along tangent and bitangent.
+        alpha: [f64; 2],
+        /// Specular factor.
+        rs: [f64; 3],
+        /// Diffuse reflectance.
+        rd: [f64; 3],
+        /// The normalisation.
+        variant: ward::Variant,
+    },
     /// A power of the cosine between wi and a cone about the tangent ([`crate::model::strand`]).
     Strand {
         /// Which cone, and what of the cosine is in the formula.
@@ -66,6 +89,12 @@ impl Form {
             Self::Phong { n, factor, domain } => Self::Phong { n, factor: times(factor), domain },
             Self::Ggx { alpha, f0, scale } => Self::Ggx { alpha, f0, scale: times(scale) },
             Self::CookTorrance { m, f0, scale } => Self::CookTorrance { m, f0, scale: times(scale) },
+            Self::Dielectric { alpha, f0, albedo, scale } => {
+                Self::Dielectric { alpha, f0, albedo, scale: times(scale) }
+            }
+            Self::Ward { alpha, rs, rd, variant } => {
+                Self::Ward { alpha, rs: times(rs), rd: times(rd), variant }
+            }
             Self::Strand { kind, n, scale } => Self::Strand { kind, n, scale: times(scale) },
             Self::Lafortune(mut own) => {
                 own.spec = spec();
@@ -109,6 +138,14 @@ mod tests {
         assert_eq!(form("ggx:ax=0.1,ay=0.2,f0=0.9,scale=0.5"), ggx);
         let rough = Form::CookTorrance { m: 0.2, f0: [1.0; 3], scale: [1.0; 3] };
         assert_eq!(form("cook-torrance:m=0.2"), rough);
+        let (f0, albedo) = ([0.04; 3], [0.5; 3]);
+        let layered = Form::Dielectric { alpha: 0.2, f0, albedo, scale: [2.0; 3] };
+        assert_eq!(form("dielectric:alpha=0.2,scale=2"), layered);
+        let Form::Ward { alpha, rs, variant, .. } = form("ward:ax=0.1,ay=0.4,rs=0.5,variant=duer,scale=0.5")
+        else {
+            panic!("ward")
+        };
+        assert_eq!((alpha, rs, variant), ([0.1, 0.4], [0.25; 3], ward::Variant::Duer));
         let hair = Form::Strand { kind: strand::Kind::KajiyaKay, n: 8.0, scale: [1.0; 3] };
         assert_eq!(form("kajiya-kay:s=8"), hair);
         let Form::Lafortune(skin) = form("lafortune:@skin,scale=0.5") else { panic!("skin") };

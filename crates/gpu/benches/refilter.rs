@@ -12,12 +12,12 @@ mod light;
 
 use std::path::Path;
 use steradian_formats::{Raster, WriteOptions, write_image};
-use steradian_gpu::refilter::{Plan, Refilter, Surroundings, Way, ggx_levels};
+use steradian_gpu::refilter::{Method, Plan, Refilter, Surroundings, ggx_levels};
 use steradian_gpu::{Gpu, GpuError};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{EdgeCube, Tree, angular};
 
-const WAYS: [Way; 4] = [Way::Convolution, Way::Box, Way::Paraboloid, Way::Frequency];
+const WAYS: [Method; 4] = [Method::Convolution, Method::Box, Method::Paraboloid, Method::Frequency];
 /// Samples of a level that are compared.
 const PROBES: usize = 400;
 

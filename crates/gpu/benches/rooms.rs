@@ -1,9 +1,9 @@
-//! Milliseconds per room at 1920 × 1080 beside the same device's fill and bandwidth roofs, and frames per second
+//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, and frames per second
 //! at 512 × 512 under a turning light.
 //!
-//!     cargo bench -p steradian-gpu --bench rooms            both
-//!     cargo bench -p steradian-gpu --bench rooms -- fps     frames per second only
-//!     cargo bench -p steradian-gpu --bench rooms -- small   the first at 480 × 270, for software adapters
+//!     cargo bench -p steradian-gpu --bench techniques            both
+//!     cargo bench -p steradian-gpu --bench techniques -- fps     frames per second only
+//!     cargo bench -p steradian-gpu --bench techniques -- small   the first at 480 × 270, for software adapters
 //!
 //! Device times come from timestamps around the passes; the smallest of several frames is shown. Beside them stands the
 //! processor's time a frame, which is what counts on a software adapter that shares its cores. The papers' figures
@@ -52,10 +52,10 @@ fn main() {
 }
 
 /// Shape, case and bake.
-type Room = (&'static str, Case, Box<dyn AnyBake>);
+type Technique = (&'static str, Case, Box<dyn AnyBake>);
 
-/// Every room in the scenes of the demo whose material it takes.
-fn rooms(side: usize) -> impl Iterator<Item = Room> {
+/// Every technique in the scenes of the demo whose material it takes.
+fn techniques(side: usize) -> impl Iterator<Item = Technique> {
     let techniques = registry().iter().filter(|t| !t.card().needs.sites);
     techniques.flat_map(move |t| {
         (0..SCENES.len()).filter_map(move |k| {
@@ -68,10 +68,11 @@ fn rooms(side: usize) -> impl Iterator<Item = Room> {
     })
 }
 
-/// Every room in the first such scene.
-fn first_rooms(side: usize) -> impl Iterator<Item = Room> {
+/// Every technique in the first such scene.
+fn first_rooms(side: usize) -> impl Iterator<Item = Technique> {
     let mut last = "";
-    rooms(side).filter(move |(_, _, bake)| std::mem::replace(&mut last, bake.card().slug) != bake.card().slug)
+    techniques(side)
+        .filter(move |(_, _, bake)| std::mem::replace(&mut last, bake.card().slug) != bake.card().slug)
 }
 
 /// The shortest of some frames, as the device measures it (by the wall's clock where the device has none), and the
@@ -128,7 +129,7 @@ fn live(gpu: &Gpu) -> Result<(), GpuError> {
          the path chosen here is {}",
         name(preferred)
     );
-    for (shape, case, mut bake) in rooms(512) {
+    for (shape, case, mut bake) in techniques(512) {
         print!("{:20}", bake.card().slug);
         for path in PATHS {
             print!(" {} {}", name(path), turning(gpu, &case, &mut *bake, (path, Rate::Pixel))?);
@@ -198,7 +199,7 @@ fn turning(
         bake.frame(&View { light_rotation, ..view(case) });
         match bake.gpu_frame() {
             Some(uniforms) => renderer.update_uniforms(gpu, 0, &uniforms)?,
-            None => renderer.set_room(gpu, 0, bake.gpu())?,
+            None => renderer.set_technique(gpu, 0, bake.gpu())?,
         }
         renderer.set_light_rotation(gpu, light_rotation);
         renderer.draw(gpu)?;

@@ -1,52 +1,42 @@
 //! Shading batches of points by compute: the GPU twin of [`steradian_techniques::AnyBake::shade`].
 
-use crate::room::buffer_type;
-use crate::{Gpu, GpuError, RoomData};
-use steradian_techniques::{GpuRoom, PointLobe, Points, PointsBuf};
+use crate::technique::buffer_type;
+use crate::{Gpu, GpuError, TechniqueData};
+use steradian_techniques::gpu::Entry;
+use steradian_techniques::{GpuTechnique, PointLobe, Points, PointsBuf};
 use wgpu::util::DeviceExt;
 
-/// A room's compute pipeline.
-pub struct ComputeRoom {
+/// A technique's compute pipeline.
+pub struct ComputeTechnique {
     pipeline: wgpu::ComputePipeline,
     io: wgpu::BindGroupLayout,
-    data: RoomData,
-    kind: Kind,
-}
-
-/// What a room shades with beside n, t, wo and p.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Plain,
-    Lobes,
-    Sites,
+    data: TechniqueData,
+    entry: Entry,
 }
 
 /// Threads of a workgroup in the generated module.
 const WORKGROUP: u32 = 64;
+/// Planes of normal, tangent, direction and position, of a lobe, and of a site.
+const MOST_PLANES: usize = 12 + PointLobe::LEN + 7;
 
-impl ComputeRoom {
-    /// Uploads the room and compiles its module.
-    pub fn new(gpu: &Gpu, room: &GpuRoom) -> Result<Self, GpuError> {
-        let data = RoomData::upload(gpu, room, wgpu::ShaderStages::COMPUTE)?;
-        let source = steradian_techniques::gpu::module(room);
+impl ComputeTechnique {
+    /// Uploads the technique and compiles its module.
+    pub fn new(gpu: &Gpu, technique: &GpuTechnique) -> Result<Self, GpuError> {
+        let data = TechniqueData::upload(gpu, technique, wgpu::ShaderStages::COMPUTE)?;
+        let source = steradian_techniques::gpu::module(technique);
         let (pipeline, io) =
-            gpu.scoped(&format!("shader of {}", room.slug), || pipeline(gpu, &data, &source))?;
-        let kind = match (room.sited(), room.varies()) {
-            (true, _) => Kind::Sites,
-            (_, true) => Kind::Lobes,
-            _ => Kind::Plain,
-        };
-        Ok(Self { pipeline, io, data, kind })
+            gpu.scoped(&format!("shader of {}", technique.slug), || pipeline(gpu, &data, &source))?;
+        Ok(Self { pipeline, io, data, entry: technique.entry })
     }
 
-    /// The room's data on the device.
-    pub fn data(&self) -> &RoomData {
+    /// The technique's data on the device.
+    pub fn data(&self) -> &TechniqueData {
         &self.data
     }
 
     /// Writes the uniforms of a new frame.
-    pub fn update(&self, gpu: &Gpu, room: &GpuRoom) {
-        self.data.update_uniforms(gpu, room);
+    pub fn update(&self, gpu: &Gpu, technique: &GpuTechnique) {
+        self.data.update_uniforms(gpu, technique);
     }
 
     /// Outgoing radiance of `points`: planes of red, green, blue.
@@ -67,7 +57,7 @@ impl ComputeRoom {
         let bytes = (3 * 4 * count) as u64;
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let groups = (count as u32).div_ceil(WORKGROUP);
-        if 7 * bytes > most || groups > limits.max_compute_workgroups_per_dimension {
+        if (4 * MOST_PLANES * count) as u64 > most || groups > limits.max_compute_workgroups_per_dimension {
             return Err(GpuError::Memory(format!("a batch of {count} points")));
         }
         let copy = gpu.scoped("shading", || self.submit(gpu, points, bytes, groups))?;
@@ -80,7 +70,7 @@ impl ComputeRoom {
         let device = &gpu.device;
         let input = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("points"),
-            contents: &planes(points, self.kind),
+            contents: &planes(points, self.entry),
             usage: wgpu::BufferUsages::STORAGE,
         });
         let buffer = |label, usage| {
@@ -115,7 +105,7 @@ impl ComputeRoom {
     }
 }
 
-fn pipeline(gpu: &Gpu, data: &RoomData, source: &str) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
+fn pipeline(gpu: &Gpu, data: &TechniqueData, source: &str) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
     let device = &gpu.device;
     let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
         binding,
@@ -128,7 +118,7 @@ fn pipeline(gpu: &Gpu, data: &RoomData, source: &str) -> (wgpu::ComputePipeline,
         entries: &[entry(0, true), entry(1, false)],
     });
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("room"),
+        label: Some("technique"),
         source: wgpu::ShaderSource::Wgsl(source.into()),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -137,7 +127,7 @@ fn pipeline(gpu: &Gpu, data: &RoomData, source: &str) -> (wgpu::ComputePipeline,
         immediate_size: 0,
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("room"),
+        label: Some("technique"),
         layout: Some(&layout),
         module: &module,
         entry_point: Some("main"),
@@ -149,26 +139,23 @@ fn pipeline(gpu: &Gpu, data: &RoomData, source: &str) -> (wgpu::ComputePipeline,
 
 /// The planes of [`steradian_techniques::gpu::Binding::Points`]; those that the points lack are zero, lobes the
 /// material's.
-fn planes(points: &Points<'_>, room: Kind) -> Vec<u8> {
+fn planes(points: &Points<'_>, entry: Entry) -> Vec<u8> {
     let count = points.len();
-    let mut bytes = Vec::with_capacity(19 * 4 * count);
+    let mut bytes = Vec::with_capacity(MOST_PLANES * 4 * count);
     let mut put = |plane: &[f32], default: f32| {
         bytes.extend(plane.iter().flat_map(|x| x.to_le_bytes()));
         bytes.extend(std::iter::repeat_n(default.to_le_bytes(), count - plane.len()).flatten());
     };
     [points.n, points.t, points.wo, points.p].iter().flatten().for_each(|plane| put(plane, 0.0));
-    match room {
-        Kind::Plain => {}
-        Kind::Lobes => {
-            points.lobe.iter().zip(PointLobe::PLAIN.to_array()).for_each(|(plane, x)| put(plane, x));
+    if entry.lobe {
+        points.lobe.iter().zip(PointLobe::PLAIN.to_array()).for_each(|(plane, x)| put(plane, x));
+    }
+    if entry.site {
+        for plane in points.site.index {
+            let bits: Vec<f32> = plane.iter().map(|i| f32::from_bits(*i)).collect();
+            put(&bits, 0.0);
         }
-        Kind::Sites => {
-            for plane in points.site.index {
-                let bits: Vec<f32> = plane.iter().map(|i| f32::from_bits(*i)).collect();
-                put(&bits, 0.0);
-            }
-            points.site.weight.iter().chain(&points.uv).for_each(|plane| put(plane, 0.0));
-        }
+        points.site.weight.iter().chain(&points.uv).for_each(|plane| put(plane, 0.0));
     }
     bytes
 }

@@ -1,4 +1,4 @@
-//! Lights that are shaded with the exact reflectance: uniforms and WGSL beside a room's.
+//! Lights that are shaded with the exact reflectance: uniforms and WGSL beside a technique's.
 //!
 //! Group 2 of every pipeline that shades holds the camera, the lights and the reflectance's parameters; each object
 //! has a group of its own. Lights change without touching any pipeline.
@@ -25,10 +25,10 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 }
 ";
 
-/// The text behind a room's library that defines `gpu_direct`.
+/// The text that defines `gpu_direct`.
 pub fn source(object: &Object) -> String {
     match &object.brdf {
-        Some(brdf) => brdf.wgsl() + DISK_WGSL + &SHADER.replace("CAPACITY", &CAPACITY.to_string()),
+        Some(brdf) => brdf.wgsl() + DISK_WGSL + &format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n") + SHADER,
         None => NONE.into(),
     }
 }

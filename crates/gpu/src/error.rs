@@ -8,10 +8,10 @@ pub enum GpuError {
         "no GPU adapter: {0}; install a Vulkan driver (Debian: mesa-vulkan-drivers) or use --backend cpu"
     )]
     NoAdapter(String),
-    /// The adapter gives no device, or lacks what a room needs.
+    /// The adapter gives no device, or lacks what a technique needs.
     #[error("the GPU cannot be used: {0}; try --backend cpu")]
     Device(String),
-    /// A room's data or a picture exceeds the GPU's memory or limits.
+    /// A technique's data or a picture exceeds the GPU's memory or limits.
     #[error(
         "the GPU is out of memory or beyond its limits: {0}; use smaller tables, a smaller picture, or --backend cpu"
     )]

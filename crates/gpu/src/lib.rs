@@ -1,5 +1,5 @@
-//! Rooms on the GPU: a wgpu device, and pipelines made from a room's plain-data description
-//! ([`steradian_techniques::GpuRoom`]). This crate names no technique.
+//! Techniques on the GPU: a wgpu device, and pipelines made from a technique's plain-data description
+//! ([`steradian_techniques::GpuTechnique`]). This crate names no technique.
 //!
 //! Vulkan, Metal and DX12; not the GL back end, whose cube lookups are not seamless and which lacks 32-bit
 //! float targets. Failures (no adapter, missing features, out of memory, a lost device) are [`GpuError`]s.
@@ -11,11 +11,11 @@ mod error;
 mod layout;
 pub mod refilter;
 mod renderer;
-mod room;
 pub mod scene;
+mod technique;
 
-pub use compute::ComputeRoom;
+pub use compute::ComputeTechnique;
 pub use device::Gpu;
 pub use error::GpuError;
 pub use renderer::Renderer;
-pub use room::RoomData;
+pub use technique::TechniqueData;

@@ -2,8 +2,9 @@
 
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
+use steradian_scene::surface::{Maps, Texture};
 use steradian_scene::{Camera, Mesh};
-use steradian_techniques::GpuRoom;
+use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::{BrdfShader, Direct};
 
 /// Triangles ready for upload.
@@ -16,7 +17,7 @@ pub struct Triangles {
     pub colors: Vec<[f32; 3]>,
     /// Three vertices a triangle, counter-clockwise seen from outside.
     pub indices: Vec<[u32; 3]>,
-    /// A vertex's site, for rooms with data per site: its number in the mesh.
+    /// A vertex's site, for techniques with data per site: its number in the mesh.
     pub sites: Vec<u32>,
 }
 
@@ -67,59 +68,6 @@ pub struct Level {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// What lies beyond the unit square of texture coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Wrap {
-    /// Copies.
-    #[default]
-    Repeat,
-    /// Copies, mirrored in turn.
-    Mirror,
-    /// The border texels.
-    Clamp,
-}
-
-/// A texture: levels from the finest, each side half of the one before (rounded down, at least 1).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Texture {
-    /// The levels; at least one.
-    pub levels: Vec<Level>,
-    /// What lies beyond the unit square in u and v.
-    pub wrap: [Wrap; 2],
-}
-
-/// How the normals under a sample are taken into account.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum NormalFiltering {
-    /// Their mean alone.
-    None,
-    /// They widen the lobe.
-    Isotropic,
-    /// Lookups along several of them.
-    #[default]
-    Covariance,
-}
-
-/// A tangent-space normal map whose levels hold the moments of the normals under each texel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NormalMap {
-    /// Mean of the unit normals.
-    pub mean: Texture,
-    /// Covariance of their x and y: xx, xy, yy.
-    pub spread: Texture,
-}
-
-/// What varies over a surface beside its base colour.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Maps {
-    /// Normals.
-    pub normal: Option<NormalMap>,
-    /// alpha² in red, in place of the material's.
-    pub alpha2: Option<Texture>,
-    /// How normals are filtered.
-    pub filtering: NormalFiltering,
-}
-
 /// A mesh, how it reflects and where it stands.
 #[derive(Debug, Clone)]
 pub struct Object {
@@ -127,13 +75,13 @@ pub struct Object {
     pub triangles: Arc<Triangles>,
     /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
     /// ([`steradian_techniques::AnyBake::gpu_varied`]): of another, normals alone vary.
-    pub room: GpuRoom,
+    pub technique: GpuTechnique,
     /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
-    /// Its room's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the points alone.
+    /// Its technique's data hold the scene's disks and directional lights: of [`Scene::direct`] it gets the points alone.
     pub folds_suns: bool,
     /// Multiplies the radiance.
-    pub base_colour: Option<Texture>,
+    pub base_colour: Option<Arc<Texture>>,
     /// Normals and roughness that vary over the surface.
     pub maps: Maps,
     /// Object → world.
@@ -143,7 +91,7 @@ pub struct Object {
 impl Object {
     /// Is it shaded by the variant of shaders that reads maps and vertex colours?
     pub(crate) fn is_mapped(&self) -> bool {
-        self.maps.normal.is_some() || self.maps.alpha2.is_some() || !self.triangles.colors.is_empty()
+        !self.maps.is_empty() || !self.triangles.colors.is_empty()
     }
 }
 
@@ -174,7 +122,7 @@ pub struct Backdrop {
 pub struct Scene {
     /// The objects.
     pub objects: Vec<Object>,
-    /// Lights that are shaded with the exact reflectance, on top of the rooms; distant ones turn with the light.
+    /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with the light.
     pub direct: Direct,
     /// What lies behind them.
     pub backdrop: Backdrop,

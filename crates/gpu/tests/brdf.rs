@@ -6,8 +6,9 @@ use glam::{DVec3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::OnceLock;
 use steradian_brdf::BrdfShader;
-use steradian_gpu::{ComputeRoom, Gpu, GpuError};
-use steradian_techniques::{GpuRoom, PointsBuf};
+use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
+use steradian_techniques::gpu::Entry;
+use steradian_techniques::{GpuTechnique, PointsBuf};
 
 /// Largest |GPU − CPU| over |CPU|, where the CPU's value is above `floor` of the largest.
 const BOUND: f64 = 1e-3;
@@ -54,6 +55,10 @@ const SPECS: &[&str] = &[
     "ggx:ax=0.05,ay=0.4",
     "ggx:ax=0.0001,ay=10",
     "ggx:alpha=0.3,scale=0.5/0.25/2",
+    "dielectric:alpha=0.05",
+    "dielectric:alpha=0.4,f0=0.9/0.5/0.04,albedo=0.1/0.5/0.9",
+    "charlie:alpha=0.25,color=0.9/0.5/0.2",
+    "charlie:alpha=1",
     "ward:ax=0.2,ay=0.2,rd=0.2,rs=0.5",
     "ward:ax=0.05,ay=0.3",
     "ward:alpha=0.2,variant=1992",
@@ -118,8 +123,8 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
     out
 }
 
-/// A room that evaluates the text at wi = t, wo = wo.
-fn room(shader: &BrdfShader) -> GpuRoom {
+/// A technique that evaluates the text at wi = t, wo = wo.
+fn technique(shader: &BrdfShader) -> GpuTechnique {
     let vec4 = |v: &[f32; 4]| format!("vec4<f32>({:e}, {:e}, {:e}, {:e})", v[0], v[1], v[2], v[3]);
     let text = shader.wgsl();
     // Members of `struct Brdf` in order; an array takes as many values as it says.
@@ -144,7 +149,14 @@ fn room(shader: &BrdfShader) -> GpuRoom {
          return brdf_value(t, wo);\n}}\n",
         members.join(", ")
     );
-    GpuRoom { slug: "brdf", wgsl: wgsl.into(), tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() }
+    GpuTechnique {
+        slug: "brdf",
+        modules: vec![wgsl.into()],
+        entry: Entry::PLAIN,
+        tables: Vec::new(),
+        uniforms: Vec::new(),
+        buffers: Vec::new(),
+    }
 }
 
 fn compare(spec: &str) -> Result<(), Failed> {
@@ -154,7 +166,7 @@ fn compare(spec: &str) -> Result<(), Failed> {
     let pairs = pairs();
     let mut points = PointsBuf::default();
     pairs.iter().for_each(|(wi, wo)| points.push(Vec3::Z, *wi, *wo, Vec3::ZERO));
-    let twin = ComputeRoom::new(gpu, &room(&shader))?.shade(gpu, &points)?;
+    let twin = ComputeTechnique::new(gpu, &technique(&shader))?.shade(gpu, &points)?;
     let own: Vec<[f64; 3]> = pairs.iter().map(|(wi, wo)| brdf.f_cos(wi.as_dvec3(), wo.as_dvec3())).collect();
     let top = own.iter().flatten().fold(0.0f64, |a, x| a.max(*x));
     if !(top > 0.0 && top.is_finite()) {
@@ -191,7 +203,7 @@ fn every_model_has_a_text() -> Result<(), Failed> {
 /// The texts validate without an adapter.
 fn texts_validate(spec: &str) -> Result<(), Failed> {
     let brdf = steradian_brdf::parse(spec)?;
-    let source = steradian_techniques::gpu::module(&room(&brdf.shader().ok_or("no WGSL text")?));
+    let source = steradian_techniques::gpu::module(&technique(&brdf.shader().ok_or("no WGSL text")?));
     let module = naga::front::wgsl::parse_str(&source).map_err(|e| e.emit_to_string(&source))?;
     let flags = naga::valid::ValidationFlags::all();
     naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())

@@ -109,7 +109,7 @@ fn surface(shader: Arc<dyn steradian_render::Shader>) -> Surface {
 }
 
 fn film(p: &Picture) -> Film {
-    Film { width: p.width, height: p.height, rgb: p.rgb.clone(), alpha: p.alpha.clone() }
+    Film::without_background(p.width, p.height, p.rgb.clone(), p.alpha.clone())
 }
 
 fn flip(name: &str, a: &Film, b: &Film) -> f32 {
@@ -193,7 +193,7 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lit = lit(0, "sh_irradiance", "lambert", 16)?;
     let settings = Settings::new(8, 8);
-    // An object without a reflectance is lit by its room alone.
+    // An object without a reflectance is lit by its technique alone.
     let mut bare = lit.scene();
     bare.objects[0].brdf = None;
     let mut dark = lit.scene();

@@ -10,9 +10,9 @@ use common::{case, gpu, scene};
 use libtest_mimic::{Arguments, Failed, Trial};
 use steradian_base::Task;
 use steradian_gpu::scene::{Backdrop, Path, Settings};
-use steradian_gpu::{ComputeRoom, Gpu, GpuError, Renderer};
+use steradian_gpu::{ComputeTechnique, Gpu, GpuError, Renderer};
 use steradian_techniques::gpu::Buffer;
-use steradian_techniques::{AnyBake, GpuRoom, Material, PointsBuf};
+use steradian_techniques::{AnyBake, GpuTechnique, Material, PointsBuf};
 
 const SIDE: usize = 32;
 
@@ -66,7 +66,7 @@ fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
     for path in [Path::Raster, Path::Compute] {
         let settings = Settings { path, ..Settings::new(SIDE, SIDE) };
         let mut renderer = Renderer::new(&gpu, scene(&case, bake.gpu()), &settings);
-        let twin = ComputeRoom::new(&gpu, &bake.gpu());
+        let twin = ComputeTechnique::new(&gpu, &bake.gpu());
         if path == Path::Raster {
             let renderer = renderer.as_mut().map_err(|e| e.clone())?;
             let twin = twin.map_err(|e| e.to_string())?;
@@ -77,8 +77,8 @@ fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
                 lost("draw", renderer.draw(&gpu))?;
             }
             renderer.set_camera(&gpu, case.camera);
-            lost("uniforms", renderer.update_room(&gpu, 0, &bake.gpu()))?;
-            lost("room", renderer.set_room(&gpu, 0, bake.gpu()))?;
+            lost("uniforms", renderer.update_technique(&gpu, 0, &bake.gpu()))?;
+            lost("technique", renderer.set_technique(&gpu, 0, bake.gpu()))?;
             lost("backdrop", renderer.set_backdrop(&gpu, Backdrop::default()))?;
             let mut points = PointsBuf::default();
             let up = glam::Vec3::Y;
@@ -87,7 +87,7 @@ fn a_lost_device_is_an_error_for_ever() -> Result<(), Failed> {
             lost("bandwidth", gpu.copy_bandwidth(1 << 20))?;
         } else {
             lost("renderer", renderer)?;
-            lost("room", twin)?;
+            lost("technique", twin)?;
         }
     }
     Ok(())
@@ -110,17 +110,17 @@ fn a_portable_device_draws_and_names_its_limits() -> Result<(), Failed> {
             return Err(format!("{path:?}: {off} off, {timings:?}").into());
         }
     }
-    let fails = |room: GpuRoom| match Renderer::new(&gpu, scene(&case, room), &Settings::new(8, 8)) {
-        Err(e @ GpuError::Memory(_)) => Ok(e.to_string()),
-        Err(e) => Err(format!("another error: {e}")),
-        Ok(_) => Err("made".into()),
-    };
-    let buffer =
-        |k: usize| Buffer { name: ["a", "b", "c", "d", "e", "f", "g", "h"][k], stride: 1, data: vec![0.0] };
-    let many = GpuRoom { buffers: (0..8).map(buffer).collect(), ..bake.gpu() };
+    let fails =
+        |technique: GpuTechnique| match Renderer::new(&gpu, scene(&case, technique), &Settings::new(8, 8)) {
+            Err(e @ GpuError::Memory(_)) => Ok(e.to_string()),
+            Err(e) => Err(format!("another error: {e}")),
+            Ok(_) => Err("made".into()),
+        };
+    let buffer = |k: usize| Buffer::new(["a", "b", "c", "d", "e", "f", "g", "h"][k], 1, vec![0.0]);
+    let many = GpuTechnique { buffers: (0..8).map(buffer).collect(), ..bake.gpu() };
     assert!(fails(many)?.contains("8 buffers of sh_irradiance"));
-    let large = Buffer { data: vec![0.0; (128 << 20) / 4 + 1], ..buffer(0) };
-    assert!(fails(GpuRoom { buffers: vec![large], ..bake.gpu() })?.contains("buffer 'a'"));
+    let large = Buffer::new("a", 1, vec![0.0; (128 << 20) / 4 + 1]);
+    assert!(fails(GpuTechnique { buffers: vec![large], ..bake.gpu() })?.contains("buffer 'a'"));
     match Renderer::new(&gpu, scene(&case, bake.gpu()), &Settings::new(9000, 8)) {
         Err(e) => assert!(e.to_string().contains("9000 texels a side"), "{e}"),
         Ok(_) => return Err("a picture beyond the limits was made".into()),

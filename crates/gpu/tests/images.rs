@@ -1,4 +1,4 @@
-//! Whole pictures, GPU against CPU: the demo's materials and skies, every room that takes them, both paths.
+//! Whole pictures, GPU against CPU: the demo's materials and skies, every technique that takes them, both paths.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 //! `STERADIAN_KEEP=FOLDER` keeps the pictures.
@@ -22,7 +22,7 @@ const BOUND: f32 = 0.01;
 const SIDE: usize = 256;
 
 fn film(p: &Picture) -> Film {
-    Film { width: p.width, height: p.height, rgb: p.rgb.clone(), alpha: p.alpha.clone() }
+    Film::without_background(p.width, p.height, p.rgb.clone(), p.alpha.clone())
 }
 
 /// Mean FLIP under the exposure of the first picture.
@@ -53,13 +53,13 @@ const WAYS: [(Path, Rate); 4] = [
 
 fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Failed> {
     let gpu = gpu()?;
-    let room = bake.gpu();
+    let technique = bake.gpu();
     let truth = cpu(case, bake, SIDE);
     // A mirror's picture changes within a pixel, and so does a product of factors: shaded once, they alias.
-    let sharp = matches!(room.slug, "mirror_map" | "factored_lighting");
+    let sharp = matches!(technique.slug, "mirror_map" | "factored_lighting");
     for (path, rate) in WAYS {
         let settings = Settings { path, rate, ..Settings::new(SIDE, SIDE) };
-        let (picture, _) = Renderer::new(gpu, scene(case, room.clone()), &settings)?.render(gpu)?;
+        let (picture, _) = Renderer::new(gpu, scene(case, technique.clone()), &settings)?.render(gpu)?;
         let picture = film(&picture);
         let covered = |f: &Film| f.alpha.iter().sum::<f32>() / f.len() as f32;
         let (a, b) = (covered(&truth), covered(&picture));
@@ -73,7 +73,7 @@ fn pictures(case: &Case, bake: Box<dyn AnyBake>, name: &str) -> Result<(), Faile
     Ok(())
 }
 
-fn room(k: usize, slug: &'static str) -> Result<(), Failed> {
+fn technique(k: usize, slug: &'static str) -> Result<(), Failed> {
     let case = case(k, SIDE);
     let technique = steradian_techniques::find(slug).ok_or("no such technique")?;
     let bake = technique.bake(
@@ -96,7 +96,8 @@ fn main() {
         for t in registry().iter().filter(|t| !t.card().needs.sites && (t.card().materials)(&*brdf).is_ok()) {
             let slug = t.card().slug;
             trials.push(
-                Trial::test(format!("{}::{slug}", s.shape), move || room(k, slug)).with_ignored_flag(ignored),
+                Trial::test(format!("{}::{slug}", s.shape), move || technique(k, slug))
+                    .with_ignored_flag(ignored),
             );
         }
     }
@@ -130,16 +131,16 @@ fn several_objects_and_textures() -> Result<(), Failed> {
         let brdf = steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?;
         Ok(t.bake(&case.lights, &Material::new(brdf), None, &Default::default(), &Task::quiet())?)
     };
-    let rooms = [bake("diffuse_map")?, bake("sh_irradiance")?];
-    let mut shown = scene(&case, rooms[0].gpu());
-    shown.objects[0].base_colour = Some(common::texture(&texture));
+    let techniques = [bake("diffuse_map")?, bake("sh_irradiance")?];
+    let mut shown = scene(&case, techniques[0].gpu());
+    shown.objects[0].base_colour = Some(texture.clone());
     let triangles = steradian_gpu::scene::Triangles::of(&sphere, |_| true);
     shown.objects.push(steradian_gpu::scene::Object {
         triangles: Arc::new(triangles),
-        room: rooms[1].gpu(),
+        technique: techniques[1].gpu(),
         brdf: None,
         folds_suns: false,
-        base_colour: Some(common::texture(&texture)),
+        base_colour: Some(texture.clone()),
         maps: Default::default(),
         transform: map,
     });
@@ -151,9 +152,9 @@ fn several_objects_and_textures() -> Result<(), Failed> {
     let bvh = steradian_scene::Bvh::build(&mesh);
     case.mesh = (mesh, bvh);
     let textured = Some(texture);
-    let rooms = rooms.into_iter().map(|b| (b, textured.clone())).collect();
+    let techniques = techniques.into_iter().map(|b| (b, textured.clone())).collect();
     let fine = steradian_render::Settings { inner: 4, ..steradian_render::Settings::new(SIDE, SIDE) };
-    let truth = common::cpu_of(&case, rooms, &fine);
+    let truth = common::cpu_of(&case, techniques, &fine);
     for path in [Path::Raster, Path::Compute] {
         let settings =
             Settings { path, rate: Rate::Sample, scale: 2, depth: Depth::Half, ..Settings::new(SIDE, SIDE) };
@@ -186,7 +187,7 @@ fn a_turned_light_is_an_update_of_uniforms() -> Result<(), Failed> {
     let (before, _) = live.render(gpu)?;
     let light_rotation = Mat3::from_rotation_y(1.1);
     bake.frame(&View { light_rotation, ..common::view(&case) });
-    live.update_room(gpu, 0, &bake.gpu())?;
+    live.update_technique(gpu, 0, &bake.gpu())?;
     live.set_light_rotation(gpu, light_rotation);
     let (turned, _) = live.render(gpu)?;
     let mut fresh = scene(&case, bake.gpu());
@@ -208,7 +209,7 @@ fn a_changed_material_replaces_tables() -> Result<(), Failed> {
     let settings = Settings::new(128, 128);
     let mut live = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
     bake = bake.with_material(&Material::new(steradian_brdf::parse(other)?), &Task::quiet())?;
-    live.set_room(gpu, 0, bake.gpu())?;
+    live.set_technique(gpu, 0, bake.gpu())?;
     let (changed, _) = live.render(gpu)?;
     let fresh = scene(&case, split_sum(&case, other)?.gpu());
     let (expected, _) = Renderer::new(gpu, fresh, &settings)?.render(gpu)?;
@@ -234,7 +235,7 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     empty.objects[0].triangles = Arc::default();
     assert!(fails(empty, &Settings::new(8, 8))?.contains("no triangles"));
     let mut broken = good.clone();
-    broken.objects[0].room.wgsl = "fn shade(".into();
+    broken.objects[0].technique.modules = vec!["fn shade(".into()];
     assert!(fails(broken, &Settings::new(8, 8))?.contains("refused"));
     let none = steradian_gpu::scene::Scene { objects: Vec::new(), ..good };
     let (picture, _) = Renderer::new(gpu, none, &Settings::new(8, 8))?.render(gpu)?;

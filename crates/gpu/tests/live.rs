@@ -10,10 +10,10 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_gpu::scene::{Path, Picture, Rate, Scene, Settings, Triangles};
-use steradian_gpu::{ComputeRoom, Gpu, Renderer};
+use steradian_gpu::{ComputeTechnique, Gpu, Renderer};
 use steradian_scene::Camera;
-use steradian_techniques::gpu::{Buffer, Uniform, Value};
-use steradian_techniques::{AnyBake, GpuRoom, Material, Points, SitesAt, View};
+use steradian_techniques::gpu::{Buffer, Entry, Uniform, Value};
+use steradian_techniques::{AnyBake, GpuTechnique, Material, Points, SitesAt, View};
 
 const SIDE: usize = 96;
 
@@ -98,7 +98,7 @@ fn rotation(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed>
 fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let other = case(0, SIDE);
     s.bake = s.bake.with_light(&other.lights, &Task::quiet())?;
-    live.set_room(gpu, 0, s.bake.gpu())?;
+    live.set_technique(gpu, 0, s.bake.gpu())?;
     live.set_backdrop(gpu, common::backdrop(&other.backdrop))?;
     (s.case.lights, s.case.backdrop) = (other.lights, other.backdrop);
     s.bake = bake(&s.case, &ParamValues::default())?;
@@ -109,7 +109,7 @@ fn light(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
 fn material(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     s.case.brdf = steradian_brdf::parse("ggx:alpha=0.4,f0=0.3/0.5/0.9")?;
     s.bake = s.bake.with_material(&Material::new(s.case.brdf.clone()), &Task::quiet())?;
-    live.set_room(gpu, 0, s.bake.gpu())?;
+    live.set_technique(gpu, 0, s.bake.gpu())?;
     s.bake = bake(&s.case, &ParamValues::default())?;
     Ok(())
 }
@@ -119,30 +119,31 @@ fn params(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     params.0.insert("levels".into(), 3.0.into());
     params.0.insert("size".into(), 16.0.into());
     s.bake = bake(&s.case, &params)?;
-    Ok(live.set_room(gpu, 0, s.bake.gpu())?)
+    Ok(live.set_technique(gpu, 0, s.bake.gpu())?)
 }
 
-/// Another room altogether: its pipelines are made anew.
+/// Another technique altogether: its pipelines are made anew.
 fn technique(gpu: &Gpu, live: &mut Renderer, s: &mut Setup) -> Result<(), Failed> {
     let t = steradian_techniques::find("diffuse_map").ok_or("no such technique")?;
     let lambert = Material::new(steradian_brdf::parse("lambert:albedo=0.8/0.5/0.2")?);
     s.bake = t.bake(&s.case.lights, &lambert, None, &ParamValues::default(), &Task::quiet())?;
-    Ok(live.set_room(gpu, 0, s.bake.gpu())?)
+    Ok(live.set_technique(gpu, 0, s.bake.gpu())?)
 }
 
-/// A room without tables whose radiance is `body`, and whose sites hold `data`.
-fn room(wgsl: &'static str, buffers: Vec<Buffer>) -> GpuRoom {
+/// A technique without tables whose radiance is `body`, and whose sites hold `data`.
+fn described(wgsl: &'static str, buffers: Vec<Buffer>) -> GpuTechnique {
     let uniforms = vec![Uniform { name: "scale", value: Value::F32(2.0) }];
-    GpuRoom { slug: "test", wgsl: wgsl.into(), tables: Vec::new(), uniforms, buffers }
+    let entry = if buffers.is_empty() { Entry::PLAIN } else { Entry::SITE };
+    GpuTechnique { slug: "test", modules: vec![wgsl.into()], entry, tables: Vec::new(), uniforms, buffers }
 }
 
 const PLAIN: &str = "fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
-    return room.scale * abs(p);
+    return technique.scale * abs(p);
 }";
 const SITED: &str =
     "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
     let at = vec3<f32>(fetch_place_at(site, 0u), fetch_place_at(site, 1u), fetch_place_at(site, 2u));
-    return room.scale * abs(at);
+    return technique.scale * abs(at);
 }";
 const UV: &str =
     "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
@@ -153,7 +154,7 @@ const UV: &str =
 fn places(mesh: &steradian_scene::Mesh) -> Vec<Buffer> {
     let uv = |v: usize| mesh.uvs.get(v).copied().unwrap_or_default();
     let data = mesh.positions.iter().enumerate().flat_map(|(v, p)| [p.x, p.y, p.z, uv(v).x, uv(v).y]);
-    vec![Buffer { name: "place", stride: 5, data: data.collect() }]
+    vec![Buffer::new("place", 5, data.collect())]
 }
 
 /// Data of the vertices, interpolated, are the position that the shader has; so are texture coordinates. The object
@@ -164,8 +165,8 @@ fn sites_reach_the_shader() -> Result<(), Failed> {
     let sphere = steradian_scene::shapes::sphere(24);
     let mesh = steradian_scene::Mesh::merged(&[sphere.clone(), case.mesh.0.clone().with_material(1)]);
     case.mesh.0 = mesh;
-    let picture = |room: GpuRoom, path, rate| -> Result<Picture, Failed> {
-        let mut scene = common::scene(&case, room);
+    let picture = |technique: GpuTechnique, path, rate| -> Result<Picture, Failed> {
+        let mut scene = common::scene(&case, technique);
         scene.objects[0].triangles = Arc::new(Triangles::of(&case.mesh.0, |slot| slot == 1));
         scene.backdrop = Default::default();
         let settings = Settings { path, rate, ..Settings::new(SIDE, SIDE) };
@@ -174,9 +175,9 @@ fn sites_reach_the_shader() -> Result<(), Failed> {
     let data = places(&case.mesh.0);
     for path in [Path::Raster, Path::Compute] {
         for rate in [Rate::Sample, Rate::Pixel] {
-            let plain = picture(room(PLAIN, Vec::new()), path, rate)?;
-            let off = apart(&plain, &picture(room(SITED, data.clone()), path, rate)?);
-            let uv = picture(room(UV, data.clone()), path, rate)?;
+            let plain = picture(described(PLAIN, Vec::new()), path, rate)?;
+            let off = apart(&plain, &picture(described(SITED, data.clone()), path, rate)?);
+            let uv = picture(described(UV, data.clone()), path, rate)?;
             let most = uv.rgb.iter().flatten().fold(0.0f32, |m, x| m.max(*x));
             // Two interpolations of a rasteriser, each with its own rounding.
             if off > 1e-4 || most > 2e-3 {
@@ -184,7 +185,7 @@ fn sites_reach_the_shader() -> Result<(), Failed> {
             }
         }
     }
-    let mut scene = common::scene(&case, room(SITED, data));
+    let mut scene = common::scene(&case, described(SITED, data));
     let mut without = (*scene.objects[0].triangles).clone();
     without.sites.clear();
     scene.objects[0].triangles = Arc::new(without);
@@ -199,7 +200,7 @@ fn sites_reach_the_shader() -> Result<(), Failed> {
 fn batches_lie_among_sites() -> Result<(), Failed> {
     let gpu = gpu()?;
     let mesh = steradian_scene::shapes::sphere(12);
-    let twin = ComputeRoom::new(gpu, &room(SITED, places(&mesh)))?;
+    let twin = ComputeTechnique::new(gpu, &described(SITED, places(&mesh)))?;
     let count = mesh.triangles.len();
     let index: [Vec<u32>; 3] = std::array::from_fn(|k| mesh.triangles.iter().map(|t| t[k]).collect());
     let weight = [vec![0.25f32; count], vec![0.375; count]];

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_formats::mesh::Wrap;
 use steradian_gpu::scene::{self as shown, Path, Rate};
-use steradian_gpu::{ComputeRoom, Renderer};
+use steradian_gpu::{ComputeTechnique, Renderer};
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{
@@ -30,9 +30,9 @@ const BOUND: f32 = 0.01;
 const SIDE: usize = 128;
 
 fn bake(slug: &str, case: &Case, spec: &str) -> Result<Box<dyn AnyBake>, Failed> {
-    let room = find(slug).ok_or("no such technique")?;
+    let technique = find(slug).ok_or("no such technique")?;
     let material = Material::new(steradian_brdf::parse(spec)?);
-    Ok(room.bake(&case.lights, &material, None, &ParamValues::default(), &Task::quiet())?)
+    Ok(technique.bake(&case.lights, &material, None, &ParamValues::default(), &Task::quiet())?)
 }
 
 /// Lobes of every kind: plain, sharp, rough, round and long spreads.
@@ -41,10 +41,10 @@ fn lobes() -> Vec<PointLobe> {
     for alpha in [-1.0, 0.0009, 0.04, 0.3, 1.0] {
         for spread in [[0.0; 3], [1e-4, 5e-5, 4e-5], [0.02, 0.0, 0.0], [0.01, -0.015, 0.03], [0.2, 0.1, 0.15]]
         {
-            out.push(PointLobe { alpha, widen: 0.0, least: 0.0, spread });
+            out.push(PointLobe { alpha, spread, ..PointLobe::PLAIN });
         }
-        out.push(PointLobe { alpha, widen: 0.05, least: 0.02, spread: [0.0; 3] });
-        out.push(PointLobe { alpha, widen: 0.0, least: 0.4, spread: [0.0, 0.0, 0.004] });
+        out.push(PointLobe { alpha, widen: 0.05, least: 0.02, ..PointLobe::PLAIN });
+        out.push(PointLobe { alpha, least: 0.4, spread: [0.0, 0.0, 0.004], ..PointLobe::PLAIN });
     }
     out
 }
@@ -84,11 +84,11 @@ fn points() -> PointsBuf {
 fn parity(slug: &str, spec: &str) -> Result<(), Failed> {
     let gpu = gpu()?;
     let bake = bake(slug, &case(1, SIDE), spec)?;
-    let Some(room) = bake.gpu_varied() else { return Ok(()) };
+    let Some(technique) = bake.gpu_varied() else { return Ok(()) };
     let points = points();
     let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
-    let twin = ComputeRoom::new(gpu, &room)?.shade(gpu, &points)?;
+    let twin = ComputeTechnique::new(gpu, &technique)?.shade(gpu, &points)?;
     let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
     let mut worst = (0.0, String::new());
     for (k, (a, b)) in cpu.iter().zip(&twin).enumerate() {
@@ -119,23 +119,6 @@ fn texture(f: impl Fn(usize, usize) -> [f32; 3], wrap: [Wrap; 2]) -> Arc<Texture
     Arc::new(Texture::new(32, 32, &planes).expect("a square").with_wrap(wrap))
 }
 
-fn plain(m: &Maps) -> shown::Maps {
-    let filtering = match m.filtering {
-        NormalFiltering::None => shown::NormalFiltering::None,
-        NormalFiltering::Isotropic => shown::NormalFiltering::Isotropic,
-        NormalFiltering::Covariance => shown::NormalFiltering::Covariance,
-    };
-    let normal = |n: &NormalMap| shown::NormalMap {
-        mean: common::texture(n.mean()),
-        spread: common::texture(n.spread()),
-    };
-    shown::Maps {
-        normal: m.normal.as_deref().map(normal),
-        alpha2: m.alpha2.as_deref().map(common::texture),
-        filtering,
-    }
-}
-
 /// The CPU's picture of `mesh` moved by `map`, and the GPU's, at 16 samples a pixel: maps vary within a pixel, and both
 /// place their samples in their own ways.
 fn pictures(
@@ -151,14 +134,14 @@ fn pictures(
     let smooth = slug == "mirror_map" || name == "everything";
     let mut case = case(if smooth { 2 } else { 1 }, SIDE);
     let bake = bake(slug, &case, spec)?;
-    let room = bake.gpu_varied().unwrap_or_else(|| bake.gpu());
+    let technique = bake.gpu_varied().unwrap_or_else(|| bake.gpu());
     let world = mesh.clone().transformed(&map);
     case.mesh = (world.clone(), Bvh::build(&world));
-    let mut drawn = scene(&case, room);
+    let mut drawn = scene(&case, technique);
     drawn.objects[0] = shown::Object {
         triangles: Arc::new(shown::Triangles::of(&mesh, |_| true)),
-        base_colour: base_colour.as_deref().map(common::texture),
-        maps: plain(maps),
+        base_colour: base_colour.clone(),
+        maps: maps.clone(),
         transform: map,
         ..drawn.objects[0].clone()
     };
@@ -181,7 +164,7 @@ fn pictures(
         let settings =
             shown::Settings { path, rate: Rate::Sample, scale: 2, ..shown::Settings::new(SIDE, SIDE) };
         let (p, _) = Renderer::new(gpu, drawn.clone(), &settings)?.render(gpu)?;
-        let film = Film { width: p.width, height: p.height, rgb: p.rgb, alpha: p.alpha };
+        let film = Film::without_background(p.width, p.height, p.rgb, p.alpha);
         let develop = Develop { ev: auto_exposure(&truth, |i| truth.alpha[i]), mapper: ToneMapper::Aces };
         let (a, b) = (develop.film(&truth), develop.film(&film));
         if let Some(folder) = std::env::var_os("STERADIAN_KEEP") {
@@ -201,7 +184,7 @@ fn pictures(
 fn ball(slug: &str, spec: &str, filtering: NormalFiltering) -> Result<(), Failed> {
     let mut mesh = shapes::sphere(64);
     mesh.uvs.iter_mut().for_each(|uv| *uv *= glam::Vec2::new(1024.0, 512.0));
-    let maps = Maps { normal: Some(normals([Wrap::Repeat; 2], 1.0)), alpha2: None, filtering };
+    let maps = Maps { normal: Some(normals([Wrap::Repeat; 2], 1.0)), filtering, ..Maps::default() };
     let name = format!("ball-{slug}-{filtering:?}");
     pictures(&name, slug, spec, (mesh, Affine3A::IDENTITY), None, &maps)
 }
@@ -221,7 +204,7 @@ fn everything() -> Result<(), Failed> {
     let maps = Maps {
         normal: Some(normals([Wrap::Repeat, Wrap::Mirror], 0.3)),
         alpha2: Some(alpha2),
-        filtering: NormalFiltering::Covariance,
+        ..Maps::default()
     };
     pictures("everything", "split_sum", "ggx:alpha=0.15,f0=1.0/0.77/0.34", (mesh, map), Some(checks), &maps)
 }

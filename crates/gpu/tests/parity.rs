@@ -1,4 +1,4 @@
-//! Every registered room on the GPU against its CPU twin, over grids with edge cases.
+//! Every registered technique on the GPU against its CPU twin, over grids with edge cases.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
@@ -6,7 +6,7 @@ use glam::{DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::OnceLock;
 use steradian_base::{Kind, ParamInfo, ParamValues, Task, Value};
-use steradian_gpu::{ComputeRoom, Gpu, GpuError};
+use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::{AnyBake, AnyTechnique, Material, PointsBuf, Radiance, View, registry};
@@ -36,7 +36,7 @@ fn sunny() -> Lights {
     Lights { disks: vec![sun], ..light() }
 }
 
-/// The parameter of rooms that shade suns apart from their maps.
+/// The parameter of techniques that shade suns apart from their maps.
 const SUNS: &str = "lights";
 
 /// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and behind.
@@ -71,7 +71,7 @@ fn points() -> PointsBuf {
 fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Failed> {
     let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
-    let twin = ComputeRoom::new(gpu, &bake.gpu())?.shade(gpu, points)?;
+    let twin = ComputeTechnique::new(gpu, &bake.gpu())?.shade(gpu, points)?;
     let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
     if scale == 0.0 {
         return Err("the CPU shades black everywhere: nothing was compared".into());
@@ -103,7 +103,7 @@ fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
     technique.params().iter().flat_map(others).collect()
 }
 
-fn room(
+fn technique(
     technique: &'static dyn AnyTechnique,
     spec: &'static str,
     choice: Option<(&'static str, Value)>,
@@ -142,7 +142,7 @@ fn main() {
         .map(|(t, spec, choice)| {
             let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
             let name = format!("{}::{spec}{with}", t.card().slug);
-            Trial::test(name, move || room(t, spec, choice)).with_ignored_flag(ignored)
+            Trial::test(name, move || technique(t, spec, choice)).with_ignored_flag(ignored)
         })
         .collect();
     libtest_mimic::run(&arguments, trials).exit();

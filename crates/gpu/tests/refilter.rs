@@ -1,4 +1,4 @@
-//! Refiltering on the GPU against the CPU's exact filter, and rooms lit by it against rooms baked anew.
+//! Refiltering on the GPU against the CPU's exact filter, and techniques lit by it against techniques baked anew.
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
@@ -10,9 +10,9 @@ use common::gpu;
 use glam::{DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use steradian_base::{ParamValues, Task};
-use steradian_gpu::refilter::{Budget, Kernel, Level, Plan, Refilter, Surroundings, Way, ggx_levels};
+use steradian_gpu::refilter::{Budget, Kernel, Level, Method, Plan, Refilter, Surroundings, ggx_levels};
 use steradian_gpu::scene::{Backdrop, Filter, Scene, Settings};
-use steradian_gpu::{ComputeRoom, Gpu, Renderer};
+use steradian_gpu::{ComputeTechnique, Gpu, Renderer};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Cosine, EdgeCube, Source, Zonal};
 use steradian_scene::Camera;
@@ -55,7 +55,7 @@ fn ggx(size: u32, alpha: f64) -> Level {
 }
 
 /// The chain of `lights` in one pass.
-fn refiltered(gpu: &Gpu, way: Way, levels: &[Level], lights: &Lights) -> Result<Refilter, Failed> {
+fn refiltered(gpu: &Gpu, way: Method, levels: &[Level], lights: &Lights) -> Result<Refilter, Failed> {
     let mut refilter = Refilter::new(gpu, Plan::new(way, levels)?)?;
     refilter.set_light(Surroundings::from_lights(gpu, lights)?);
     refilter.run(gpu)?;
@@ -63,12 +63,18 @@ fn refiltered(gpu: &Gpu, way: Way, levels: &[Level], lights: &Lights) -> Result<
 }
 
 /// Every level's error, and a failure where one exceeds its bound.
-fn within(way: Way, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Result<(), Failed> {
+fn within(way: Method, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Result<(), Failed> {
     within_at(250, way, levels, lights, bounds)
 }
 
 /// The same over `most` samples of a level.
-fn within_at(most: usize, way: Way, levels: &[Level], lights: &Lights, bounds: &[f64]) -> Result<(), Failed> {
+fn within_at(
+    most: usize,
+    way: Method,
+    levels: &[Level],
+    lights: &Lights,
+    bounds: &[f64],
+) -> Result<(), Failed> {
     let gpu = gpu()?;
     let cubes = refiltered(gpu, way, levels, lights)?.read(gpu)?;
     let tree = light::tree(lights);
@@ -79,13 +85,13 @@ fn within_at(most: usize, way: Way, levels: &[Level], lights: &Lights, bounds: &
 
 fn convolution_is_within_a_percent_of_exact() -> Result<(), Failed> {
     let levels = [ggx(64, 0.04), ggx(32, 0.16), ggx(16, 0.36), ggx(16, 0.64), ggx(16, 1.0)];
-    within(Way::Convolution, &levels, &light::room_with_window(), &[0.006; 5])
+    within(Method::Convolution, &levels, &light::room_with_window(), &[0.006; 5])
 }
 
 fn phong_and_lambert_are_near_exact() -> Result<(), Failed> {
     let phong = |n| level(32, Kernel::Phong { n });
     let levels = [phong(200.0), phong(20.0), level(16, Kernel::Lambert)];
-    within(Way::Convolution, &levels, &light::room_with_window(), &[0.015, 0.005, 0.005])
+    within(Method::Convolution, &levels, &light::room_with_window(), &[0.015, 0.005, 0.005])
 }
 
 /// A beach whose sun is a handful of texels ten thousand times as bright as the rest.
@@ -94,14 +100,14 @@ fn a_real_probe_with_its_sun_is_near_exact() -> Result<(), Failed> {
     let lights = steradian_light::load::load(&path, &Default::default())?.into_environment().into();
     let levels = [ggx(64, 0.04), ggx(32, 0.16), ggx(16, 0.36), ggx(16, 1.0)];
     // The samples next to the sun hold most of the energy: over 8000 samples the errors are 0.009 to 0.010.
-    within_at(1500, Way::Convolution, &levels, &lights, &[0.015; 4])
+    within_at(1500, Method::Convolution, &levels, &lights, &[0.015; 4])
 }
 
 fn suns_add_their_kernel_exactly() -> Result<(), Failed> {
     let dark = SphereImage::new(Layout::LatLong, 16, 8);
     let lights = light::with_sun(Environment { image: dark }.into());
     let levels = [ggx(32, 0.04), ggx(16, 0.3), level(16, Kernel::Lambert)];
-    within(Way::Box, &levels, &lights, &[1e-3; 3])
+    within(Method::Box, &levels, &lights, &[1e-3; 3])
 }
 
 /// Light of bands 0 to 2: nothing is left out.
@@ -110,21 +116,21 @@ fn low_bands_are_exact_by_frequency() -> Result<(), Failed> {
         [2.0 + d.x, 1.5 + d.y * d.z, 3.0 - d.z + 0.5 * d.x * d.y].map(|x| x as f32)
     });
     let levels = [ggx(32, 0.1), level(16, Kernel::Phong { n: 30.0 }), level(16, Kernel::Lambert)];
-    within(Way::Frequency, &levels, &Environment { image }.into(), &[1e-3; 3])
+    within(Method::Frequency, &levels, &Environment { image }.into(), &[1e-3; 3])
 }
 
 fn older_ways_are_within_their_bounds() -> Result<(), Failed> {
     let lights = light::room_with_window();
-    within(Way::Frequency, &[ggx(16, 0.36), ggx(16, 1.0)], &lights, &[0.02, 0.005])?;
+    within(Method::Frequency, &[ggx(16, 0.36), ggx(16, 1.0)], &lights, &[0.02, 0.005])?;
     let levels = [ggx(64, 0.04), ggx(32, 0.16), ggx(16, 0.36)];
-    within(Way::Box, &levels, &lights, &[0.16, 0.25, 0.3])?;
-    within(Way::Paraboloid, &levels, &lights, &[0.1, 0.1, 0.1])
+    within(Method::Box, &levels, &lights, &[0.16, 0.25, 0.3])?;
+    within(Method::Paraboloid, &levels, &lights, &[0.1, 0.1, 0.1])
 }
 
 fn a_furnace_stays_one() -> Result<(), Failed> {
     let gpu = gpu()?;
     let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [2.0, 1.0, 0.5]);
-    for way in [Way::Box, Way::Convolution, Way::Paraboloid, Way::Frequency] {
+    for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         let lights = Environment { image: image.clone() }.into();
         for cube in refiltered(gpu, way, &ggx_levels(32, 4), &lights)?.read(gpu)? {
             let off =
@@ -142,7 +148,7 @@ fn a_furnace_stays_one() -> Result<(), Failed> {
 fn faces_agree_on_their_edges() -> Result<(), Failed> {
     let gpu = gpu()?;
     let levels = [level(32, Kernel::Mirror), ggx(16, 0.2)];
-    for way in [Way::Box, Way::Convolution, Way::Paraboloid, Way::Frequency] {
+    for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         for cube in refiltered(gpu, way, &levels, &light::with_sun(light::room_with_window()))?.read(gpu)? {
             let (n, row) = (cube.size(), cube.size() + 1);
             let mut seen = std::collections::HashMap::new();
@@ -162,7 +168,7 @@ fn harmonics_are_the_cpu_s() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lights = light::with_sun(light::room_with_window());
     let order = 15;
-    for way in [Way::Convolution, Way::Frequency] {
+    for way in [Method::Convolution, Method::Frequency] {
         let got = refiltered(gpu, way, &[ggx(16, 0.2)], &lights)?.harmonics(gpu)?;
         let exact = Source::new(&lights, order, &Task::quiet())?.coefficients(order);
         if got.order != order {
@@ -196,7 +202,7 @@ fn steps_end_in_the_bits_of_one_pass() -> Result<(), Failed> {
     let gpu = gpu()?;
     let lights = light::with_sun(light::room_with_window());
     let levels = [level(64, Kernel::Mirror), ggx(64, 0.06), ggx(16, 0.5)];
-    for way in [Way::Box, Way::Convolution, Way::Paraboloid, Way::Frequency] {
+    for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         let whole = refiltered(gpu, way, &levels, &lights)?;
         let expected = bits(&whole.read(gpu)?);
         let reads: u64 = whole.plan().reads().iter().map(|r| r.2).sum();
@@ -210,7 +216,7 @@ fn steps_end_in_the_bits_of_one_pass() -> Result<(), Failed> {
                     return Err("it never ends".into());
                 }
             }
-            if matches!(budget, Budget::Texels(1)) && way != Way::Frequency && steps < 8 {
+            if matches!(budget, Budget::Texels(1)) && way != Method::Frequency && steps < 8 {
                 return Err(format!("{way:?}: {steps} steps of one tile").into());
             }
             if bits(&refilter.read(gpu)?) != expected || refilter.is_busy() {
@@ -225,7 +231,7 @@ fn the_finished_chain_stays_until_the_next() -> Result<(), Failed> {
     let gpu = gpu()?;
     let grey =
         |v: f32| Surroundings::from_image(gpu, &SphereImage::from_fn(Layout::LatLong, 16, 8, |_| [v; 3]));
-    let mut refilter = Refilter::new(gpu, Plan::new(Way::Convolution, &ggx_levels(32, 3))?)?;
+    let mut refilter = Refilter::new(gpu, Plan::new(Method::Convolution, &ggx_levels(32, 3))?)?;
     let shown = |r: &Refilter| -> Result<f32, Failed> { Ok(r.read(gpu)?[1].texels()[7][0]) };
     let is = |r: &Refilter, v: f32| -> Result<(), Failed> {
         let shown = shown(r)?;
@@ -276,7 +282,7 @@ fn captures_are_oriented() -> Result<(), Failed> {
     let captured = Surroundings::captured(gpu, &mut renderer, Vec3::new(3.0, 1.0, -2.0))?;
     assert_eq!(renderer.camera(), camera);
     let mut refilter =
-        Refilter::new(gpu, Plan::new(Way::Convolution, &[level(32, Kernel::Mirror), ggx(16, 0.1)])?)?;
+        Refilter::new(gpu, Plan::new(Method::Convolution, &[level(32, Kernel::Mirror), ggx(16, 0.1)])?)?;
     refilter.set_light(captured);
     refilter.run(gpu)?;
     let cubes = refilter.read(gpu)?;
@@ -328,7 +334,7 @@ fn bake(slug: &str, spec: &str, lights: &Lights) -> Result<Box<dyn AnyBake>, Fai
     Ok(t.bake(lights, &material, None, &ParamValues::default(), &Task::quiet())?)
 }
 
-/// A room baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked for that.
+/// A technique baked for a plain sky, given the chain that the GPU makes of other light, shades as one baked for that.
 fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
     let gpu = gpu()?;
     let (before, after) = (steradian_light::sky::by_name("overcast", 128, 64)?, light::room_with_window());
@@ -337,22 +343,22 @@ fn split_sum_is_lit_as_by_a_new_bake() -> Result<(), Failed> {
     for (spec, sun) in [("ggx:alpha=0.25,f0=0.9/0.6/0.3", false), ("ggx:alpha=0.09,f0=1/0.8/0.4", true)] {
         let after = if sun { light::with_sun(after.clone()) } else { after.clone() };
         let mut baked = bake("split_sum", spec, &before)?;
-        let mut room = baked.gpu();
+        let mut technique = baked.gpu();
         let chain =
-            room.tables.iter().find(|t| matches!(t.shape, Shape::EdgeCubeChain(_))).ok_or("no chain")?;
+            technique.tables.iter().find(|t| matches!(t.shape, Shape::EdgeCubeChain(_))).ok_or("no chain")?;
         let Shape::EdgeCubeChain(places) = &chain.shape else { return Err("no chain".into()) };
         let (name, count) = (chain.name, places.len());
         let levels = ggx_levels(128, count);
-        let plan = Plan::new(Way::Convolution, &levels)?;
-        plan.install(&mut room, name)?;
-        let twin = ComputeRoom::new(gpu, &room)?;
+        let plan = Plan::new(Method::Convolution, &levels)?;
+        plan.install(&mut technique, name)?;
+        let twin = ComputeTechnique::new(gpu, &technique)?;
         let mut refilter = Refilter::new(gpu, plan)?;
         refilter.set_light(Surroundings::from_lights(gpu, &after)?);
         while !refilter.step(gpu, Budget::Texels(5_000_000))? {}
         refilter.deliver(gpu, twin.data(), name)?;
         let lit = twin.shade(gpu, &points)?;
         baked = baked.with_light(&after, &Task::quiet())?;
-        let expected = ComputeRoom::new(gpu, &baked.gpu())?.shade(gpu, &points)?;
+        let expected = ComputeTechnique::new(gpu, &baked.gpu())?.shade(gpu, &points)?;
         let off = apart(&lit, &expected);
         if off > 0.01 || off.is_nan() {
             return Err(format!("{spec}: {off} apart").into());
@@ -367,13 +373,13 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
         Environment { image: SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [1.0; 3]) }.into();
     let after = light::with_sun(light::room_with_window());
     let points = points();
-    // The room's own table, as large as its bake made it.
+    // The technique's own table, as large as its bake made it.
     let mut mirror = bake("mirror_map", "ggx:alpha=0.002,f0=0.9/0.6/0.3", &plain)?;
-    let room = mirror.gpu();
-    let name = room.tables[0].name;
-    let size = room.tables[0].level.width;
-    let plan = Plan::of_table(Way::Convolution, &room, name, &[(Kernel::Mirror, 1.0)])?;
-    let twin = ComputeRoom::new(gpu, &room)?;
+    let technique = mirror.gpu();
+    let name = technique.tables[0].name;
+    let size = technique.tables[0].level.width;
+    let plan = Plan::of_table(Method::Convolution, &technique, name, &[(Kernel::Mirror, 1.0)])?;
+    let twin = ComputeTechnique::new(gpu, &technique)?;
     let mut refilter = Refilter::new(gpu, plan)?;
     refilter.set_light(Surroundings::from_lights(gpu, &after)?);
     refilter.run(gpu)?;
@@ -384,21 +390,21 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     if renewed.tables[0].level.width != size {
         return Err("another size, another test".into());
     }
-    let off = apart(&lit, &ComputeRoom::new(gpu, &renewed)?.shade(gpu, &points)?);
+    let off = apart(&lit, &ComputeTechnique::new(gpu, &renewed)?.shade(gpu, &points)?);
     if off > 0.01 || off.is_nan() {
         return Err(format!("mirror: {off} apart").into());
     }
     // Nine coefficients, into uniforms, under a turned light.
     let albedo = [0.8f32, 0.5, 0.2];
     let mut diffuse = bake("sh_irradiance", "lambert:albedo=0.8/0.5/0.2", &plain)?;
-    let twin = ComputeRoom::new(gpu, &diffuse.gpu())?;
+    let twin = ComputeTechnique::new(gpu, &diffuse.gpu())?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
     let gain = albedo.map(|a| a / std::f32::consts::PI);
     refilter.deliver_irradiance(gpu, twin.data(), ["red", "green", "blue"], gain, light_rotation)?;
     let lit = twin.shade(gpu, &points)?;
     diffuse = diffuse.with_light(&after, &Task::quiet())?;
     diffuse.frame(&View { light_rotation, ..View::default() });
-    let off = apart(&lit, &ComputeRoom::new(gpu, &diffuse.gpu())?.shade(gpu, &points)?);
+    let off = apart(&lit, &ComputeTechnique::new(gpu, &diffuse.gpu())?.shade(gpu, &points)?);
     if off > 3e-3 || off.is_nan() { Err(format!("irradiance: {off} apart").into()) } else { Ok(()) }
 }
 
@@ -410,10 +416,10 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     };
     let plain: Lights =
         Environment { image: SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [1.0; 3]) }.into();
-    let room = bake("mirror_map", "ggx:alpha=0.002", &plain)?.gpu();
-    let twin = ComputeRoom::new(gpu, &room)?;
-    let mut refilter = Refilter::new(gpu, Plan::new(Way::Box, &[ggx(16, 0.2)])?)?;
-    says(refilter.deliver(gpu, twin.data(), room.tables[0].name).err(), "no chain")?;
+    let technique = bake("mirror_map", "ggx:alpha=0.002", &plain)?.gpu();
+    let twin = ComputeTechnique::new(gpu, &technique)?;
+    let mut refilter = Refilter::new(gpu, Plan::new(Method::Box, &[ggx(16, 0.2)])?)?;
+    says(refilter.deliver(gpu, twin.data(), technique.tables[0].name).err(), "no chain")?;
     let mut points = plain.clone();
     points.points.push(steradian_light::PointLight { position: Vec3::ONE, intensity: [1.0; 3] });
     says(Surroundings::from_lights(gpu, &points).err(), "point lights")?;
@@ -423,10 +429,10 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     says(Surroundings::from_image(gpu, &cube).err(), "lat-long")?;
     refilter.set_light(Surroundings::from_lights(gpu, &plain)?);
     refilter.run(gpu)?;
-    says(refilter.deliver(gpu, twin.data(), room.tables[0].name).err(), "size")?;
+    says(refilter.deliver(gpu, twin.data(), technique.tables[0].name).err(), "size")?;
     says(refilter.deliver(gpu, twin.data(), "nonsense").err(), "nonsense")?;
     says(refilter.harmonics(gpu).err(), "harmonics")?;
-    says(Plan::of_table(Way::Box, &room, room.tables[0].name, &[]).err(), "levels")?;
-    says(Plan::of_table(Way::Box, &room, "nonsense", &[]).err(), "nonsense")?;
+    says(Plan::of_table(Method::Box, &technique, technique.tables[0].name, &[]).err(), "levels")?;
+    says(Plan::of_table(Method::Box, &technique, "nonsense", &[]).err(), "nonsense")?;
     Ok(())
 }

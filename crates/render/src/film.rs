@@ -1,11 +1,13 @@
 //! Pictures: planar linear radiance with coverage, and what a display shows of it.
 
+use crate::Background;
 use steradian_formats::Raster;
+use steradian_scene::Camera;
 
 /// Linear Rec. 709 radiance and coverage, one plane each, rows from the top.
 ///
-/// Radiance is not multiplied by coverage: pixels that a surface covers in part hold the mix with whatever
-/// lies behind it, and `alpha` says how much of the pixel the surfaces cover.
+/// Pixels that a surface covers in part hold the mix with whatever lies behind it; `alpha` says how much of the pixel the
+/// surfaces cover, and `background` what of the radiance is not theirs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Film {
     /// Pixels per row.
@@ -16,13 +18,22 @@ pub struct Film {
     pub rgb: [Vec<f32>; 3],
     /// Coverage by surfaces, 0 … 1.
     pub alpha: Vec<f32>,
+    /// What of red, green and blue comes from behind the surfaces.
+    pub background: [Vec<f32>; 3],
 }
 
 impl Film {
     /// A black film without coverage.
     pub fn new(width: usize, height: usize) -> Self {
         let n = width * height;
-        Self { width, height, rgb: std::array::from_fn(|_| vec![0.0; n]), alpha: vec![0.0; n] }
+        let black = || std::array::from_fn(|_| vec![0.0; n]);
+        Self { width, height, rgb: black(), alpha: vec![0.0; n], background: black() }
+    }
+
+    /// A film of radiance and coverage with nothing behind the surfaces.
+    pub fn without_background(width: usize, height: usize, rgb: [Vec<f32>; 3], alpha: Vec<f32>) -> Self {
+        let background = std::array::from_fn(|_| vec![0.0; width * height]);
+        Self { width, height, rgb, alpha, background }
     }
 
     /// Number of pixels.
@@ -40,7 +51,27 @@ impl Film {
         [self.rgb[0][i], self.rgb[1][i], self.rgb[2][i]]
     }
 
-    /// The planes R, G, B and A as plain data for a writer.
+    /// Takes the background to be what a camera sees through the middle of each pixel, as far as no surface covers it.
+    pub fn set_background(&mut self, camera: &Camera, background: &Background) {
+        let (width, height) = (self.width, self.height);
+        for i in 0..self.len() {
+            let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            let seen = background.radiance(camera.ray(x, y, width as u32, height as u32).direction);
+            let open = 1.0 - self.alpha[i];
+            (0..3).for_each(|c| self.background[c][i] = (open * seen[c]).min(self.rgb[c][i]));
+        }
+    }
+
+    /// What the surfaces add to each pixel and how much of it they cover, without the background: associated alpha, as
+    /// OpenEXR has it.
+    pub fn into_associated(mut self) -> Raster {
+        for (plane, behind) in self.rgb.iter_mut().zip(&self.background) {
+            plane.iter_mut().zip(behind).for_each(|(v, b)| *v -= b);
+        }
+        self.into_raster()
+    }
+
+    /// The planes R, G, B and A as plain data for a writer, the background included.
     pub fn into_raster(self) -> Raster {
         let [r, g, b] = self.rgb;
         let channels = [("R", r), ("G", g), ("B", b), ("A", self.alpha)]
@@ -54,7 +85,7 @@ impl Film {
     pub fn from_raster(raster: Raster) -> Option<Self> {
         let (width, height) = (raster.width, raster.height);
         let alpha = raster.channel("A").map_or_else(|| vec![1.0; width * height], <[f32]>::to_vec);
-        Some(Self { width, height, rgb: raster.into_rgb()?, alpha })
+        Some(Self::without_background(width, height, raster.into_rgb()?, alpha))
     }
 }
 
@@ -122,6 +153,11 @@ mod tests {
         let mut f = Film::new(2, 1);
         f.rgb[1][1] = 3.0;
         f.alpha[0] = 0.5;
-        assert_eq!(Film::from_raster(f.clone().into_raster()), Some(f));
+        assert_eq!(Film::from_raster(f.clone().into_raster()), Some(f.clone()));
+        // A blue sky behind a pixel that a surface covers to a half.
+        (f.rgb[2][0], f.background[2][0]) = (2.5, 2.0);
+        let raster = f.into_associated();
+        assert_eq!(raster.channel("B"), Some(&[0.5, 0.0][..]));
+        assert_eq!(raster.channel("G"), Some(&[0.0, 3.0][..]));
     }
 }

@@ -1,74 +1,97 @@
-//! What a mesh file says of a material, as one reflectance and a base colour.
+//! What a mesh file says of a material, as one reflectance and the textures that vary it.
 //!
-//! Files describe a diffuse part, a specular part and textures of each; one BRDF with one texture is what the
-//! techniques take. What is assumed and what is left out is said in words, never silently.
+//! glTF's metallic-roughness becomes `dielectric`: a GGX layer over a diffuse base, whose albedo, f0 and alpha vary by
+//! texel ([`Colours::metallic`]); a material that is metal everywhere becomes `ggx`, and one of OBJ `lambert`, times its
+//! base colour. What is left out is said in words, never silently.
 
-use crate::maps::{self, Maps, NormalFiltering};
-use crate::{NormalMap, Texture};
 use std::sync::Arc;
 use steradian_brdf::{SharedBrdf, SpecError, parse};
 use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
 use steradian_formats::{FormatError, Limits, Raster};
+use steradian_scene::surface::{self, Colours, Maps, NormalMap, Texture};
 
 /// A material of a mesh file.
 #[derive(Clone)]
 pub struct FileMaterial {
     /// The file's name for it; may be empty.
     pub name: String,
-    /// The spec of the reflectance that it is taken as; the base colour multiplies it.
+    /// The spec of the reflectance that it is taken as, of the means of all that varies.
     pub spec: String,
     /// What was left out, in words; empty where nothing was.
     pub left_out: Vec<&'static str>,
-    /// Multiplies the net reflectance; `None` where the file's is white.
+    /// Base colour; `None` where the file's is white.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals.
     pub normal: Option<Arc<NormalMap>>,
-    /// alpha² of metals whose roughness varies.
+    /// alpha² where roughness varies.
     pub alpha2: Option<Arc<Texture>>,
+    /// Albedo and f0 of a `dielectric`, where base colour or metalness vary.
+    pub colours: Option<Colours>,
+    /// Share of the surroundings that each point sees.
+    pub occlusion: Option<Arc<Texture>>,
+    /// Emitted radiance.
+    pub emission: Option<Arc<Texture>>,
 }
 
-/// Smallest alpha of metals: files say 0 for a polish that no light is sharp enough for.
+/// Smallest alpha of metals and layers: files say 0 for a polish that no light is sharp enough for.
 pub const MIN_ALPHA: f32 = 0.02;
+/// Reflectance of glTF's dielectric at normal incidence, index 1.5 (glTF 2.0, 3.9.6 and B.2).
+const DIELECTRIC: f32 = 0.04;
 
 impl FileMaterial {
-    /// Reads a material's textures. Metals (mean metalness above ½) become `ggx` of the mean alpha whose f0 is the
-    /// base colour, everything else `lambert` whose albedo is the base colour.
+    /// Reads a material's textures.
     pub fn read(m: &MaterialData, textures: &[TextureSource], limits: &Limits) -> Result<Self, FormatError> {
         let roughness = image(m.metallic_roughness_texture.as_ref(), textures, true, limits)?;
-        let (metallic, alpha) = metallic_and_alpha(m, roughness.as_ref());
-        let metal = metallic > 0.5;
-        let elsewhere = |r: &Option<TextureRef>| {
-            let first = m.base_color_texture.or(m.normal_texture).or(m.metallic_roughness_texture);
-            let place = |r: TextureRef| (r.offset, r.rotation, r.scale);
-            r.is_some_and(|r| first.is_some_and(|f| place(f) != place(r)))
+        let alpha = mean_alpha(m, roughness.as_ref());
+        let metallic = metallic(m, roughness.as_ref());
+        let base = base_colour(m, textures, limits)?;
+        let colours = match (&metallic, m.phong) {
+            (Some(metallic), None) => Some(Colours::metallic(&base, metallic, DIELECTRIC)),
+            _ => None,
         };
-        let spec = if metal { format!("ggx:alpha={alpha:.3}") } else { "lambert".into() };
-        let mixed = m.metallic_roughness_texture.is_some();
-        let left_out = [
-            (metal && mixed && metallic < 0.95, "what is not metal"),
-            (!metal && (metallic > 0.05 || mixed || m.phong.is_some_and(|p| p.0 != [0.0; 3])), "highlights"),
-            (elsewhere(&m.normal_texture), "the placement of its normal map"),
-            (metal && elsewhere(&m.metallic_roughness_texture), "the placement of its roughness map"),
-            (m.occlusion_texture.is_some(), "occlusion"),
-            (m.emissive != [0.0; 3], "emission"),
-            (m.base_color[3] < 1.0 || m.alpha_cutoff.is_some(), "transparency"),
-        ];
+        let spec = match (&colours, m.phong) {
+            (_, Some(_)) => "lambert".into(),
+            (Some(c), None) => {
+                let [f0, albedo] = [&c.f0, &c.albedo].map(|t| triple(t.mean()));
+                format!("dielectric:alpha={alpha:.3},f0={f0},albedo={albedo}")
+            }
+            (None, None) => format!("ggx:alpha={alpha:.3}"),
+        };
+        let colours = colours.filter(|c| c.albedo.size() != (1, 1) || c.f0.size() != (1, 1));
+        let alpha2 = roughness.filter(|_| m.phong.is_none()).and_then(|r| alpha2(m, &r));
         Ok(Self {
             name: m.name.clone(),
             spec,
-            left_out: left_out.into_iter().filter(|l| l.0).map(|l| l.1).collect(),
-            base_colour: base_colour(m, textures, limits)?.map(Arc::new),
+            left_out: left_out(m),
+            base_colour: (!base.is_white()).then(|| Arc::new(base)),
             normal: normal(m, textures, limits)?.map(Arc::new),
-            alpha2: roughness.filter(|_| metal).and_then(|r| alpha2(m, &r)).map(Arc::new),
+            alpha2: alpha2.map(Arc::new),
+            colours,
+            occlusion: occlusion(m, textures, limits)?.map(Arc::new),
+            emission: emission(m, textures, limits)?.map(Arc::new),
         })
     }
 
-    /// The maps, those of roughness only where `roughness` (another reflectance has its own).
-    pub fn maps(&self, roughness: bool) -> Maps {
+    /// The maps; those of roughness and colours only with the material's `own` reflectance.
+    pub fn maps(&self, own: bool) -> Maps {
         Maps {
             normal: self.normal.clone(),
-            alpha2: self.alpha2.clone().filter(|_| roughness),
-            filtering: NormalFiltering::default(),
+            alpha2: self.alpha2.clone().filter(|_| own),
+            colours: self.colours.clone().filter(|_| own),
+            emission: self.emission.clone(),
+            ..Maps::default()
+        }
+    }
+
+    /// What multiplies the reflected radiance: occlusion, and the base colour but where the material's `own` reflectance
+    /// has it in its layers.
+    pub fn tint(&self, own: bool) -> Option<Arc<Texture>> {
+        let layered = own && self.spec.starts_with("dielectric:");
+        match (self.base_colour.as_ref().filter(|_| !layered), &self.occlusion) {
+            (Some(base), Some(occlusion)) => {
+                Some(Arc::new(base.joined(occlusion, |a, b| std::array::from_fn(|k| a[k] * b[k]))))
+            }
+            (one, other) => one.or(other.as_ref()).cloned(),
         }
     }
 
@@ -79,19 +102,53 @@ impl FileMaterial {
 
     /// What was assumed, in one line.
     pub fn assumed(&self) -> String {
-        let times = if self.base_colour.is_some() { " times its base colour" } else { "" };
-        let with = match (self.normal.is_some(), self.alpha2.is_some()) {
-            (true, true) => ", with its normal and roughness maps",
-            (true, false) => ", with its normal map",
-            (false, true) => ", with its roughness map",
-            (false, false) => "",
-        };
+        let layered = self.spec.starts_with("dielectric:");
+        let times = if self.base_colour.is_some() && !layered { " times its base colour" } else { "" };
+        let maps = [
+            (self.colours.is_some(), "base colour and metalness"),
+            (self.normal.is_some(), "normal"),
+            (self.alpha2.is_some(), "roughness"),
+            (self.occlusion.is_some(), "occlusion"),
+            (self.emission.is_some(), "emission"),
+        ];
+        let maps: Vec<&str> = maps.into_iter().filter(|m| m.0).map(|m| m.1).collect();
+        let with = if maps.is_empty() { String::new() } else { format!(", with its {}", listed(&maps)) };
         let without = match self.left_out.as_slice() {
             [] => String::new(),
-            some => format!(", without {}", some.join(", ")),
+            all => format!(", without {}", listed(all)),
         };
         format!("material '{}' taken as {}{times}{with}{without}", self.name, self.spec)
     }
+}
+
+/// Words as a list.
+fn listed(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// What the material says that is not shown.
+fn left_out(m: &MaterialData) -> Vec<&'static str> {
+    let first = m.base_color_texture.or(m.normal_texture).or(m.metallic_roughness_texture);
+    let place = |r: TextureRef| (r.offset, r.rotation, r.scale);
+    let elsewhere = |r: &Option<TextureRef>| r.is_some_and(|r| first.is_some_and(|f| place(f) != place(r)));
+    let all = [
+        (m.phong.is_some_and(|p| p.0 != [0.0; 3]), "highlights"),
+        (elsewhere(&m.normal_texture), "the placement of its normal map"),
+        (elsewhere(&m.metallic_roughness_texture), "the placement of its roughness map"),
+        (elsewhere(&m.occlusion_texture), "the placement of its occlusion map"),
+        (elsewhere(&m.emissive_texture), "the placement of its emission map"),
+        (m.base_color[3] < 1.0 || m.alpha_cutoff.is_some(), "transparency"),
+    ];
+    all.into_iter().filter(|l| l.0).map(|l| l.1).collect()
+}
+
+/// r/g/b with four digits.
+fn triple([r, g, b]: [f32; 3]) -> String {
+    format!("{r:.4}/{g:.4}/{b:.4}")
 }
 
 /// The image of a reference; `None` where the file was missing, which its reader has noted.
@@ -105,18 +162,29 @@ fn image(
     source.map(|s| s.decode(data, limits)).transpose()
 }
 
-/// Mean metalness, and mean alpha = perceptual roughness²; glTF 2.0, 3.9.2: factor times blue, factor times green.
-fn metallic_and_alpha(m: &MaterialData, raster: Option<&Raster>) -> (f64, f64) {
-    let mean = |name: &str, f: &dyn Fn(f64) -> f64| -> f64 {
-        let plane = raster.and_then(|r| r.channel(name).or_else(|| r.channel("Y")));
-        match plane {
-            Some(p) if !p.is_empty() => p.iter().map(|v| f(f64::from(*v))).sum::<f64>() / p.len() as f64,
-            _ => f(1.0),
+/// Mean alpha = perceptual roughness²; glTF 2.0, 3.9.2: factor times green.
+fn mean_alpha(m: &MaterialData, raster: Option<&Raster>) -> f64 {
+    let factor = f64::from(m.perceptual_roughness);
+    let plane = raster.and_then(|r| r.channel("G").or_else(|| r.channel("Y"))).filter(|p| !p.is_empty());
+    let alpha = plane.map_or(factor * factor, |p| {
+        p.iter().map(|g| (f64::from(*g) * factor).powi(2)).sum::<f64>() / p.len() as f64
+    });
+    alpha.clamp(f64::from(MIN_ALPHA), 1.0)
+}
+
+/// Metalness; glTF 2.0, 3.9.2: factor times blue. `None` where all is metal.
+fn metallic(m: &MaterialData, raster: Option<&Raster>) -> Option<Texture> {
+    let plane = raster.and_then(|r| Some((r, r.channel("B").or_else(|| r.channel("Y"))?)));
+    let texture = match plane {
+        Some((r, plane)) => {
+            let scaled: Vec<f32> = plane.iter().map(|b| b * m.metallic).collect();
+            let wrap = m.metallic_roughness_texture.as_ref()?.wrap;
+            Texture::new(r.width, r.height, &[scaled.clone(), scaled.clone(), scaled])?.with_wrap(wrap)
         }
+        None => Texture::constant([m.metallic; 3]),
     };
-    let metallic = mean("B", &|b| b * f64::from(m.metallic));
-    let alpha = mean("G", &|g| (g * f64::from(m.perceptual_roughness)).powi(2));
-    (metallic.clamp(0.0, 1.0), alpha.clamp(f64::from(MIN_ALPHA), 1.0))
+    let whole = texture.levels().next().is_some_and(|(_, _, texels)| texels.iter().all(|t| t[0] >= 1.0));
+    (!whole).then_some(texture)
 }
 
 /// The map of alpha² where roughness varies.
@@ -125,7 +193,7 @@ fn alpha2(m: &MaterialData, raster: &Raster) -> Option<Texture> {
     if plane.iter().all(|v| v == &plane[0]) {
         return None;
     }
-    let texture = maps::alpha2(raster.width, raster.height, plane, m.perceptual_roughness, MIN_ALPHA)?;
+    let texture = surface::alpha2(raster.width, raster.height, plane, m.perceptual_roughness, MIN_ALPHA)?;
     let wrap = m.metallic_roughness_texture.as_ref()?.wrap;
     Some(texture.with_wrap(wrap))
 }
@@ -143,21 +211,58 @@ fn normal(
     Ok(map.map(|t| t.with_wrap(r.wrap)))
 }
 
-/// Factor times texture, linear; `None` where that is white everywhere.
+/// Factor times texture, linear.
 fn base_colour(
     m: &MaterialData,
     textures: &[TextureSource],
     limits: &Limits,
-) -> Result<Option<Texture>, FormatError> {
+) -> Result<Texture, FormatError> {
     let factor = [m.base_color[0], m.base_color[1], m.base_color[2]];
-    let Some(r) = &m.base_color_texture else { return Ok(Texture::plain(factor)) };
-    let Some(raster) = image(Some(r), textures, false, limits)? else { return Ok(Texture::plain(factor)) };
+    let t = coloured(m.base_color_texture.as_ref(), factor, textures, limits)?;
+    Ok(t.unwrap_or_else(|| Texture::constant(factor)))
+}
+
+/// An sRGB texture times a factor; `None` where there is none.
+fn coloured(
+    r: Option<&TextureRef>,
+    factor: [f32; 3],
+    textures: &[TextureSource],
+    limits: &Limits,
+) -> Result<Option<Texture>, FormatError> {
+    let (Some(r), Some(raster)) = (r, image(r, textures, false, limits)?) else { return Ok(None) };
     let (width, height) = (raster.width, raster.height);
-    let Some(mut planes) = raster.into_rgb() else { return Ok(Texture::plain(factor)) };
+    let Some(mut planes) = raster.into_rgb() else { return Ok(None) };
     for (plane, f) in planes.iter_mut().zip(factor) {
         plane.iter_mut().for_each(|v| *v *= f);
     }
     Ok(Texture::new(width, height, &planes).map(|t| t.with_wrap(r.wrap)))
+}
+
+/// Emitted radiance: factor times texture (glTF 2.0, 3.9.3); `None` where it is black.
+fn emission(
+    m: &MaterialData,
+    textures: &[TextureSource],
+    limits: &Limits,
+) -> Result<Option<Texture>, FormatError> {
+    if m.emissive == [0.0; 3] {
+        return Ok(None);
+    }
+    let t = coloured(m.emissive_texture.as_ref(), m.emissive, textures, limits)?;
+    Ok(Some(t.unwrap_or_else(|| Texture::constant(m.emissive))))
+}
+
+/// 1 + strength (red − 1) (glTF 2.0, 3.9.3).
+fn occlusion(
+    m: &MaterialData,
+    textures: &[TextureSource],
+    limits: &Limits,
+) -> Result<Option<Texture>, FormatError> {
+    let r = m.occlusion_texture.as_ref();
+    let (Some(r), Some(raster)) = (r, image(r, textures, true, limits)?) else { return Ok(None) };
+    let Some(plane) = raster.channel("R").or_else(|| raster.channel("Y")) else { return Ok(None) };
+    let open: Vec<f32> = plane.iter().map(|o| 1.0 + m.occlusion_strength * (o - 1.0)).collect();
+    let t = Texture::new(raster.width, raster.height, &[open.clone(), open.clone(), open]);
+    Ok(t.map(|t| t.with_wrap(r.wrap)))
 }
 
 #[cfg(test)]
@@ -180,8 +285,25 @@ mod tests {
         assert_eq!(m.base_colour.as_ref().map(|t| t.sample(0.3, 0.7, 0.0)), Some([1.0, 0.8, 0.3]));
         assert!(m.brdf().is_ok() && m.left_out.is_empty());
         let m = read(MaterialData { metallic: 0.0, emissive: [1.0; 3], ..MaterialData::default() });
-        assert_eq!((m.spec.as_str(), m.base_colour.is_none()), ("lambert", true));
-        assert_eq!(m.assumed(), "material '' taken as lambert, without emission");
+        assert_eq!(m.spec, "dielectric:alpha=1.000,f0=0.0400/0.0400/0.0400,albedo=1.0000/1.0000/1.0000");
+        assert!(m.brdf().is_ok() && m.base_colour.is_none() && m.colours.is_none() && m.tint(true).is_none());
+        assert_eq!(m.maps(true).emission.map(|t| t.mean()), Some([1.0; 3]));
+        assert_eq!(m.assumed(), format!("material '' taken as {}, with its emission", m.spec));
+    }
+
+    /// Half metal, half not: (1 − m) c and 0.04 (1 − m) + m c of each half, and their means afar.
+    #[test]
+    fn metalness_splits_the_base_colour_by_texel() {
+        let plane = |a: f32, b: f32| vec![a, b];
+        let metallic =
+            Texture::new(2, 1, &[plane(0.0, 1.0), plane(0.0, 1.0), plane(0.0, 1.0)]).expect("two texels");
+        let c = Colours::metallic(&Texture::constant([0.8, 0.5, 0.2]), &metallic, DIELECTRIC);
+        assert_eq!(c.albedo.sample(0.25, 0.5, 0.0), [0.8, 0.5, 0.2]);
+        assert_eq!(c.albedo.sample(0.75, 0.5, 0.0), [0.0; 3]);
+        assert_eq!(c.f0.sample(0.25, 0.5, 0.0), [DIELECTRIC; 3]);
+        assert_eq!(c.f0.sample(0.75, 0.5, 0.0), [0.8, 0.5, 0.2]);
+        let mean = c.f0.mean();
+        assert!((mean[1] - 0.27).abs() < 1e-6, "{mean:?}");
     }
 
     #[test]

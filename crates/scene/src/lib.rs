@@ -1,12 +1,13 @@
-//! Geometry only: meshes, tangents, BVH, visibility queries, cameras.
+//! Geometry: meshes, tangents, BVH, visibility queries, cameras, and what varies over surfaces.
 
 mod bvh;
 mod camera;
 mod load;
 mod mesh;
 pub mod shapes;
+pub mod surface;
 
 pub use bvh::{Bvh, Hit};
-pub use camera::{Camera, Ray};
+pub use camera::{Camera, Framing, Ray};
 pub use load::{Loaded, from_data, load, load_with};
 pub use mesh::{Mesh, MeshReport, Repairs, Surface};

@@ -243,7 +243,7 @@ fn geometry(technique: &dyn AnyTechnique, r: &Request, q: &Points) -> Result<Opt
                 p: p.iter().map(|v| v.as_vec3()).collect(),
                 n: q.n.iter().map(|v| v.as_vec3()).collect(),
             };
-            Ok(Some(Geometry { mesh: mesh.clone(), sites }))
+            Ok(Some(Geometry::new(mesh.clone(), sites)))
         }
         _ => Ok(None),
     }

@@ -405,7 +405,7 @@ impl Session {
     /// Loads a map of perceptual roughness: the green channel (as in glTF's), or the only one.
     pub fn roughness_map(&mut self, path: &Path) -> Result<Maps, Error> {
         let (w, h, planes) = self.data(path)?;
-        let alpha2 = steradian_render::maps::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
+        let alpha2 = steradian_scene::surface::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
         Ok(Maps { alpha2: alpha2.map(Arc::new), ..Maps::default() })
     }
 }

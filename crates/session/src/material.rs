@@ -117,7 +117,8 @@ impl Prepared {
     /// What of the material's maps its technique leaves out.
     pub fn left_out(&self) -> Vec<&'static str> {
         let maps = &self.material.maps;
-        let mut left_out = self.varies.left_out(maps.alpha2.is_some(), maps.filters());
+        let mut left_out =
+            self.varies.left_out(maps.alpha2.is_some(), maps.filters(), maps.colours.is_some());
         if self.lit && !maps.is_empty() {
             left_out.push("its maps, but for the mean normal, under lights that no environment holds");
         }

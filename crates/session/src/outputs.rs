@@ -64,7 +64,10 @@ impl Session {
             return Err(Error::failed(format!("{}: {why}", path.display())));
         }
         if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return self.write_image(path, &film.into_raster(), WriteOptions::default()).map(|_| ());
+            // OpenEXR's alpha is associated; the other formats have none, and keep the background.
+            let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+            let raster = if exr { film.into_associated() } else { film.into_raster() };
+            return self.write_image(path, &raster, WriteOptions::default()).map(|_| ());
         }
         let metadata = vec![
             ("steradian.exposure".to_string(), develop.ev.to_string()),

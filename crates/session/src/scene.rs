@@ -59,7 +59,7 @@ impl Scene {
         for m in &materials {
             let brdf = given.clone().map_or_else(|| m.brdf(), Ok)?;
             let maps = m.maps(given.is_none());
-            all.push(Material { base_colour: m.base_colour.clone(), maps, ..Material::new(brdf) });
+            all.push(Material { base_colour: m.tint(given.is_none()), maps, ..Material::new(brdf) });
         }
         if all.is_empty() {
             let brdf = given.map_or_else(|| session.brdf("lambert:albedo=0.6"), Ok)?;

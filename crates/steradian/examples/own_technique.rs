@@ -7,10 +7,11 @@ use steradian::brdf::Brdf;
 use steradian::light::Lights;
 use steradian::session::compare::Plan;
 use steradian::session::{Error, Method, Renderer, Scene, Session, coefficients};
+use steradian::techniques::gpu::Entry;
 use steradian::techniques::tensors::{PartError, get_f64, put_f64};
 use steradian::techniques::{
-    Bake, BakeError, Capabilities, Card, Erased, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
-    Radiance, Report, Technique, TensorFile, View,
+    Bake, BakeError, Capabilities, Card, Erased, Geometry, GpuTechnique, Material, Needs, Part, Parts,
+    Points, Radiance, Report, Technique, TensorFile, View,
 };
 
 /// Irradiance from two bands of the light: E(n) = a + b·n.
@@ -101,9 +102,16 @@ impl Technique for TwoBands {
         }
     }
 
-    fn gpu(_: &Bake<Self>, _: &()) -> GpuRoom {
+    fn gpu(_: &Bake<Self>, _: &()) -> GpuTechnique {
         // This one shades on the CPU.
-        GpuRoom { slug: Self::CARD.slug, wgsl: "".into(), tables: vec![], uniforms: vec![], buffers: vec![] }
+        GpuTechnique {
+            slug: Self::CARD.slug,
+            modules: vec![],
+            entry: Entry::PLAIN,
+            tables: vec![],
+            uniforms: vec![],
+            buffers: vec![],
+        }
     }
 }
 

@@ -1,7 +1,7 @@
-//! One room per published technique, behind one door.
+//! Published techniques, one module each, behind one interface.
 //!
 //! A [`Technique`] bakes light, reflectance and geometry each on its own, links them, and shades batches of
-//! points. [`registry`] lists all rooms without their types ([`AnyTechnique`], [`AnyBake`]); commands and
+//! points. [`registry`] lists all techniques without their types ([`AnyTechnique`], [`AnyBake`]); commands and
 //! windows know no technique by name.
 
 pub mod certify;
@@ -19,7 +19,7 @@ pub use door::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
     Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,
 };
-pub use gpu::GpuRoom;
+pub use gpu::GpuTechnique;
 pub use registry::{find, registry};
 pub use saved::{IN_FOLDER, Made, SavedBake, SavedError, not_finite, seal};
 pub use tensors::TensorFile;

@@ -3,8 +3,10 @@
 pub mod abc;
 pub mod ashikhmin_shirley;
 pub mod blinn_phong;
+pub mod charlie;
 pub mod cook_torrance;
 mod cosine_power;
+pub mod dielectric;
 pub mod ggx;
 pub mod lafortune;
 mod lafortune_file;
@@ -35,6 +37,8 @@ pub(crate) static ENTRIES: &[Entry] = &[
     microfacet::ENTRY,
     cook_torrance::ENTRY,
     ggx::ENTRY,
+    dielectric::ENTRY,
+    charlie::ENTRY,
     ward::ENTRY,
     ashikhmin_shirley::ENTRY,
     lafortune::ENTRY,

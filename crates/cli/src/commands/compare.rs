@@ -194,7 +194,7 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
         |brdf, base_colour, maps| Material { brdf, method: None, params: params.clone(), base_colour, maps };
     let mut looks: Vec<(String, Vec<Material>)> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
-        let own = materials.iter().map(|m| Ok(material(m.brdf()?, m.base_colour.clone(), m.maps(true))));
+        let own = materials.iter().map(|m| Ok(material(m.brdf()?, m.tint(true), m.maps(true))));
         looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
     } else {
         let own: Vec<(&str, SharedBrdf)> = match bakes.first() {
@@ -206,8 +206,7 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
         };
         for (spec, brdf) in own {
             bakes.iter().for_each(|file| context.tell_other_brdf(file, &brdf.spec()));
-            let of_file =
-                materials.iter().map(|m| material(brdf.clone(), m.base_colour.clone(), m.maps(false)));
+            let of_file = materials.iter().map(|m| material(brdf.clone(), m.tint(false), m.maps(false)));
             let mut all: Vec<_> = of_file.collect();
             if all.is_empty() {
                 all.push(material(brdf, None, Maps::default()));

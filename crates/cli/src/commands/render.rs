@@ -289,7 +289,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
             Some(brdf) => brdf.clone(),
             None => m.brdf()?,
         };
-        let base_colour = texture.clone().or_else(|| m.base_colour.clone());
+        let base_colour = texture.clone().or_else(|| m.tint(given.is_none()));
         materials.push(material(brdf, base_colour, m.maps(given.is_none())));
     }
     if materials.is_empty() {

@@ -20,7 +20,7 @@ const FACES: [(Vec3, Vec3); 6] = [
 impl Surroundings {
     /// What `renderer`'s scene shows from the point `from`, at the renderer's resolution (which must be square); the
     /// pictures stay on the device, and the camera is put back. The light on the scene's own surfaces is that of its
-    /// rooms, so captures by turns with refilters carry it on from one to the next.
+    /// techniques, so captures by turns with refilters carry it on from one to the next.
     pub fn captured(gpu: &Gpu, renderer: &mut Renderer, from: Vec3) -> Result<Self, GpuError> {
         let (_, [width, height]) = renderer.film();
         if width != height {

@@ -1,22 +1,22 @@
 //! Refiltering a changing environment on the GPU: an uploaded image, a sky of another hour, or the scene captured into
-//! a cube becomes a chain of filtered cubes in the layout of the rooms' own tables, and spherical harmonics.
+//! a cube becomes a chain of filtered cubes in the layout of the techniques' own tables, and spherical harmonics.
 //!
 //! [`Surroundings`] is the light, [`Plan`] the chain and the way to filter it, [`Refilter`] does the work within a
-//! budget and hands finished chains to rooms:
+//! budget and hands finished chains to techniques:
 //!
 //! ```no_run
-//! use steradian_gpu::refilter::{Budget, Plan, Refilter, Surroundings, Way, ggx_levels};
-//! use steradian_gpu::{Gpu, GpuError, RoomData};
+//! use steradian_gpu::refilter::{Budget, Plan, Refilter, Surroundings, Method, ggx_levels};
+//! use steradian_gpu::{Gpu, GpuError, TechniqueData};
 //!
 //! fn start(gpu: &Gpu, lights: &steradian_light::Lights) -> Result<Refilter, GpuError> {
-//!     let mut refilter = Refilter::new(gpu, Plan::new(Way::Convolution, &ggx_levels(256, 6))?)?;
+//!     let mut refilter = Refilter::new(gpu, Plan::new(Method::Convolution, &ggx_levels(256, 6))?)?;
 //!     refilter.set_light(Surroundings::from_lights(gpu, lights)?);
 //!     Ok(refilter)
 //! }
 //!
-//! fn every_frame(gpu: &Gpu, refilter: &mut Refilter, room: &RoomData) -> Result<(), GpuError> {
+//! fn every_frame(gpu: &Gpu, refilter: &mut Refilter, technique: &TechniqueData) -> Result<(), GpuError> {
 //!     if refilter.step(gpu, Budget::Milliseconds(0.5))? {
-//!         refilter.deliver(gpu, room, "chain")?;
+//!         refilter.deliver(gpu, technique, "chain")?;
 //!     }
 //!     Ok(())
 //! }
@@ -34,7 +34,7 @@
 //! weights depend on angles alone: there are neither seams nor preferred axes. Cost: 70 to 260 texels for a sample of a
 //! Gaussian, 16 for each Gaussian in a sample of the chain, whatever its roughness.
 //!
-//! *Box*, *Paraboloid* and *Frequency* are the simpler and older ways, for comparison and for slow devices: see [`Way`].
+//! *Box*, *Paraboloid* and *Frequency* are the simpler and older ways, for comparison and for slow devices: see [`Method`].
 //!
 //! Suns and directional lights are never filtered: each adds its kernel, exactly, to every sample. Mirrors take
 //! them as bilinear lookup weighs them.
@@ -45,28 +45,28 @@
 //! one pass ([`Refilter::run`]).
 
 mod capture;
-mod gear;
 mod kernel;
-mod meter;
 mod plan;
 mod program;
+mod resources;
 mod surroundings;
 #[cfg(test)]
 mod tests;
+mod throughput;
 
 use crate::layout::{empty, filled};
 use crate::renderer::clock::Clock;
-use crate::{Gpu, GpuError, RoomData};
-use gear::Gear;
+use crate::{Gpu, GpuError, TechniqueData};
 use glam::Mat3;
-use meter::Meter;
 use program::{Job, Pass, QUADRIC};
+use resources::Resources;
 use std::time::Instant;
 use steradian_prefilter::EdgeCube;
 use steradian_sphere::sh::ShRgb;
+use throughput::Throughput;
 
 pub use kernel::Kernel;
-pub use plan::{Level, Plan, Way, ggx_levels};
+pub use plan::{Level, Method, Plan, ggx_levels};
 pub use surroundings::Surroundings;
 
 /// How much a step may do; at least one tile.
@@ -92,8 +92,8 @@ struct Lit {
 /// A chain in the making, and the one that is finished.
 pub struct Refilter {
     plan: Plan,
-    gear: Gear,
-    meter: Meter,
+    resources: Resources,
+    throughput: Throughput,
     waiting: Option<Surroundings>,
     making: Option<(Lit, wgpu::BindGroup)>,
     next: usize,
@@ -106,14 +106,24 @@ pub struct Refilter {
 impl Refilter {
     /// Makes buffers and pipelines for `plan`.
     pub fn new(gpu: &Gpu, plan: Plan) -> Result<Self, GpuError> {
-        let gear = Gear::new(gpu, &plan)?;
+        let resources = Resources::new(gpu, &plan)?;
         let usage = wgpu::BufferUsages::STORAGE
             .union(wgpu::BufferUsages::COPY_SRC)
             .union(wgpu::BufferUsages::COPY_DST);
         let bytes = 16 * u64::from(program::PARTIAL);
-        let (meter, settled) =
-            gpu.scoped("refilter", || (Meter::new(gpu), empty(gpu, "coefficients", usage, bytes)))?;
-        Ok(Self { plan, gear, meter, waiting: None, making: None, next: 0, shown: None, front: 0, settled })
+        let (throughput, settled) =
+            gpu.scoped("refilter", || (Throughput::new(gpu), empty(gpu, "coefficients", usage, bytes)))?;
+        Ok(Self {
+            plan,
+            resources,
+            throughput,
+            waiting: None,
+            making: None,
+            next: 0,
+            shown: None,
+            front: 0,
+            settled,
+        })
     }
 
     /// The plan.
@@ -147,7 +157,7 @@ impl Refilter {
     /// chain, which then takes the place of the one before.
     pub fn step(&mut self, gpu: &Gpu, budget: Budget) -> Result<bool, GpuError> {
         gpu.device.poll(wgpu::PollType::Poll).map_err(|e| GpuError::Lost(e.to_string()))?;
-        self.meter.collect();
+        self.throughput.collect();
         if self.making.is_none() {
             let Some(light) = self.waiting.take() else { return Ok(false) };
             self.begin(gpu, light)?;
@@ -160,15 +170,15 @@ impl Refilter {
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                     label: Some("refilter"),
-                    timestamp_writes: self.meter.writes(),
+                    timestamp_writes: self.throughput.writes(),
                 });
-                self.gear.encode(&self.plan, group, self.next..end, &mut pass);
+                self.resources.encode(&self.plan, group, self.next..end, &mut pass);
             }
-            self.meter.resolve(&mut encoder);
+            self.throughput.resolve(&mut encoder);
             self.settle(&mut encoder, end);
             gpu.queue.submit([encoder.finish()]);
         })?;
-        self.meter.submitted(gpu, reads);
+        self.throughput.submitted(gpu, reads);
         self.advance(end);
         Ok(done)
     }
@@ -209,7 +219,7 @@ impl Refilter {
                         label: Some(job.pass.entry()),
                         timestamp_writes: clock.compute(job.pass.entry()),
                     });
-                    self.gear.encode(&self.plan, group, self.next..end, &mut pass);
+                    self.resources.encode(&self.plan, group, self.next..end, &mut pass);
                 }
                 clock.collect(&mut encoder);
                 self.settle(&mut encoder, end);
@@ -227,7 +237,13 @@ impl Refilter {
     /// Keeps the coefficients with the chain's last tile.
     fn settle(&self, encoder: &mut wgpu::CommandEncoder, end: usize) {
         if end == self.plan.work.tiles.len() {
-            encoder.copy_buffer_to_buffer(&self.gear.harmonics, 0, &self.settled, 0, 16 * u64::from(QUADRIC));
+            encoder.copy_buffer_to_buffer(
+                &self.resources.harmonics,
+                0,
+                &self.settled,
+                0,
+                16 * u64::from(QUADRIC),
+            );
         }
     }
 
@@ -241,7 +257,7 @@ impl Refilter {
         let data = light.extras(&self.plan);
         let (extras, group) = gpu.scoped("light", || {
             let extras = filled(gpu, "suns", wgpu::BufferUsages::STORAGE, &data);
-            let group = self.gear.group(gpu, &light, &extras, 1 - self.front);
+            let group = self.resources.group(gpu, &light, &extras, 1 - self.front);
             (extras, group)
         })?;
         self.making = Some((Lit { light, extras }, group));
@@ -254,7 +270,7 @@ impl Refilter {
         let most = match budget {
             Budget::All => u64::MAX,
             Budget::Texels(n) => n,
-            Budget::Milliseconds(ms) => self.meter.rate().map_or(0, |rate| (rate * ms.max(0.0)) as u64),
+            Budget::Milliseconds(ms) => self.throughput.rate().map_or(0, |rate| (rate * ms.max(0.0)) as u64),
         };
         let (mut end, mut reads) = (self.next, 0u64);
         for tile in &self.plan.work.tiles[self.next..] {
@@ -271,10 +287,10 @@ impl Refilter {
         self.shown.as_ref().ok_or_else(|| GpuError::Scene("no chain has been refiltered yet".into()))
     }
 
-    /// Copies the finished chain into the table `name` of a room on the device.
-    pub fn deliver(&self, gpu: &Gpu, room: &RoomData, name: &str) -> Result<(), GpuError> {
+    /// Copies the finished chain into the table `name` of a technique on the device.
+    pub fn deliver(&self, gpu: &Gpu, technique: &TechniqueData, name: &str) -> Result<(), GpuError> {
         self.finished()?;
-        let texture = room.table(name).ok_or_else(|| GpuError::Scene(format!("no table '{name}'")))?;
+        let texture = technique.table(name).ok_or_else(|| GpuError::Scene(format!("no table '{name}'")))?;
         let [width, height] = self.plan.extent();
         if [texture.width(), texture.height(), texture.depth_or_array_layers()] != [width, height, 6] {
             return Err(GpuError::Scene(format!("the table '{name}' has another size than the chain")));
@@ -287,7 +303,7 @@ impl Refilter {
                 rows_per_image: Some(height),
             };
             encoder.copy_buffer_to_texture(
-                wgpu::TexelCopyBufferInfo { buffer: &self.gear.chains[self.front], layout },
+                wgpu::TexelCopyBufferInfo { buffer: &self.resources.chains[self.front], layout },
                 texture.as_image_copy(),
                 texture.size(),
             );
@@ -296,12 +312,12 @@ impl Refilter {
     }
 
     /// Writes nᵀMn of E·gain over normals turned by `rotation` (light from d comes from `rotation · d`) into the
-    /// `mat4x4` uniforms `names` of a room (Ramamoorthi & Hanrahan 2001): E's bands 0 to 2, suns included. A
-    /// room of Lambert's albedo ρ takes the gain ρ/π.
+    /// `mat4x4` uniforms `names` of a technique (Ramamoorthi & Hanrahan 2001): E's bands 0 to 2, suns included. A
+    /// technique of Lambert's albedo ρ takes the gain ρ/π.
     pub fn deliver_irradiance(
         &self,
         gpu: &Gpu,
-        room: &RoomData,
+        technique: &TechniqueData,
         names: [&str; 3],
         gain: [f32; 3],
         rotation: Mat3,
@@ -310,7 +326,8 @@ impl Refilter {
         if !self.plan.has_harmonics() {
             return Err(GpuError::Scene(format!("{:?} leaves no spherical harmonics", self.plan.way())));
         }
-        let place = |name| room.uniform(name).ok_or_else(|| GpuError::Scene(format!("no uniform '{name}'")));
+        let place =
+            |name| technique.uniform(name).ok_or_else(|| GpuError::Scene(format!("no uniform '{name}'")));
         let places = [place(names[0])?, place(names[1])?, place(names[2])?];
         let columns = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|c| c.extend(0.0).to_array());
         let cosine = steradian_prefilter::Zonal::coefficients(&steradian_prefilter::Cosine, 2);
@@ -327,7 +344,7 @@ impl Refilter {
         };
         gpu.scoped("irradiance", || {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            self.gear.lone(gpu, &job, &tables, &lit.extras, &self.settled, &mut encoder);
+            self.resources.lone(gpu, &job, &tables, &lit.extras, &self.settled, &mut encoder);
             for (k, (buffer, offset)) in (0..).zip(places) {
                 let from = 16 * u64::from(QUADRIC) + 64 * k;
                 encoder.copy_buffer_to_buffer(&self.settled, from, buffer, offset, 64);
@@ -340,7 +357,7 @@ impl Refilter {
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<EdgeCube>, GpuError> {
         self.finished()?;
         let (pitch, height) = (self.plan.pitch as usize, self.plan.height as usize);
-        let texels = read_back(gpu, &self.gear.chains[self.front], 6 * pitch * height)?;
+        let texels = read_back(gpu, &self.resources.chains[self.front], 6 * pitch * height)?;
         let cube = |p: &[u32; 3]| {
             let [x, y, n] = p.map(|v| v as usize);
             let row = |r: usize| (r / (n + 1) * height + y + r % (n + 1)) * pitch + x;

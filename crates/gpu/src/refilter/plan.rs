@@ -4,12 +4,12 @@ use super::kernel::{self, Kernel};
 use super::program::{Builder, Job, Pass, Work};
 use crate::GpuError;
 use steradian_prefilter::Zonal;
-use steradian_techniques::GpuRoom;
+use steradian_techniques::GpuTechnique;
 use steradian_techniques::gpu::{Shape, Table};
 
 /// How the light is filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Way {
+pub enum Method {
     /// The level of a box mip chain whose width is nearest to the kernel's (K06): the cheapest and crudest, with the
     /// seams of its cube.
     Box,
@@ -70,7 +70,7 @@ const PROJECTED: u32 = 64;
 /// The passes of one chain.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    pub(super) way: Way,
+    pub(super) way: Method,
     pub(super) levels: Vec<Level>,
     pub(super) places: Vec<[u32; 3]>,
     /// Texels a row (a multiple of 16, as copies want), and rows a face.
@@ -81,8 +81,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A chain of `levels`, packed as rooms pack theirs.
-    pub fn new(way: Way, levels: &[Level]) -> Result<Self, GpuError> {
+    /// A chain of `levels`, packed as techniques pack theirs.
+    pub fn new(way: Method, levels: &[Level]) -> Result<Self, GpuError> {
         let x = levels.first().map_or(0, |l| l.size + 1);
         let mut y = 0;
         let place = |(k, l): (usize, &Level)| {
@@ -95,21 +95,22 @@ impl Plan {
         Self::placed(way, levels, levels.iter().enumerate().map(place).collect())
     }
 
-    /// The chain of the table `name` of `room`, as large as its bake made it; a kernel and a gain for each level.
+    /// The chain of the table `name` of `technique`, as large as its bake made it; a kernel and a gain for each level.
     pub fn of_table(
-        way: Way,
-        room: &GpuRoom,
+        way: Method,
+        technique: &GpuTechnique,
         name: &str,
         kernels: &[(Kernel, f32)],
     ) -> Result<Self, GpuError> {
-        let table = table(room, name)?;
+        let table = table(technique, name)?;
         let places = match &table.shape {
             Shape::EdgeCube => vec![[0, 0, table.level.width as u32 - 1]],
             Shape::EdgeCubeChain(places) => places.clone(),
-            _ => return Err(no_cube(room, name)),
+            _ => return Err(no_cube(technique, name)),
         };
         if places.len() != kernels.len() {
-            let why = format!("'{name}' of {} has {} levels, not {}", room.slug, places.len(), kernels.len());
+            let why =
+                format!("'{name}' of {} has {} levels, not {}", technique.slug, places.len(), kernels.len());
             return Err(GpuError::Scene(why));
         }
         let level = |(p, &(kernel, gain)): (&[u32; 3], &(Kernel, f32))| Level { size: p[2], kernel, gain };
@@ -117,11 +118,11 @@ impl Plan {
         Self::placed(way, &levels, places)
     }
 
-    /// Gives `room` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]: light that
-    /// comes may be sharper than what the room was baked for.
-    pub fn install(&self, room: &mut GpuRoom, name: &str) -> Result<(), GpuError> {
-        let slug = room.slug;
-        let found = room.tables.iter_mut().find(|t| t.name == name);
+    /// Gives `technique` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]: light that
+    /// comes may be sharper than what the technique was baked for.
+    pub fn install(&self, technique: &mut GpuTechnique, name: &str) -> Result<(), GpuError> {
+        let slug = technique.slug;
+        let found = technique.tables.iter_mut().find(|t| t.name == name);
         let table = found.ok_or_else(|| GpuError::Scene(format!("{slug} has no table '{name}'")))?;
         match &mut table.shape {
             Shape::EdgeCubeChain(places) => places.clone_from(&self.places),
@@ -134,7 +135,7 @@ impl Plan {
         Ok(())
     }
 
-    fn placed(way: Way, levels: &[Level], places: Vec<[u32; 3]>) -> Result<Self, GpuError> {
+    fn placed(way: Method, levels: &[Level], places: Vec<[u32; 3]>) -> Result<Self, GpuError> {
         if levels.is_empty() || levels.len() > 100 {
             return Err(GpuError::Scene("a chain has 1 to 100 levels".into()));
         }
@@ -166,7 +167,7 @@ impl Plan {
     }
 
     /// The way.
-    pub fn way(&self) -> Way {
+    pub fn way(&self) -> Method {
         self.way
     }
 
@@ -189,8 +190,8 @@ impl Plan {
     /// Bands of the spherical harmonics that this way leaves behind.
     pub fn bands(&self) -> Option<usize> {
         match self.way {
-            Way::Convolution | Way::Frequency => Some(MOST_BANDS),
-            Way::Box | Way::Paraboloid => None,
+            Method::Convolution | Method::Frequency => Some(MOST_BANDS),
+            Method::Box | Method::Paraboloid => None,
         }
     }
 
@@ -206,10 +207,10 @@ impl Plan {
     fn schedule(&mut self) {
         let mut b = Builder::default();
         self.errors = match self.way {
-            Way::Convolution => self.convolution(&mut b),
-            Way::Frequency => self.frequency(&mut b),
-            Way::Box => self.boxes(&mut b),
-            Way::Paraboloid => self.paraboloids(&mut b),
+            Method::Convolution => self.convolution(&mut b),
+            Method::Frequency => self.frequency(&mut b),
+            Method::Box => self.boxes(&mut b),
+            Method::Paraboloid => self.paraboloids(&mut b),
         };
         self.work = b.finish();
     }
@@ -443,10 +444,10 @@ fn cell(n: u32) -> f64 {
 }
 
 /// The table of that name.
-fn table<'a>(room: &'a GpuRoom, name: &str) -> Result<&'a Table, GpuError> {
-    room.tables.iter().find(|t| t.name == name).ok_or_else(|| no_cube(room, name))
+fn table<'a>(technique: &'a GpuTechnique, name: &str) -> Result<&'a Table, GpuError> {
+    technique.tables.iter().find(|t| t.name == name).ok_or_else(|| no_cube(technique, name))
 }
 
-fn no_cube(room: &GpuRoom, name: &str) -> GpuError {
-    GpuError::Scene(format!("{} has no cube '{name}'", room.slug))
+fn no_cube(technique: &GpuTechnique, name: &str) -> GpuError {
+    GpuError::Scene(format!("{} has no cube '{name}'", technique.slug))
 }

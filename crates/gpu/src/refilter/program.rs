@@ -18,7 +18,7 @@ pub(super) enum Pass {
     Project,
     /// Sums of these.
     Sum,
-    /// Coefficients → a room's matrices.
+    /// Coefficients → a technique's matrices.
     Quadric,
     /// Light → finest box.
     Box,
@@ -136,7 +136,7 @@ pub(super) struct Work {
     pub harmonics: u32,
 }
 
-/// Coefficients of most bands, then a room's matrices; partial sums behind.
+/// Coefficients of most bands, then a technique's matrices; partial sums behind.
 pub(super) const QUADRIC: u32 = 256;
 pub(super) const PARTIAL: u32 = QUADRIC + 16;
 

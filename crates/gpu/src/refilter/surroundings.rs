@@ -116,7 +116,7 @@ impl Surroundings {
     }
 }
 
-/// Is there room for so many bytes?
+/// Is there space for so many bytes?
 pub(super) fn fits(gpu: &Gpu, size: u64) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     if size > limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) {

@@ -1,8 +1,8 @@
 //! Shaders validate and plans hold together, without any adapter.
 
-use super::gear::SHADERS;
 use super::program::Pass;
-use super::{Kernel, Level, Plan, Way, ggx_levels};
+use super::resources::SHADERS;
+use super::{Kernel, Level, Method, Plan, ggx_levels};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 #[test]
@@ -23,7 +23,7 @@ fn shaders_validate_without_an_adapter() {
 /// Every output of every job is in exactly one tile, but for the threads that fill a last workgroup.
 #[test]
 fn tiles_cover_their_jobs() {
-    for way in [Way::Box, Way::Convolution, Way::Paraboloid, Way::Frequency] {
+    for way in [Method::Box, Method::Convolution, Method::Paraboloid, Method::Frequency] {
         let plan = Plan::new(way, &ggx_levels(64, 4)).expect("good levels");
         for (k, job) in plan.work.jobs.iter().enumerate() {
             let mut next = 0;
@@ -41,7 +41,7 @@ fn tiles_cover_their_jobs() {
 #[test]
 fn convolution_predicts_less_than_a_percent() {
     for count in [6, 10] {
-        let plan = Plan::new(Way::Convolution, &ggx_levels(256, count)).expect("good levels");
+        let plan = Plan::new(Method::Convolution, &ggx_levels(256, count)).expect("good levels");
         assert!(plan.predicted().iter().all(|e| *e < 4e-3), "{:?}", plan.predicted());
     }
 }
@@ -60,6 +60,6 @@ fn what_is_no_chain_is_an_error() {
         vec![level(8, phong(0.5))],
         vec![Level { size: 8, kernel: Kernel::Mirror, gain: f32::INFINITY }],
     ] {
-        assert!(Plan::new(Way::Convolution, &bad).is_err(), "{bad:?}");
+        assert!(Plan::new(Method::Convolution, &bad).is_err(), "{bad:?}");
     }
 }

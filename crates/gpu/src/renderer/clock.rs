@@ -8,11 +8,11 @@ const MOST: u32 = 64;
 
 /// Timestamps of the passes of one frame.
 pub struct Clock {
-    gear: Option<Gear>,
+    stamps: Option<Stamps>,
     names: Vec<&'static str>,
 }
 
-struct Gear {
+struct Stamps {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     copy: wgpu::Buffer,
@@ -21,7 +21,7 @@ struct Gear {
 impl Clock {
     /// A clock, which stands still where the adapter has none.
     pub fn new(gpu: &Gpu) -> Self {
-        let gear = gpu.has_timestamps().then(|| {
+        let stamps = gpu.has_timestamps().then(|| {
             let buffer = |usage| {
                 gpu.device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("timestamps"),
@@ -30,7 +30,7 @@ impl Clock {
                     mapped_at_creation: false,
                 })
             };
-            Gear {
+            Stamps {
                 set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                     label: Some("timestamps"),
                     ty: wgpu::QueryType::Timestamp,
@@ -40,7 +40,7 @@ impl Clock {
                 copy: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
             }
         });
-        Self { gear, names: Vec::new() }
+        Self { stamps, names: Vec::new() }
     }
 
     /// Forgets the passes of the frame before.
@@ -49,11 +49,11 @@ impl Clock {
     }
 
     fn next(&mut self, name: &'static str) -> Option<(&wgpu::QuerySet, u32)> {
-        let gear = self.gear.as_ref()?;
+        let stamps = self.stamps.as_ref()?;
         let i = self.names.len() as u32;
         (i < MOST).then(|| {
             self.names.push(name);
-            (&gear.set, 2 * i)
+            (&stamps.set, 2 * i)
         })
     }
 
@@ -78,16 +78,18 @@ impl Clock {
     /// Collects the stamps at the frame's end.
     pub fn collect(&self, encoder: &mut wgpu::CommandEncoder) {
         let count = 2 * self.names.len() as u32;
-        if let (Some(gear), true) = (&self.gear, count > 0) {
-            encoder.resolve_query_set(&gear.set, 0..count, &gear.resolved, 0);
-            encoder.copy_buffer_to_buffer(&gear.resolved, 0, &gear.copy, 0, 8 * u64::from(count));
+        if let (Some(stamps), true) = (&self.stamps, count > 0) {
+            encoder.resolve_query_set(&stamps.set, 0..count, &stamps.resolved, 0);
+            encoder.copy_buffer_to_buffer(&stamps.resolved, 0, &stamps.copy, 0, 8 * u64::from(count));
         }
     }
 
     /// The times of the frame, once its work is done.
     pub fn read(&self, gpu: &Gpu) -> Result<Timings, GpuError> {
-        let (Some(gear), false) = (&self.gear, self.names.is_empty()) else { return Ok(Timings::default()) };
-        let bytes = gpu.read(&gear.copy, 16 * self.names.len() as u64)?;
+        let (Some(stamps), false) = (&self.stamps, self.names.is_empty()) else {
+            return Ok(Timings::default());
+        };
+        let bytes = gpu.read(&stamps.copy, 16 * self.names.len() as u64)?;
         let stamps: Vec<u64> = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect();
         let unit = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
         let ms = |k: usize| stamps[2 * k + 1].saturating_sub(stamps[2 * k]) as f64 * unit;

@@ -19,7 +19,7 @@ mod tests;
 use crate::direct::{self, DirectLights};
 use crate::layout::filled;
 use crate::scene::{Backdrop, Picture, Scene, Settings, Timings};
-use crate::{Gpu, GpuError, RoomData};
+use crate::{Gpu, GpuError, TechniqueData};
 use backdrop::Behind;
 use clock::Clock;
 use glam::{Affine3A, Mat3};
@@ -28,7 +28,7 @@ use object::Placed;
 use passes::{Passes, Pipeline};
 use resolve::Resolve;
 use steradian_scene::Camera;
-use steradian_techniques::GpuRoom;
+use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::Direct;
 use steradian_techniques::gpu::Uniform;
 use target::Target;
@@ -59,8 +59,7 @@ impl Renderer {
         for o in &scene.objects {
             let placed = Placed::new(gpu, &passes.object, o, first)?;
             first += placed.vertices / 3;
-            let text = placed.library.clone() + &direct::source(o);
-            let pipeline = passes.shading(gpu, &text, &placed.room.layout, &target)?;
+            let pipeline = passes.shading(gpu, &placed.program, &placed.technique.layout, &target)?;
             objects.push((placed, pipeline));
         }
         let behind = Behind::new(gpu, &scene.backdrop)?;
@@ -94,9 +93,9 @@ impl Renderer {
         })
     }
 
-    /// The data of an object's room on the device.
-    pub fn room(&self, object: usize) -> Result<&RoomData, GpuError> {
-        self.objects.get(object).map(|(placed, ..)| &placed.room).ok_or_else(|| no_object(object))
+    /// The data of an object's technique on the device.
+    pub fn technique(&self, object: usize) -> Result<&TechniqueData, GpuError> {
+        self.objects.get(object).map(|(placed, ..)| &placed.technique).ok_or_else(|| no_object(object))
     }
 
     /// The camera.
@@ -123,7 +122,7 @@ impl Renderer {
         gpu.settled()
     }
 
-    /// Turns the backdrop and distant direct lights; the rooms' light turns with [`Renderer::update_room`].
+    /// Turns the backdrop and distant direct lights; the techniques' light turns with [`Renderer::update_technique`].
     pub fn set_light_rotation(&mut self, gpu: &Gpu, rotation: Mat3) {
         self.scene.light_rotation = rotation;
         self.direct.write(gpu, &self.scene.direct, rotation);
@@ -150,30 +149,40 @@ impl Renderer {
         Ok(())
     }
 
-    /// Writes the uniforms of `room` (turned light, moved view); its tables stay.
-    pub fn update_room(&mut self, gpu: &Gpu, object: usize, room: &GpuRoom) -> Result<(), GpuError> {
-        self.update_uniforms(gpu, object, &room.uniforms)
+    /// Writes the uniforms of `technique` (turned light, moved view); its tables stay.
+    pub fn update_technique(
+        &mut self,
+        gpu: &Gpu,
+        object: usize,
+        technique: &GpuTechnique,
+    ) -> Result<(), GpuError> {
+        self.update_uniforms(gpu, object, &technique.uniforms)
     }
 
-    /// Writes uniforms of a room in place of those of the same names: what
+    /// Writes uniforms of a technique in place of those of the same names: what
     /// [`steradian_techniques::AnyBake::gpu_frame`] gives for a turned light or a moved view.
     pub fn update_uniforms(&mut self, gpu: &Gpu, object: usize, new: &[Uniform]) -> Result<(), GpuError> {
         let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
-        let room = &mut self.scene.objects[object].room;
-        room.set_uniforms(new);
-        placed.room.update_uniforms(gpu, room);
+        let technique = &mut self.scene.objects[object].technique;
+        technique.set_uniforms(new);
+        placed.technique.update_uniforms(gpu, technique);
         gpu.settled()
     }
 
-    /// Replaces an object's room, after its light, its material or its technique has changed. Pipelines stay
-    /// where the room's text does.
-    pub fn set_room(&mut self, gpu: &Gpu, object: usize, room: GpuRoom) -> Result<(), GpuError> {
+    /// Replaces an object's technique, after its light, its material or its technique has changed. Pipelines stay
+    /// where the technique's text does.
+    pub fn set_technique(
+        &mut self,
+        gpu: &Gpu,
+        object: usize,
+        technique: GpuTechnique,
+    ) -> Result<(), GpuError> {
         let (placed, pipeline) = self.objects.get_mut(object).ok_or_else(|| no_object(object))?;
-        if placed.set_room(gpu, &self.scene.objects[object].room, &room)? {
-            let text = placed.library.clone() + &direct::source(&self.scene.objects[object]);
-            *pipeline = self.passes.shading(gpu, &text, &placed.room.layout, &self.target)?;
+        let o = &mut self.scene.objects[object];
+        let old = std::mem::replace(&mut o.technique, technique);
+        if placed.set_technique(gpu, &old, o)? {
+            *pipeline = self.passes.shading(gpu, &placed.program, &placed.technique.layout, &self.target)?;
         }
-        self.scene.objects[object].room = room;
         Ok(())
     }
 
@@ -241,7 +250,7 @@ impl Renderer {
                 (_, Some(visibility)) => pass.set_pipeline(visibility),
                 (Pipeline::Raster(shading), None) => {
                     pass.set_pipeline(shading);
-                    pass.set_bind_group(0, &placed.room.group, &[]);
+                    pass.set_bind_group(0, &placed.technique.group, &[]);
                 }
                 (Pipeline::Compute(_), None) => continue,
             }
@@ -269,7 +278,8 @@ impl Renderer {
             pass.set_bind_group(2, &self.direct.group, &[]);
             for (k, (placed, pipeline)) in self.objects.iter().enumerate() {
                 if let Pipeline::Compute(shading) = pipeline {
-                    let groups = [(0, &placed.room.group), (1, &placed.group), (2, self.direct.group_of(k))];
+                    let groups =
+                        [(0, &placed.technique.group), (1, &placed.group), (2, self.direct.group_of(k))];
                     jobs.shade(&mut pass, k, shading, groups);
                 }
             }

@@ -1,54 +1,80 @@
 //! An object on the device.
 
 use crate::layout::{self, Slot, bytes, filled};
-use crate::scene::{Level, Object, Texture, Wrap};
-use crate::{Gpu, GpuError, RoomData};
+use crate::scene::{Level, Object};
+use crate::{Gpu, GpuError, TechniqueData, direct};
 use glam::{Affine3A, Mat3A};
-use steradian_techniques::GpuRoom;
+use steradian_scene::surface::{NormalFiltering, Texture, Wrap};
+use steradian_techniques::GpuTechnique;
+use steradian_techniques::gpu::Entry;
 
-/// Stages that read an object and its room.
+/// Stages that read an object and its technique.
 pub const STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
 
-/// Group 1: uniforms, vertices, indices, base colour, vertex colours, mean normals, their covariance, alpha².
-pub const SLOTS: [Slot; 8] = [
-    Slot::Uniform,
-    Slot::Read,
-    Slot::Read,
-    Slot::Texture,
-    Slot::Read,
-    Slot::Texture,
-    Slot::Texture,
-    Slot::Texture,
-];
+/// Group 1: uniforms, vertices, indices, vertex colours, then the [`textures`].
+pub const SLOTS: [Slot; 4 + TEXTURES] = {
+    let mut slots = [Slot::Texture; 4 + TEXTURES];
+    slots[0] = Slot::Uniform;
+    (slots[1], slots[2], slots[3]) = (Slot::Read, Slot::Read, Slot::Read);
+    slots
+};
 
-const PLAIN: &str = include_str!("../shaders/plain.wgsl");
-const MAPS: &str = include_str!("../shaders/maps.wgsl");
+/// Textures of an object.
+const TEXTURES: usize = 7;
 
-/// What the shaders of an object with `room` start with: the room's library and how a point is shaded with it, by
-/// maps where it is `mapped`.
-pub fn library(room: &GpuRoom, mapped: bool) -> String {
-    let library = steradian_techniques::gpu::library(room);
-    match (room.varies(), mapped) {
-        (true, _) => library + MAPS,
-        // `struct Lobe`, which a room that varies has of its own.
-        (false, true) => library + steradian_techniques::shared::lobe::WGSL + MAPS,
-        (false, false) => library + PLAIN,
+/// What multiplies the radiance, mean normals, their covariance, alpha², albedo, f0, emission.
+fn textures(object: &Object) -> [Option<&Texture>; TEXTURES] {
+    let maps = &object.maps;
+    let normal = maps.normal.as_deref();
+    let colours = maps.colours.as_ref();
+    [
+        object.base_colour.as_deref(),
+        normal.map(|n| n.mean()),
+        normal.map(|n| n.spread()),
+        maps.alpha2.as_deref(),
+        colours.map(|c| &*c.albedo),
+        colours.map(|c| &*c.f0),
+        maps.emission.as_deref(),
+    ]
+}
+
+/// What the pipelines of an object are made of.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Program {
+    /// The technique's library.
+    pub library: String,
+    /// The function that shades.
+    pub entry: Entry,
+    /// Are there maps or vertex colours?
+    pub mapped: bool,
+    /// The text that defines `gpu_direct`.
+    pub direct: String,
+}
+
+impl Program {
+    /// The program of `object`.
+    pub fn of(object: &Object) -> Self {
+        Self {
+            library: steradian_techniques::gpu::library(&object.technique),
+            entry: object.technique.entry,
+            mapped: object.is_mapped(),
+            direct: direct::source(object),
+        }
     }
 }
 
 /// An object on the device.
 pub struct Placed {
     /// Group 0.
-    pub room: RoomData,
-    /// The room's library: the text that pipelines are made of.
-    pub library: String,
+    pub technique: TechniqueData,
+    /// What its pipelines are made of.
+    pub program: Program,
     /// Group 1.
     pub group: wgpu::BindGroup,
     /// Three per triangle.
     pub vertices: u32,
     uniforms: wgpu::Buffer,
-    counts: [u32; 11],
-    mapped: bool,
+    counts: Counts,
 }
 
 impl Placed {
@@ -60,91 +86,85 @@ impl Placed {
         first: u32,
     ) -> Result<Self, GpuError> {
         check(gpu, object)?;
-        let room = RoomData::upload(gpu, &object.room, STAGES)?;
+        let technique = TechniqueData::upload(gpu, &object.technique, STAGES)?;
         let triangles = object.triangles.indices.len() as u32;
         let counts = counts(object, first);
-        let mapped = object.is_mapped();
         gpu.scoped("object", || {
             let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniforms = filled(gpu, "object", uniform, &uniform_bytes(&object.transform, counts));
-            let vertices = filled(
-                gpu,
-                "vertices",
-                wgpu::BufferUsages::STORAGE,
-                &bytes(object.triangles.vertices.as_flattened()),
-            );
+            let uniforms = filled(gpu, "object", uniform, &uniform_bytes(&object.transform, &counts));
             let t = &object.triangles;
+            let read = |label: &str, bytes: &[u8]| filled(gpu, label, wgpu::BufferUsages::STORAGE, bytes);
+            let vertices = read("vertices", &bytes(t.vertices.as_flattened()));
             let indices: Vec<u8> =
                 t.indices.as_flattened().iter().chain(&t.sites).flat_map(|i| i.to_le_bytes()).collect();
-            let indices = filled(gpu, "indices", wgpu::BufferUsages::STORAGE, &indices);
-            let maps = &object.maps;
-            let normal = maps.normal.as_ref();
-            let textures = [
-                object.base_colour.as_ref(),
-                normal.map(|n| &n.mean),
-                normal.map(|n| &n.spread),
-                maps.alpha2.as_ref(),
-            ];
-            let [texture, mean, spread, alpha2] = textures.map(|t| upload(gpu, t));
-            let colors = object.triangles.colors.as_flattened();
-            let colors = if colors.is_empty() { &[1.0; 3] } else { colors };
-            let colors = filled(gpu, "vertex colours", wgpu::BufferUsages::STORAGE, &bytes(colors));
-            let group = layout::group(
-                gpu,
-                layout,
-                &[
-                    uniforms.as_entire_binding(),
-                    vertices.as_entire_binding(),
-                    indices.as_entire_binding(),
-                    wgpu::BindingResource::TextureView(&texture),
-                    colors.as_entire_binding(),
-                    wgpu::BindingResource::TextureView(&mean),
-                    wgpu::BindingResource::TextureView(&spread),
-                    wgpu::BindingResource::TextureView(&alpha2),
-                ],
-            );
-            let library = library(&object.room, mapped);
-            Self { room, library, group, vertices: 3 * triangles, uniforms, counts, mapped }
+            let indices = read("indices", &indices);
+            let colors = t.colors.as_flattened();
+            let colors = read("vertex colours", &bytes(if colors.is_empty() { &[1.0; 3] } else { colors }));
+            let views = textures(object).map(|t| upload(gpu, t));
+            let buffers = [&uniforms, &vertices, &indices, &colors].map(|b| b.as_entire_binding());
+            let all: Vec<_> =
+                buffers.into_iter().chain(views.iter().map(wgpu::BindingResource::TextureView)).collect();
+            let group = layout::group(gpu, layout, &all);
+            Self { technique, program: Program::of(object), group, vertices: 3 * triangles, uniforms, counts }
         })
     }
 
     /// Moves the object.
     pub fn set_transform(&self, gpu: &Gpu, transform: &Affine3A) {
-        gpu.queue.write_buffer(&self.uniforms, 0, &uniform_bytes(transform, self.counts));
+        gpu.queue.write_buffer(&self.uniforms, 0, &uniform_bytes(transform, &self.counts));
     }
 
-    /// Replaces the data of the room `old`; `true` where its text changed too, so that pipelines must be made anew.
-    pub fn set_room(&mut self, gpu: &Gpu, old: &GpuRoom, room: &GpuRoom) -> Result<bool, GpuError> {
-        self.room = self.room.replaced(gpu, old, room, STAGES)?;
-        let library = library(room, self.mapped);
-        let changed = library != self.library;
-        self.library = library;
+    /// Replaces the data of the technique `old` by those of `object`, whose technique has changed; `true` where pipelines
+    /// must be made anew.
+    pub fn set_technique(
+        &mut self,
+        gpu: &Gpu,
+        old: &GpuTechnique,
+        object: &Object,
+    ) -> Result<bool, GpuError> {
+        self.technique = self.technique.replaced(gpu, old, &object.technique, STAGES)?;
+        let program = Program::of(object);
+        let changed = program != self.program;
+        self.program = program;
         Ok(changed)
     }
 }
 
-/// The numbers of `struct GpuObject`: first id, triangles, levels of the base colour; levels of the normal map and of
-/// the roughness map, wraps (four bits a texture: base colour, normals, roughness), filtering and 4 with vertex colours;
-/// rows of the finest levels.
-fn counts(object: &Object, first: u32) -> [u32; 11] {
-    let levels = |t: Option<&Texture>| t.map_or(0, |t| t.levels.len() as u32);
-    let maps = &object.maps;
-    let mean = maps.normal.as_ref().map(|n| &n.mean);
-    let textures = [object.base_colour.as_ref(), mean, maps.alpha2.as_ref()];
-    let wraps = (0..).zip(textures).map(|(k, t)| {
-        let [u, v] = t.map_or([Wrap::Repeat; 2], |t| t.wrap).map(|w| w as u32);
-        (u | v << 2) << (4 * k)
-    });
-    let filtering = maps.filtering as u32 + if object.triangles.colors.is_empty() { 0 } else { 4 };
-    let triangles = object.triangles.indices.len() as u32;
-    let [colour, normal, alpha2] = textures.map(levels);
-    let rows = textures.map(|t| t.and_then(|t| t.levels.first()).map_or(1, |l| l.height as u32));
-    let [base, normals, widths] = rows;
-    [first, triangles, colour, normal, alpha2, wraps.sum(), filtering, base, normals, widths, 0]
+/// The numbers of `struct GpuObject`: first id, triangles, filtering and 4 with vertex colours; levels, rows and wrap of
+/// each texture.
+#[derive(Debug, Clone, Copy)]
+struct Counts {
+    object: [u32; 3],
+    images: [[u32; 4]; TEXTURES],
+}
+
+fn counts(object: &Object, first: u32) -> Counts {
+    let image = |t: &Texture| {
+        let [u, v] = t.wrap().map(wrap_word);
+        [t.levels().count() as u32, t.size().1 as u32, u | v << 2, 0]
+    };
+    let filtering = match object.maps.filtering {
+        NormalFiltering::None => 0,
+        NormalFiltering::Isotropic => 1,
+        NormalFiltering::Covariance => 2,
+    } + if object.triangles.colors.is_empty() { 0 } else { 4 };
+    Counts {
+        object: [first, object.triangles.indices.len() as u32, filtering],
+        images: textures(object).map(|t| t.map_or([0, 1, 0, 0], image)),
+    }
+}
+
+/// What `gpu_columns` takes for what lies beyond the unit square.
+fn wrap_word(w: Wrap) -> u32 {
+    match w {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    }
 }
 
 /// `struct GpuObject`.
-fn uniform_bytes(transform: &Affine3A, counts: [u32; 11]) -> Vec<u8> {
+fn uniform_bytes(transform: &Affine3A, counts: &Counts) -> Vec<u8> {
     let m = transform.matrix3;
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     let normals =
@@ -154,8 +174,8 @@ fn uniform_bytes(transform: &Affine3A, counts: [u32; 11]) -> Vec<u8> {
         floats.extend([c.x, c.y, c.z, 0.0]);
     }
     let mut out = bytes(&floats);
-    let [a, b, c, maps @ ..] = counts;
-    let words = [a, b, c, u32::from(sign < 0.0)].into_iter().chain(maps);
+    let words = counts.object.iter().copied().chain([u32::from(sign < 0.0)]);
+    let words = words.chain(counts.images.iter().flatten().copied());
     out.extend(words.flat_map(u32::to_le_bytes));
     out
 }
@@ -168,8 +188,8 @@ fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
         return Err(GpuError::Scene("an object has no triangles, or one without its vertices".into()));
     }
     let sites = object.triangles.sites.len();
-    if object.room.sited() && sites != vertices {
-        return Err(GpuError::Scene(format!("{} needs a site for every vertex", object.room.slug)));
+    if object.technique.entry.site && sites != vertices {
+        return Err(GpuError::Scene(format!("{} needs a site for every vertex", object.technique.slug)));
     }
     if 48 * vertices as u64 > most || (12 * triangles + 4 * sites) as u64 > most {
         return Err(GpuError::Memory(format!("a mesh of {triangles} triangles")));
@@ -178,26 +198,12 @@ fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
     if colors != 0 && colors != vertices {
         return Err(GpuError::Scene(format!("a mesh of {vertices} vertices has {colors} vertex colours")));
     }
-    let maps = &object.maps;
-    let normal = maps.normal.iter().flat_map(|n| [&n.mean, &n.spread]);
-    let sizes = |t: &Texture| t.levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>();
-    if maps.normal.as_ref().is_some_and(|n| sizes(&n.mean) != sizes(&n.spread)) {
-        return Err(GpuError::Scene("a normal map's means and covariances differ in size".into()));
-    }
-    object.base_colour.iter().chain(normal).chain(&maps.alpha2).try_for_each(|t| check_texture(gpu, t))
+    textures(object).into_iter().flatten().try_for_each(|t| check_texture(gpu, t))
 }
 
 fn check_texture(gpu: &Gpu, texture: &Texture) -> Result<(), GpuError> {
-    let whole = |l: &Level| l.width > 0 && l.height > 0 && l.texels.len() == l.width * l.height;
-    let halves = texture
-        .levels
-        .windows(2)
-        .all(|l| l[1].width == (l[0].width / 2).max(1) && l[1].height == (l[0].height / 2).max(1));
-    if texture.levels.is_empty() || !halves || !texture.levels.iter().all(whole) {
-        return Err(GpuError::Scene("a texture's levels do not halve".into()));
-    }
-    let rows = texture.levels.iter().map(|l| l.height).sum();
-    let side = texture.levels[0].width.max(rows);
+    let rows = texture.levels().map(|(_, height, _)| height).sum();
+    let side = texture.size().0.max(rows);
     if side > gpu.device.limits().max_texture_dimension_2d as usize {
         return Err(GpuError::Memory(format!("a texture whose levels need {side} texels a side")));
     }
@@ -209,10 +215,10 @@ fn check_texture(gpu: &Gpu, texture: &Texture) -> Result<(), GpuError> {
 fn upload(gpu: &Gpu, texture: Option<&Texture>) -> wgpu::TextureView {
     let none = || Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
     let stack = texture.map_or_else(none, |t| {
-        let width = t.levels.first().map_or(1, |l| l.width);
+        let width = t.size().0;
         let mut out = Level { width, height: 0, texels: Vec::new() };
-        for level in &t.levels {
-            for row in level.texels.chunks_exact(level.width) {
+        for (columns, _, texels) in t.levels() {
+            for row in texels.chunks_exact(columns) {
                 out.texels.extend_from_slice(row);
                 out.height += 1;
                 out.texels.resize(out.height * width, [0.0; 3]);

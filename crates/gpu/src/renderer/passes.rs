@@ -1,17 +1,22 @@
 //! Shader texts and the pipelines of the two paths.
 
+use super::object::Program;
 use super::target::Target;
 use crate::direct;
 use crate::layout::{self, Slot};
 use crate::scene::{Rate, Settings};
 use crate::{Gpu, GpuError};
 use std::collections::HashMap;
+use steradian_techniques::gpu;
 
 const CAMERA: &str = include_str!("../shaders/camera.wgsl");
 const GEOMETRY: &str = include_str!("../shaders/geometry.wgsl");
 const SURFACE: &str = include_str!("../shaders/surface.wgsl");
 const RASTER: &str = include_str!("../shaders/raster.wgsl");
 const VISIBILITY: &str = include_str!("../shaders/visibility.wgsl");
+const PLAIN: &str = include_str!("../shaders/plain.wgsl");
+const MAPS: &str = include_str!("../shaders/maps.wgsl");
+const SITE: &str = include_str!("../shaders/site.wgsl");
 const HEAD: &str = include_str!("../shaders/head.wgsl");
 const LIST: &str = include_str!("../shaders/list.wgsl");
 const COMPUTE: &str = include_str!("../shaders/compute.wgsl");
@@ -20,50 +25,73 @@ const BACKDROP: &str = include_str!("../shaders/backdrop.wgsl");
 const BACKDROP_RASTER: &str = include_str!("../shaders/backdrop_raster.wgsl");
 const BACKDROP_COMPUTE: &str = include_str!("../shaders/backdrop_compute.wgsl");
 
-/// Shading of a room that reads sites.
-const SHADE_SITE: &str = "shade_site(look.n, look.t, wo, s.p, Site(vec3<u32>(gpu_site(s.corners.x), \
-                          gpu_site(s.corners.y), gpu_site(s.corners.z)), s.weights, s.uv))";
+/// What the raster path interpolates: members of `GpuVarying`, and whether they are the same over a triangle.
+const VARYING: [(&str, &str, bool); 8] = [
+    ("p", "vec3<f32>", false),
+    ("n", "vec3<f32>", false),
+    ("t", "vec4<f32>", false),
+    ("uv", "vec2<f32>", false),
+    ("plane", "vec4<f32>", true),
+    ("corners", "vec3<u32>", true),
+    ("weights", "vec3<f32>", false),
+    ("extra", "vec4<f32>", false),
+];
 
-/// The raster path's module for a room's library.
-pub fn raster_source(library: &str, settings: &Settings) -> String {
-    let (place, share) = match settings.rate {
-        Rate::Pixel => ("center", "= true"),
-        Rate::Sample => ("sample", "= false"),
+/// `struct GpuVarying`, interpolated to where the rate of shading wants it.
+fn varying(rate: Rate) -> String {
+    let place = match rate {
+        Rate::Pixel => "center",
+        Rate::Sample => "sample",
     };
-    let raster = RASTER.replace("PLACE", place).replace("= SHARE", share);
-    [library, CAMERA, GEOMETRY, &surface(library), &lines(&raster, library)].concat()
-}
-
-/// The compute path's module for a room's library.
-pub fn compute_source(library: &str, format: wgpu::TextureFormat) -> String {
-    [library, CAMERA, GEOMETRY, &surface(library), &compute_io(format), &lines(COMPUTE_OBJECT, library)]
-        .concat()
-}
-
-/// `text` without the lines that are marked as belonging to sites or maps where the room or the object has none.
-fn lines(text: &str, library: &str) -> String {
-    let mapped = library.contains("const GPU_MAPPED: bool = true;");
-    let kept = |l: &&str| (sited(library) || !l.ends_with("// sites")) && (mapped || !l.ends_with("// maps"));
-    text.lines().filter(kept).flat_map(|l| [l, "\n"]).collect()
-}
-
-/// Does the room read data per site?
-fn sited(library: &str) -> bool {
-    library.contains("fn shade_site(")
-}
-
-/// From surface to radiance, by the room's own function.
-fn surface(library: &str) -> String {
-    let call = if sited(library) {
-        SHADE_SITE
-    } else if library.contains("fn shade_lobe(") {
-        "shade_lobe(look.n, look.t, wo, s.p, look.lobe)"
-    } else {
-        "shade(look.n, look.t, wo, s.p)"
+    let member = |(i, (name, ty, flat)): (usize, &(&str, &str, bool))| {
+        let how = if *flat { "flat".into() } else { format!("perspective, {place}") };
+        format!("    @location({i}) @interpolate({how}) {name}: {ty},\n")
     };
-    let direct = if library.contains("fn gpu_direct(") { "" } else { direct::NONE };
-    let lit = format!("= {call} + gpu_direct(look.n, look.t, wo, s.p);");
-    SURFACE.replace("= SHADE;", &lit) + direct
+    let members: String = VARYING.iter().enumerate().map(member).collect();
+    format!("struct GpuVarying {{\n    @builtin(position) position: vec4<f32>,\n{members}}}\n")
+}
+
+/// Is a triangle shaded once in a pixel, or at each of its samples?
+fn share(rate: Rate) -> String {
+    format!("const GPU_SHARE: bool = {};\n", rate == Rate::Pixel)
+}
+
+/// The raster path's module.
+pub fn raster_source(program: &Program, settings: &Settings) -> String {
+    [&surface(program), &varying(settings.rate), &share(settings.rate), RASTER].concat()
+}
+
+/// The compute path's module.
+pub fn compute_source(program: &Program, format: wgpu::TextureFormat) -> String {
+    [&surface(program), &compute_io(format), COMPUTE_OBJECT].concat()
+}
+
+/// From the object's triangles to radiance, by the technique's own function.
+fn surface(program: &Program) -> String {
+    let entry = program.entry;
+    let call = entry.call(["look.n", "look.t", "wo", "s.p"], "look.lobe", "gpu_site_of(s)");
+    let reflected = format!(
+        "const GPU_SITED: bool = {};
+fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint) -> vec3<f32> {{
+    return {call} + gpu_direct(look.n, look.t, wo, s.p);
+}}
+",
+        entry.site
+    );
+    let parts = [
+        (true, program.library.as_str()),
+        // Maps make a lobe, whether the technique takes it or not.
+        (program.mapped && !entry.lobe, gpu::LOBE),
+        (program.mapped || entry.lobe, MAPS),
+        (!(program.mapped || entry.lobe), PLAIN),
+        (entry.site, SITE),
+        (true, &program.direct),
+        (true, CAMERA),
+        (true, GEOMETRY),
+        (true, SURFACE),
+        (true, &reflected),
+    ];
+    parts.into_iter().filter(|p| p.0).map(|p| p.1).collect()
 }
 
 /// The visibility pass.
@@ -83,13 +111,13 @@ pub fn backdrop_compute_source(format: wgpu::TextureFormat) -> String {
 
 /// The pass that lists what there is to shade.
 pub fn list_source(rate: Rate) -> String {
-    let list = LIST.replace("= SHARE", &format!("= {}", rate == Rate::Pixel));
-    HEAD.replace("COUNTER", "atomic<u32>") + &list
+    ["alias GpuCounter = atomic<u32>;\n", HEAD, &share(rate), LIST].concat()
 }
 
 fn compute_io(format: wgpu::TextureFormat) -> String {
     let name = if format == wgpu::TextureFormat::Rgba16Float { "rgba16float" } else { "rgba32float" };
-    HEAD.replace("COUNTER", "u32") + &COMPUTE.replace("FORMAT", name)
+    let target = format!("alias GpuTarget = texture_storage_2d<{name}, write>;\n");
+    ["alias GpuCounter = u32;\n", HEAD, &target, COMPUTE].concat()
 }
 
 /// What shades an object.
@@ -99,12 +127,12 @@ pub enum Pipeline {
     Compute(wgpu::ComputePipeline),
 }
 
-/// Layouts, and pipelines by the text of the room they shade.
+/// Layouts, and pipelines by what they are made of.
 pub struct Passes {
     pub camera: wgpu::BindGroupLayout,
     pub object: wgpu::BindGroupLayout,
     pub io: wgpu::BindGroupLayout,
-    made: HashMap<String, Pipeline>,
+    made: HashMap<Program, Pipeline>,
 }
 
 impl Passes {
@@ -122,30 +150,30 @@ impl Passes {
         })
     }
 
-    /// The pipeline of a room's library.
+    /// The pipeline of a program.
     pub fn shading(
         &mut self,
         gpu: &Gpu,
-        library: &str,
-        room: &wgpu::BindGroupLayout,
+        program: &Program,
+        technique: &wgpu::BindGroupLayout,
         target: &Target,
     ) -> Result<Pipeline, GpuError> {
-        if let Some(p) = self.made.get(library) {
+        if let Some(p) = self.made.get(program) {
             return Ok(p.clone());
         }
-        let groups = [Some(room), Some(&self.object), Some(&self.camera), Some(&self.io)];
-        let made = gpu.scoped("shader of a room", || match target.ids {
+        let groups = [Some(technique), Some(&self.object), Some(&self.camera), Some(&self.io)];
+        let made = gpu.scoped("shader of a technique", || match target.ids {
             None => {
                 let entries = ["gpu_vertex", "gpu_fragment"];
-                let source = raster_source(library, &target.settings);
+                let source = raster_source(program, &target.settings);
                 Pipeline::Raster(layout::raster(gpu, &source, entries, &groups[..3], target.drawn(true)))
             }
             Some(_) => {
-                let source = compute_source(library, target.format);
+                let source = compute_source(program, target.format);
                 Pipeline::Compute(layout::compute(gpu, &source, "gpu_shade", &groups))
             }
         })?;
-        self.made.insert(library.to_owned(), made.clone());
+        self.made.insert(program.clone(), made.clone());
         Ok(made)
     }
 

@@ -7,9 +7,8 @@ use crate::{Gpu, GpuError};
 
 const SHADER: &str = concat!(include_str!("../shaders/camera.wgsl"), include_str!("../shaders/resolve.wgsl"));
 
-/// The standard positions of four samples (the same in Vulkan, Direct3D and Metal).
-const STANDARD: &str =
-    "vec2<f32>(0.375, 0.125), vec2<f32>(0.875, 0.375), vec2<f32>(0.125, 0.625), vec2<f32>(0.625, 0.875)";
+const MULTI: &str = include_str!("../shaders/resolve_multi.wgsl");
+const SINGLE: &str = include_str!("../shaders/resolve_single.wgsl");
 
 /// The pass that makes pixels of samples.
 pub struct Resolve {
@@ -24,19 +23,8 @@ pub fn source(multi: bool, format: wgpu::TextureFormat, filter: Filter) -> Strin
         Filter::Mean => "0.5",
     };
     let largest = if format == wgpu::TextureFormat::Rgba16Float { "65504.0" } else { "3.4028234e38" };
-    let [kind, load, samples, positions] = if multi {
-        ["texture_multisampled_2d<f32>", "textureLoad(gpu_source, vec2<i32>(x, y), k)", "4", STANDARD]
-    } else {
-        ["texture_2d<f32>", "textureLoad(gpu_source, vec2<i32>(x, y), 0)", "1", "vec2<f32>(0.5, 0.5)"]
-    };
-    let code: String =
-        SHADER.lines().filter(|l| !l.trim_start().starts_with("//")).map(|l| l.to_owned() + "\n").collect();
-    code.replace("SOURCE", kind)
-        .replace("LOAD", load)
-        .replace("SAMPLES", samples)
-        .replace("POSITIONS", positions)
-        .replace("= REACH", &format!("= {reach}"))
-        .replace("= LARGEST", &format!("= {largest}"))
+    let numbers = format!("const GPU_LARGEST: f32 = {largest};\nconst GPU_REACH: f32 = {reach};\n");
+    [numbers.as_str(), if multi { MULTI } else { SINGLE }, SHADER].concat()
 }
 
 impl Resolve {

@@ -1,5 +1,6 @@
-//! Every shader of every registered room validates, without any adapter.
+//! Every shader of every registered technique validates, without any adapter.
 
+use super::object::Program;
 use super::{passes, resolve};
 use crate::scene::{Filter, Path, Rate, Settings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -7,8 +8,8 @@ use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_light::{Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::gpu::Buffer;
-use steradian_techniques::{AnyTechnique, Geometry, GpuRoom, Material, Sites, registry};
+use steradian_techniques::gpu::{Buffer, Entry};
+use steradian_techniques::{AnyTechnique, Geometry, GpuTechnique, Material, Sites, registry};
 
 fn valid(what: &str, source: &str) {
     let module = match naga::front::wgsl::parse_str(source) {
@@ -21,10 +22,10 @@ fn valid(what: &str, source: &str) {
     }
 }
 
-/// Every room, with and without a lobe per point, and one that reads sites.
-fn rooms() -> Vec<GpuRoom> {
+/// Every technique, with and without a lobe per point, and one that reads sites.
+fn techniques() -> Vec<GpuTechnique> {
     let mesh = Arc::new(steradian_scene::shapes::sphere(6));
-    let geometry = Geometry { mesh, sites: Sites::Vertices };
+    let geometry = Geometry::new(mesh, Sites::Vertices);
     let lights: Lights =
         Environment { image: SphereImage::from_fn(Layout::LatLong, 16, 8, |d| [1.0 + d.y as f32; 3]) }.into();
     let bake = |t: &dyn AnyTechnique, spec: &str| {
@@ -36,19 +37,21 @@ fn rooms() -> Vec<GpuRoom> {
     let specimens =
         registry().iter().flat_map(|t| t.card().specimens.iter().take(1).map(move |spec| (*t, *spec)));
     let bakes = specimens.map(|(t, spec)| bake(t, spec));
-    let mut rooms: Vec<_> = bakes.flat_map(|b| [Some(b.gpu()), b.gpu_varied()]).flatten().collect();
-    rooms.push(GpuRoom {
+    let mut techniques: Vec<_> = bakes.flat_map(|b| [Some(b.gpu()), b.gpu_varied()]).flatten().collect();
+    techniques.push(GpuTechnique {
         slug: "sited",
-        wgsl:
+        modules: vec![
             "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {
             return vec3<f32>(fetch_data_at(site, 1u), site.uv);
         }"
             .into(),
+        ],
+        entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: Vec::new(),
-        buffers: vec![Buffer { name: "data", stride: 2, data: vec![0.0; 2] }],
+        buffers: vec![Buffer::new("data", 2, vec![0.0; 2])],
     });
-    rooms
+    techniques
 }
 
 #[test]
@@ -67,18 +70,23 @@ fn shaders_validate_without_an_adapter() {
             valid("resolve", &resolve::source(false, format, filter));
         }
     }
-    let rooms = rooms();
-    assert!(rooms.len() > registry().len());
-    for room in rooms {
-        valid(room.slug, &steradian_techniques::gpu::module(&room));
+    let techniques = techniques();
+    assert!(techniques.len() > registry().len());
+    for technique in techniques {
+        valid(technique.slug, &steradian_techniques::gpu::module(&technique));
         for mapped in [false, true] {
-            let library = super::object::library(&room, mapped);
+            let program = Program {
+                library: steradian_techniques::gpu::library(&technique),
+                entry: technique.entry,
+                mapped,
+                direct: crate::direct::NONE.into(),
+            };
             for rate in [Rate::Pixel, Rate::Sample] {
                 let settings = Settings { rate, ..settings };
-                valid(room.slug, &passes::raster_source(&library, &settings));
+                valid(technique.slug, &passes::raster_source(&program, &settings));
             }
             for format in formats {
-                valid(room.slug, &passes::compute_source(&library, format));
+                valid(technique.slug, &passes::compute_source(&program, format));
             }
         }
     }

@@ -2,7 +2,7 @@
 @group(3) @binding(0) var gpu_ids: texture_2d<u32>;
 @group(3) @binding(1) var<storage, read> gpu_jobs: array<u32>;
 @group(3) @binding(2) var<storage, read> gpu_head: GpuHead;
-@group(3) @binding(3) var gpu_colour: texture_storage_2d<FORMAT, write>;
+@group(3) @binding(3) var gpu_colour: GpuTarget;
 
 struct GpuJob {
     // Texel of the quad's first sample.

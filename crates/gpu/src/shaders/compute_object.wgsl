@@ -23,9 +23,8 @@ fn gpu_at(triangle: u32, ray: GpuRay) -> GpuPoint {
     let plane = gpu_plane(c);
     let side = select(1.0, -1.0, dot(plane.xyz, ray.direction) > 0.0);
     let along = vec4<f32>((gpu_object.model * vec4<f32>(t.xyz, 0.0)).xyz, t.w);
-    var extra = vec4<f32>(1.0, 1.0, 1.0, 0.0);
-    let colours = mat3x3<f32>(gpu_vertex_colour(c.x), gpu_vertex_colour(c.y), gpu_vertex_colour(c.z)); // maps
-    extra = vec4<f32>(colours * w, gpu_bend(c)); // maps
+    let colours = mat3x3<f32>(gpu_vertex_colour(c.x), gpu_vertex_colour(c.y), gpu_vertex_colour(c.z));
+    let extra = vec4<f32>(colours * w, gpu_bend(c));
     return GpuPoint(p, gpu_object.normals * n, along, uv, plane, side, c, w, extra);
 }
 

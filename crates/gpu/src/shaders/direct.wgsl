@@ -11,7 +11,7 @@ struct GpuLights {
     counts: vec4<u32>,
     // Gauss-Legendre nodes and weights on 0 ... 1; the rule of n = 1, 2, 4, 8, 16, 32 starts at n - 1.
     gauss: array<vec4<f32>, 63>,
-    lights: array<GpuLight, CAPACITY>,
+    lights: array<GpuLight, GPU_CAPACITY>,
 }
 @group(2) @binding(1) var<uniform> gpu_lights: GpuLights;
 @group(2) @binding(2) var<uniform> brdf: Brdf;

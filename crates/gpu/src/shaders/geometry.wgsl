@@ -4,22 +4,42 @@ struct GpuObject {
     model: mat4x4<f32>,
     // Cofactors of the model's linear part, times the sign of its determinant.
     normals: mat3x3<f32>,
-    // First id of its triangles, their number, levels of its texture (0: none), 1 where the model mirrors.
+    // First id of its triangles, their number, filtering of normals (0 none, 1 isotropic, 2 covariance) and 4 with vertex
+    // colours, 1 where the model mirrors.
     counts: vec4<u32>,
-    // Levels of the normal map and of the roughness map (0: none), wraps (four bits a texture: base colour, normals,
-    // roughness), filtering of normals (0 none, 1 isotropic, 2 covariance) and 4 with vertex colours.
-    maps: vec4<u32>,
-    // Rows of the finest levels of the base colour, the normal map and the roughness map.
-    rows: vec4<u32>,
+    // Of each texture below.
+    images: array<GpuImage, 7>,
 }
+
+// Levels of a texture (0: there is none), rows of the finest, and what lies beyond the unit square in u (two bits) and v:
+// 0 repeats, 1 mirrors, 2 clamps.
+struct GpuImage {
+    levels: u32,
+    rows: u32,
+    wrap: u32,
+    unused: u32,
+}
+
+// Entries of `images`.
+const GPU_TINT: u32 = 0u;
+const GPU_MEAN_NORMALS: u32 = 1u;
+const GPU_NORMAL_SPREAD: u32 = 2u;
+const GPU_ALPHA2: u32 = 3u;
+const GPU_ALBEDO: u32 = 4u;
+const GPU_F0: u32 = 5u;
+const GPU_EMISSION: u32 = 6u;
+
 @group(1) @binding(0) var<uniform> gpu_object: GpuObject;
 @group(1) @binding(1) var<storage, read> gpu_vertices: array<vec4<f32>>;
 @group(1) @binding(2) var<storage, read> gpu_indices: array<u32>;
-@group(1) @binding(3) var gpu_base_colour: texture_2d<f32>;
-@group(1) @binding(4) var<storage, read> gpu_colours: array<f32>;
+@group(1) @binding(3) var<storage, read> gpu_colours: array<f32>;
+@group(1) @binding(4) var gpu_tint: texture_2d<f32>;
 @group(1) @binding(5) var gpu_mean_normals: texture_2d<f32>;
 @group(1) @binding(6) var gpu_normal_spread: texture_2d<f32>;
 @group(1) @binding(7) var gpu_alpha2: texture_2d<f32>;
+@group(1) @binding(8) var gpu_albedo: texture_2d<f32>;
+@group(1) @binding(9) var gpu_f0: texture_2d<f32>;
+@group(1) @binding(10) var gpu_emission: texture_2d<f32>;
 
 fn gpu_position(v: u32) -> vec3<f32> {
     return (gpu_object.model * vec4<f32>(gpu_vertices[3u * v].xyz, 1.0)).xyz;

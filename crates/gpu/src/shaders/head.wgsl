@@ -3,10 +3,10 @@
 struct GpuHead {
     // Workgroups that shade the list: 16, rows of 16, 1.
     columns: u32,
-    rows: COUNTER,
+    rows: GpuCounter,
     layers: u32,
     // Jobs of the list.
-    jobs: COUNTER,
+    jobs: GpuCounter,
     // Triangles of the object: first id, number. The backdrop has the id 0.
     first: u32,
     number: u32,

@@ -3,9 +3,6 @@
 @group(0) @binding(1) var<storage, read_write> gpu_jobs: array<u32>;
 @group(0) @binding(2) var<storage, read_write> gpu_head: GpuHead;
 
-// Is a triangle shaded once in a quad, or at each of its samples?
-const GPU_SHARE: bool = SHARE;
-
 var<workgroup> gpu_here: atomic<u32>;
 var<workgroup> gpu_base: u32;
 

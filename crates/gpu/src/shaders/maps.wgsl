@@ -28,26 +28,31 @@ fn gpu_look(s: GpuPoint, outward: vec3<f32>, wo: vec3<f32>, footprint: f32) -> G
     let b = cross(outward, t) * select(1.0, -1.0, (s.t.w < 0.0) != (gpu_object.counts.w > 0u));
     var mean = vec3<f32>(0.0, 0.0, 1.0);
     var spread = vec3<f32>(0.0);
-    let filtering = gpu_object.maps.w & 3u;
-    if gpu_object.maps.x > 0u {
-        let image = GpuImage(gpu_object.maps.x, gpu_object.rows.y, gpu_object.maps.z >> 4u);
-        let m = gpu_sample(gpu_mean_normals, s.uv, side, image);
+    let filtering = gpu_object.counts.z & 3u;
+    let normals = gpu_object.images[GPU_MEAN_NORMALS];
+    if normals.levels > 0u {
+        let m = gpu_sample(gpu_mean_normals, s.uv, side, normals);
         if dot(m, m) > 0.0 {
             mean = normalize(m);
         }
         if filtering > 0u {
-            spread = gpu_sample(gpu_normal_spread, s.uv, side, image);
+            spread = gpu_sample(gpu_normal_spread, s.uv, side, gpu_object.images[GPU_NORMAL_SPREAD]);
         }
     }
     let n = gpu_facing(s.side * normalize(mean.x * t + mean.y * b + mean.z * outward), wo);
     let tangent = gpu_tangent(n, s.t.xyz);
-    var lobe = Lobe(-1.0, 0.0, 0.0, vec3<f32>(0.0));
-    if gpu_object.maps.y > 0u {
-        let image = GpuImage(gpu_object.maps.y, gpu_object.rows.z, gpu_object.maps.z >> 8u);
-        lobe.alpha = sqrt(max(gpu_sample(gpu_alpha2, s.uv, side, image).x, 0.0));
+    var lobe = Lobe(-1.0, 0.0, 0.0, vec3<f32>(0.0), vec3<f32>(-1.0), vec3<f32>(-1.0));
+    let widths = gpu_object.images[GPU_ALPHA2];
+    if widths.levels > 0u {
+        lobe.alpha = sqrt(max(gpu_sample(gpu_alpha2, s.uv, side, widths).x, 0.0));
+    }
+    let coloured = gpu_object.images[GPU_ALBEDO].levels > 0u;
+    if coloured {
+        lobe.albedo = max(gpu_sample(gpu_albedo, s.uv, side, gpu_object.images[GPU_ALBEDO]), vec3<f32>(0.0));
+        lobe.f0 = max(gpu_sample(gpu_f0, s.uv, side, gpu_object.images[GPU_F0]), vec3<f32>(0.0));
     }
     // A surface with vertex colours alone is shaded as one without maps.
-    if filtering > 0u && gpu_object.maps.x + gpu_object.maps.y > 0u {
+    if filtering > 0u && (coloured || normals.levels + widths.levels > 0u) {
         let z = max(mean.z, GPU_LEAST_Z);
         let x = t - outward * (mean.x / z);
         let y = b - outward * (mean.y / z);
@@ -64,7 +69,7 @@ fn gpu_look(s: GpuPoint, outward: vec3<f32>, wo: vec3<f32>, footprint: f32) -> G
 }
 
 fn gpu_vertex_colour(v: u32) -> vec3<f32> {
-    if gpu_object.maps.w < 4u {
+    if gpu_object.counts.z < 4u {
         return vec3<f32>(1.0);
     }
     return vec3<f32>(gpu_colours[3u * v], gpu_colours[3u * v + 1u], gpu_colours[3u * v + 2u]);

@@ -11,3 +11,11 @@ fn gpu_look(s: GpuPoint, outward: vec3<f32>, wo: vec3<f32>, footprint: f32) -> G
     let n = gpu_facing(s.side * outward, wo);
     return GpuLook(n, gpu_tangent(n, s.t.xyz));
 }
+
+fn gpu_vertex_colour(v: u32) -> vec3<f32> {
+    return vec3<f32>(1.0);
+}
+
+fn gpu_bend(c: vec3<u32>) -> f32 {
+    return 0.0;
+}

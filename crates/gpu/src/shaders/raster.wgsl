@@ -1,15 +1,3 @@
-struct GpuVarying {
-    @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(perspective, PLACE) p: vec3<f32>,
-    @location(1) @interpolate(perspective, PLACE) n: vec3<f32>,
-    @location(2) @interpolate(perspective, PLACE) t: vec4<f32>,
-    @location(3) @interpolate(perspective, PLACE) uv: vec2<f32>,
-    @location(4) @interpolate(flat) plane: vec4<f32>,
-    @location(5) @interpolate(flat) corners: vec3<u32>, // sites
-    @location(6) @interpolate(perspective, PLACE) weights: vec3<f32>, // sites
-    @location(7) @interpolate(perspective, PLACE) extra: vec4<f32>, // maps
-}
-
 @vertex
 fn gpu_vertex(@builtin(vertex_index) i: u32) -> GpuVarying {
     let v = gpu_indices[i];
@@ -21,18 +9,17 @@ fn gpu_vertex(@builtin(vertex_index) i: u32) -> GpuVarying {
     let t = gpu_vertices[3u * v + 2u];
     out.t = vec4<f32>((gpu_object.model * vec4<f32>(t.xyz, 0.0)).xyz, t.w);
     out.uv = gpu_uv(v);
-    out.extra = vec4<f32>(gpu_vertex_colour(v), gpu_bend(gpu_corners(i / 3u))); // maps
+    out.extra = vec4<f32>(gpu_vertex_colour(v), gpu_bend(gpu_corners(i / 3u)));
     // Only textures and meshes without normals need it.
-    if GPU_MAPPED || gpu_object.counts.z > 0u || all(out.n == vec3<f32>(0.0)) {
+    if GPU_MAPPED || gpu_object.images[GPU_TINT].levels > 0u || gpu_object.images[GPU_EMISSION].levels > 0u || all(out.n == vec3<f32>(0.0)) {
         out.plane = gpu_plane(gpu_corners(i / 3u));
     }
-    out.corners = gpu_corners(i / 3u); // sites
-    out.weights = select(vec3<f32>(0.0), vec3<f32>(1.0), vec3<u32>(i % 3u) == vec3<u32>(0u, 1u, 2u)); // sites
+    if GPU_SITED {
+        out.corners = gpu_corners(i / 3u);
+        out.weights = select(vec3<f32>(0.0), vec3<f32>(1.0), vec3<u32>(i % 3u) == vec3<u32>(0u, 1u, 2u));
+    }
     return out;
 }
-
-// Is a triangle shaded once in a pixel, or at each of its samples?
-const GPU_SHARE: bool = SHARE;
 
 // From the pixel's centre to the mean of its samples in `mask`, which lies inside the triangle. Devices choose any
 // covered place as the centroid: a bias of up to half a pixel in every pixel that an edge crosses.
@@ -51,17 +38,14 @@ fn gpu_fragment(
 ) -> @location(0) vec4<f32> {
     let outside = front != (gpu_object.counts.w > 0u);
     let side = select(-1.0, 1.0, outside);
-    var s = GpuPoint(v.p, v.n, v.t, v.uv, v.plane, side, vec3<u32>(0u), vec3<f32>(0.0), vec4<f32>(1.0, 1.0, 1.0, 0.0));
-    s.corners = v.corners; // sites
-    s.weights = v.weights; // sites
-    s.extra = v.extra; // maps
+    var s = GpuPoint(v.p, v.n, v.t, v.uv, v.plane, side, v.corners, v.weights, v.extra);
     if GPU_SHARE {
         let o = gpu_offset(mask);
         s.p += o.x * dpdx(v.p) + o.y * dpdy(v.p);
         s.n += o.x * dpdx(v.n) + o.y * dpdy(v.n);
         s.t += o.x * dpdx(v.t) + o.y * dpdy(v.t);
         s.uv += o.x * dpdx(v.uv) + o.y * dpdy(v.uv);
-        s.weights += o.x * dpdx(v.weights) + o.y * dpdy(v.weights); // sites
+        s.weights += o.x * dpdx(v.weights) + o.y * dpdy(v.weights);
     }
     return vec4<f32>(gpu_radiance(s), 1.0);
 }

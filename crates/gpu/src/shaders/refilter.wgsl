@@ -19,7 +19,7 @@ struct Job {
 @group(0) @binding(1) var<storage, read> light: array<vec4<f32>>;
 // Cubes and maps on the way.
 @group(0) @binding(2) var<storage, read_write> maps: array<vec4<f32>>;
-// The chain as the room's atlas has it: rows of `place.z`, faces of `place.w` rows.
+// The chain as the technique's atlas has it: rows of `place.z`, faces of `place.w` rows.
 @group(0) @binding(3) var<storage, read_write> chain: array<vec4<f32>>;
 // Numbers that the plan fixes.
 @group(0) @binding(4) var<storage, read> tables: array<vec4<f32>>;
@@ -95,7 +95,7 @@ fn even_direction(at: vec3<u32>, n: u32) -> vec3<f32> {
     return normalize(from_face(at.x, vec3<f32>(warp2(along(at.yz, n)), 1.0)));
 }
 
-// The direction of lattice sample k of the ordinary cube: what rooms look up.
+// The direction of lattice sample k of the ordinary cube: what techniques look up.
 fn chain_direction(at: vec3<u32>, n: u32) -> vec3<f32> {
     return normalize(from_face(at.x, vec3<f32>(along(at.yz, n), 1.0)));
 }

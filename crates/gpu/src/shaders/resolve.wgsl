@@ -1,15 +1,11 @@
 // Samples to pixels: the mean of a pixel's own samples, or the CPU renderer's filter, a quadratic B-spline of
 // radius 1.25 pixels.
-// SOURCE, LOAD, SAMPLES and POSITIONS are filled in per kind of target.
-@group(0) @binding(0) var gpu_source: SOURCE;
+// GpuSource, gpu_load, GPU_SAMPLES and GPU_POSITIONS come with the kind of target, GPU_LARGEST (of its format) and GPU_REACH
+// with format and filter.
+@group(0) @binding(0) var gpu_source: GpuSource;
 @group(0) @binding(1) var<storage, read_write> gpu_film: array<vec4<f32>>;
 // Samples at the end of the target's range.
 @group(0) @binding(2) var<storage, read_write> gpu_clipped: atomic<u32>;
-
-// Largest value of the target's format.
-const GPU_LARGEST: f32 = LARGEST;
-
-const GPU_REACH: f32 = REACH;
 
 fn gpu_weight(distance: f32) -> f32 {
     if GPU_REACH < 1.0 {
@@ -34,17 +30,17 @@ fn gpu_resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let centre = vec2<f32>(id.xy) + 0.5;
     let first = max(vec2<i32>(floor((centre - GPU_REACH) * scale)), vec2<i32>(0));
     let last = min(vec2<i32>(ceil((centre + GPU_REACH) * scale)), texels);
-    var positions = array<vec2<f32>, SAMPLES>(POSITIONS);
+    var positions = GPU_POSITIONS;
     var sum = vec4<f32>(0.0);
     var total = 0.0;
     var clipped = 0u;
     for (var y = first.y; y < last.y; y++) {
         for (var x = first.x; x < last.x; x++) {
-            for (var k = 0; k < SAMPLES; k++) {
+            for (var k = 0; k < GPU_SAMPLES; k++) {
                 let at = (vec2<f32>(vec2<i32>(x, y)) + positions[k]) / scale;
                 let w = gpu_weight(at.x - centre.x) * gpu_weight(at.y - centre.y);
                 if w > 0.0 {
-                    let c = LOAD;
+                    let c = gpu_load(vec2<i32>(x, y), k);
                     sum += w * min(c, vec4<f32>(GPU_LARGEST));
                     total += w;
                     let own = all(vec2<u32>(at) == id.xy);

@@ -10,7 +10,7 @@ struct GpuPoint {
     plane: vec4<f32>,
     // 1 where the viewer sees the outside, else -1.
     side: f32,
-    // Corners of the triangle and their weights, for rooms that read sites.
+    // Corners of the triangle and their weights, for techniques that read sites.
     corners: vec3<u32>,
     weights: vec3<f32>,
     // Vertex colour; w: change of the normal per metre. Read by shaders with maps.
@@ -83,12 +83,6 @@ fn gpu_bilinear(image: texture_2d<f32>, uv: vec2<f32>, level: u32, rows: u32, wr
     return mix(mix(a, b, x.weight), mix(c, d, x.weight), y.weight);
 }
 
-struct GpuImage {
-    levels: u32,
-    rows: u32,
-    wrap: u32,
-}
-
 // An image averaged over a square of side `footprint` in texture coordinates.
 fn gpu_sample(image: texture_2d<f32>, uv: vec2<f32>, footprint: f32, part: GpuImage) -> vec3<f32> {
     let last = f32(part.levels - 1u);
@@ -113,11 +107,13 @@ fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
     let footprint = spacing / sqrt(max(abs(dot(s.plane.xyz, wo)), 0.05));
     let look = gpu_look(s, outward, wo, footprint);
-    var l = SHADE;
-    if gpu_object.counts.z > 0u {
-        let side = footprint * s.plane.w;
-        let image = GpuImage(gpu_object.counts.z, gpu_object.rows.x, gpu_object.maps.z);
-        l *= gpu_sample(gpu_base_colour, s.uv, side, image);
+    var l = gpu_reflected(look, wo, s) * s.extra.rgb;
+    let side = footprint * s.plane.w;
+    if gpu_object.images[GPU_TINT].levels > 0u {
+        l *= gpu_sample(gpu_tint, s.uv, side, gpu_object.images[GPU_TINT]);
     }
-    return l * s.extra.rgb;
+    if gpu_object.images[GPU_EMISSION].levels > 0u {
+        l += gpu_sample(gpu_emission, s.uv, side, gpu_object.images[GPU_EMISSION]);
+    }
+    return l;
 }

@@ -7,12 +7,12 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use steradian_base::Task;
 use steradian_brdf::SharedBrdf;
-use steradian_gpu::scene::{Backdrop, Disk, Level, Maps, Object, Scene, Texture, Triangles};
+use steradian_gpu::scene::{Backdrop, Disk, Level, Object, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError};
 use steradian_light::{Environment, Lights};
-use steradian_render::{BakeShader, Display, Film, Settings, Stage, Surface};
+use steradian_render::{BakeShader, Display, Film, Maps, Settings, Stage, Surface};
 use steradian_scene::{Bvh, Camera, Mesh, shapes};
-use steradian_techniques::{AnyBake, GpuRoom, View};
+use steradian_techniques::{AnyBake, GpuTechnique, View};
 
 /// The adapter, opened once.
 pub fn gpu() -> Result<&'static Gpu, GpuError> {
@@ -88,13 +88,13 @@ pub fn view(case: &Case) -> View {
     View { eye: from, forward: case.camera.axes()[2], ..View::default() }
 }
 
-/// The case with `room` on its mesh.
-pub fn scene(case: &Case, room: GpuRoom) -> Scene {
+/// The case with `technique` on its mesh.
+pub fn scene(case: &Case, technique: GpuTechnique) -> Scene {
     let triangles = Arc::new(Triangles::of(&case.mesh.0, |_| true));
     Scene {
         objects: vec![Object {
             triangles,
-            room,
+            technique,
             brdf: None,
             folds_suns: false,
             base_colour: None,
@@ -122,36 +122,22 @@ pub fn backdrop(b: &steradian_render::Backdrop) -> Backdrop {
     Backdrop { colour: [0.0; 3], image: b.image().map(level), disks: b.disks().iter().map(disk).collect() }
 }
 
-pub fn texture(t: &steradian_render::Texture) -> Texture {
-    let level = |(width, height, texels): (usize, usize, &[[f32; 3]])| Level {
-        width,
-        height,
-        texels: texels.to_vec(),
-    };
-    let wrap = t.wrap().map(|w| match w {
-        steradian_formats::mesh::Wrap::Repeat => steradian_gpu::scene::Wrap::Repeat,
-        steradian_formats::mesh::Wrap::Mirror => steradian_gpu::scene::Wrap::Mirror,
-        steradian_formats::mesh::Wrap::Clamp => steradian_gpu::scene::Wrap::Clamp,
-    });
-    Texture { levels: t.levels().map(level).collect(), wrap }
-}
-
-/// The CPU's picture of one room.
+/// The CPU's picture of one technique.
 pub fn cpu(case: &Case, bake: Box<dyn AnyBake>, side: usize) -> Film {
     cpu_of(case, vec![(bake, None)], &Settings::new(side, side))
 }
 
-/// A room and the texture on its surface.
+/// A technique and the texture on its surface.
 pub type Look = (Box<dyn AnyBake>, Option<Arc<steradian_render::Texture>>);
 
 /// The CPU's picture of a mesh of several material slots.
-pub fn cpu_of(case: &Case, rooms: Vec<Look>, settings: &Settings) -> Film {
+pub fn cpu_of(case: &Case, techniques: Vec<Look>, settings: &Settings) -> Film {
     let surface = |(bake, base_colour)| Surface {
         shader: Arc::new(BakeShader(bake)),
         base_colour,
-        maps: steradian_render::Maps::default(),
+        maps: Maps::default(),
     };
-    let surfaces: Vec<_> = rooms.into_iter().map(surface).collect();
+    let surfaces: Vec<_> = techniques.into_iter().map(surface).collect();
     let background = steradian_render::Background::Sky(case.backdrop.clone());
     let stage = Stage {
         mesh: &case.mesh.0,

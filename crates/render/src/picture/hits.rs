@@ -36,6 +36,10 @@ pub struct Found {
     pub uv: Vec2,
     /// Texture coordinates per metre of this triangle.
     pub uv_density: f32,
+    /// The triangle's vertices.
+    pub corners: [u32; 3],
+    /// Weights of the second and third.
+    pub weights: [f32; 2],
 }
 
 /// Smallest n·wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
@@ -72,6 +76,8 @@ pub fn find(stage: &Stage<'_>, ray: &Ray) -> Option<Found> {
         p: ray.origin + ray.direction * hit.t,
         uv,
         uv_density,
+        corners: mesh.triangles[hit.triangle as usize],
+        weights: [hit.u, hit.v],
     })
 }
 

@@ -1,8 +1,8 @@
 //! From a hit and the maps of its surface to what a shader takes; the GPU's `maps.wgsl` has the same functions.
 
 use super::hits::{Found, facing, tangent};
-use crate::maps::{Maps, NormalFiltering};
 use glam::Vec3;
+use steradian_scene::surface::{Maps, NormalFiltering};
 use steradian_techniques::PointLobe;
 
 /// Normal, tangent and lobe of a point.
@@ -31,6 +31,9 @@ pub fn look(f: &Found, maps: &Maps, uv: f32, length: f32, angle: f32) -> Look {
     let tangent = tangent(f.along, n);
     let alpha = maps.alpha2.as_ref().map_or(-1.0, |m| m.sample(f.uv.x, f.uv.y, uv)[0].max(0.0).sqrt());
     let mut lobe = PointLobe { alpha, ..PointLobe::PLAIN };
+    if let Some(c) = &maps.colours {
+        [lobe.albedo, lobe.f0] = [&c.albedo, &c.f0].map(|t| t.sample(f.uv.x, f.uv.y, uv).map(|x| x.max(0.0)));
+    }
     if maps.filtering != NormalFiltering::None {
         // A tilt of (dx, dy) of a unit normal tilts its z by −(x dx + y dy)/z.
         let z = mean.z.max(LEAST_Z);

@@ -34,6 +34,13 @@ pub struct Surface {
     pub maps: Maps,
 }
 
+impl Surface {
+    /// Does nothing vary within a pixel but what the mesh's own normals vary?
+    fn is_even(&self) -> bool {
+        self.maps.is_empty() && self.maps.emission.is_none()
+    }
+}
+
 /// What a picture shows.
 pub struct Stage<'a> {
     /// The geometry; [`Mesh::materials`] are indices into `surfaces`.

@@ -4,11 +4,13 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Task};
-use steradian_brdf::SharedBrdf;
-use steradian_reference::{Judge, JudgePoint};
+use steradian_brdf::model::dielectric::Dielectric;
+use steradian_brdf::model::ggx::Ggx;
+use steradian_brdf::{Brdf, Form, Scaled, SharedBrdf};
+use steradian_reference::{Estimate, Judge, JudgePoint};
 use steradian_sphere::Frame;
 use steradian_techniques::direct::Direct;
-use steradian_techniques::{AnyBake, Points, Radiance};
+use steradian_techniques::{AnyBake, PointLobe, Points, Radiance};
 
 /// Outgoing radiance of batches of surface points.
 pub trait Shader: Send + Sync {
@@ -69,9 +71,46 @@ impl JudgeShader {
     }
 }
 
+/// A reflectance whose width and colours may differ from point to point.
+#[derive(Debug, Clone, Copy)]
+struct Varied {
+    alpha: f64,
+    f0: [f64; 3],
+    albedo: [f64; 3],
+    scale: [f64; 3],
+}
+
+impl Varied {
+    /// The parameters of a model that has them; of another one width and colours stay the material's.
+    fn of(brdf: &dyn Brdf) -> Option<Self> {
+        match brdf.form() {
+            Form::Ggx { alpha: [alpha, ay], f0, scale } if alpha == ay => {
+                Some(Self { alpha, f0, albedo: [0.0; 3], scale })
+            }
+            Form::Dielectric { alpha, f0, albedo, scale } => Some(Self { alpha, f0, albedo, scale }),
+            _ => None,
+        }
+    }
+
+    /// The reflectance of a point.
+    fn at(&self, lobe: PointLobe) -> SharedBrdf {
+        let alpha = if lobe.alpha < 0.0 { self.alpha } else { f64::from(lobe.alpha) };
+        let colour = |own: [f32; 3], material: [f64; 3]| {
+            if own[0] < 0.0 { material } else { own.map(|x| f64::from(x).min(1.0)) }
+        };
+        let (f0, albedo) = (colour(lobe.f0, self.f0), colour(lobe.albedo, self.albedo));
+        let brdf: SharedBrdf = match albedo {
+            [0.0, 0.0, 0.0] => Arc::new(Ggx { ax: alpha.max(1e-4), ay: alpha.max(1e-4), f0 }),
+            _ => Arc::new(Dielectric::new(alpha.clamp(1e-4, 1.0), f0, albedo)),
+        };
+        if self.scale == [1.0; 3] { brdf } else { Arc::new(Scaled { brdf, scale: self.scale }) }
+    }
+}
+
 impl Shader for JudgeShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
+        let varied = Varied::of(&*self.brdf);
         let points: Vec<JudgePoint> = (0..q.len())
             .map(|i| JudgePoint {
                 frame: Frame::from_normal_tangent(at(&q.n, i).normalize(), at(&q.t, i)),
@@ -79,10 +118,23 @@ impl Shader for JudgeShader {
                 position: (!q.p[0].is_empty()).then(|| at(&q.p, i)),
             })
             .collect();
-        let estimates = self.judge.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
-        for (i, e) in estimates.iter().enumerate() {
+        let mut write = |i: usize, e: &Estimate| {
             (0..3).for_each(|c| out.rgb[c][i] = e.rgb[c] as f32);
             self.worst.fetch_max(e.error.abs().to_bits(), Ordering::Relaxed);
+        };
+        match varied.filter(|_| q.has_lobes()) {
+            Some(varied) => {
+                for (i, p) in points.iter().enumerate() {
+                    let brdf = varied.at(PointLobe::from_array(q.lobe.map(|s| s[i])));
+                    let e =
+                        self.judge.radiance_batch(&*brdf, std::slice::from_ref(p), self.tolerance, task)?;
+                    e.iter().for_each(|e| write(i, e));
+                }
+            }
+            None => {
+                let estimates = self.judge.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
+                estimates.iter().enumerate().for_each(|(i, e)| write(i, e));
+            }
         }
         Ok(())
     }

@@ -80,6 +80,44 @@ fn a_texture_multiplies_radiance() {
     assert!((t[0] - 0.5 * p[0]).abs() < 1e-5 && (t[1] - p[1]).abs() < 1e-5 && t[2] == 0.0);
 }
 
+/// How far data of the vertices, interpolated by site, are from position and texture coordinates.
+struct Sites(Mesh);
+
+impl Shader for Sites {
+    fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, _: &Task) -> Result<(), Cancelled> {
+        for i in 0..q.len() {
+            let [u, v] = q.site.weight.map(|w| w[i]);
+            let corners = q.site.index.map(|s| s[i] as usize);
+            let weighted = || corners.into_iter().zip([1.0 - u - v, u, v]);
+            let p: Vec3 = weighted().map(|(s, w)| self.0.positions[s] * w).sum();
+            let uv: glam::Vec2 = weighted().map(|(s, w)| self.0.uvs[s] * w).sum();
+            out.rgb[0][i] = p.distance(Vec3::from(q.p.map(|c| c[i])));
+            out.rgb[1][i] = uv.distance(glam::Vec2::from(q.uv.map(|c| c[i])));
+            out.rgb[2][i] = uv.x;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn every_shaded_point_knows_its_site_and_texture_coordinates() {
+    let moved = glam::Affine3A::from_translation(Vec3::new(1.5, 0.2, 0.0));
+    let mesh = Mesh::merged(&[shapes::sphere(24), shapes::sphere(16).transformed(&moved).with_material(1)]);
+    let bvh = Bvh::build(&mesh);
+    let surface = Surface { shader: Arc::new(Sites(mesh.clone())), base_colour: None, maps: Maps::default() };
+    let surfaces = [surface.clone(), surface];
+    let background = Background::Colour([0.0; 3]);
+    let camera = Camera::Orthographic { from: Vec3::Z * 5.0, at: Vec3::X, up: Vec3::Y, height: 4.0 };
+    let stage = Stage { mesh: &mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };
+    for share in [false, true] {
+        let settings = Settings { share, ..Settings::new(96, 80) };
+        let film = render(&stage, &settings, &Task::quiet()).expect("nobody cancels");
+        let most = |c: usize| film.rgb[c].iter().fold(0.0f32, |m, x| m.max(*x));
+        assert!(most(0) < 1e-4 && most(1) < 1e-6, "{} {}", most(0), most(1));
+        assert!(most(2) > 0.2, "no texture coordinates");
+    }
+}
+
 #[test]
 fn a_cancelled_picture_ends() {
     let flag = Arc::new(std::sync::atomic::AtomicBool::new(true));

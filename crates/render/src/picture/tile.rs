@@ -17,8 +17,8 @@ const BATCH: usize = 2048;
 pub struct Tile {
     at: (usize, usize),
     size: (usize, usize),
-    /// Red, green, blue and coverage of every pixel.
-    pixels: Vec<[f32; 4]>,
+    /// Red, green, blue and coverage of every pixel, then how much of red, green and blue is background.
+    pixels: Vec<[f32; 7]>,
 }
 
 /// One sample: where in which pixel of the padded tile, and how much of the pixel it stands for.
@@ -36,6 +36,8 @@ struct Sample {
 struct Group {
     points: PointsBuf,
     tint: Vec<[f32; 3]>,
+    /// Emitted radiance; empty where the surface emits none.
+    emission: Vec<[f32; 3]>,
     /// Sample and point.
     pairs: Vec<(u32, u32)>,
 }
@@ -91,6 +93,7 @@ impl Tile {
             let k = (self.at.1 + i / self.size.0) * film.width + self.at.0 + i % self.size.0;
             (0..3).for_each(|c| film.rgb[c][k] = p[c]);
             film.alpha[k] = p[3];
+            (0..3).for_each(|c| film.background[c][k] = p[4 + c]);
         }
     }
 }
@@ -192,7 +195,7 @@ impl Job<'_> {
 
     fn gather(&mut self, f: Found, sample: u32, area: f32) {
         let point = match self.shared.iter().find(|s| s.surface == f.surface && !creased(s.n, f.n)) {
-            Some(s) if self.settings.share && self.stage.surfaces[f.surface].maps.is_empty() => s.point,
+            Some(s) if self.settings.share && self.stage.surfaces[f.surface].is_even() => s.point,
             _ => self.new_point(&f, area),
         };
         self.groups[f.surface].pairs.push((sample, point));
@@ -213,10 +216,12 @@ impl Job<'_> {
             let l = look(f, &surface.maps, side, length, angle);
             group.points.push_lobe([l.n, l.t, f.wo, f.p], l.lobe);
         }
+        group.points.locate(f.uv, f.corners, f.weights);
         let texture = surface.base_colour.as_ref().map(|t| Vec3::from(t.sample(f.uv.x, f.uv.y, side)));
         if texture.is_some() || !self.stage.mesh.colors.is_empty() {
             group.tint.push((texture.unwrap_or(Vec3::ONE) * f.colour).to_array());
         }
+        group.emission.extend(surface.maps.emission.as_ref().map(|t| t.sample(f.uv.x, f.uv.y, side)));
         self.shared.push(Shared { surface: f.surface, point, n: f.n });
         point
     }
@@ -232,6 +237,7 @@ impl Job<'_> {
             }
             for (plane, c) in rgb.iter_mut().zip(0..3) {
                 plane.iter_mut().zip(&group.tint).for_each(|(v, t)| *v *= t[c]);
+                plane.iter_mut().zip(&group.emission).for_each(|(v, e)| *v += e[c]);
             }
             for &(sample, point) in &group.pairs {
                 let to = &mut self.samples[sample as usize].value;
@@ -242,8 +248,8 @@ impl Job<'_> {
     }
 
     /// Every pixel of the tile as the weighted mean of the samples that the filter reaches.
-    fn filter(&self, size: (usize, usize)) -> Vec<[f32; 4]> {
-        let mut sums = vec![[0.0f32; 5]; self.width * self.height];
+    fn filter(&self, size: (usize, usize)) -> Vec<[f32; 7]> {
+        let mut sums = vec![[0.0f32; 8]; self.width * self.height];
         for s in &self.samples {
             let (wx, wy) = (weights(s.x), weights(s.y));
             let (px, py) = (s.pixel as usize % self.width, s.pixel as usize / self.width);
@@ -256,14 +262,15 @@ impl Job<'_> {
                     let w = wx * wy * s.area;
                     let to = &mut sums[(y - 1) * self.width + x - 1];
                     (0..4).for_each(|c| to[c] += w * s.value[c]);
-                    to[4] += w;
+                    (0..3).for_each(|c| to[4 + c] += w * (1.0 - s.value[3]) * s.value[c]);
+                    to[7] += w;
                 }
             }
         }
         (0..size.0 * size.1)
             .map(|i| {
                 let s = sums[(i / size.0 + 1) * self.width + i % size.0 + 1];
-                std::array::from_fn(|c| s[c] / s[4])
+                std::array::from_fn(|c| s[c] / s[7])
             })
             .collect()
     }

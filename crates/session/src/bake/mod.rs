@@ -163,7 +163,7 @@ fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>
         (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
         (Some(mesh), true) => {
             let mesh = Arc::new(session.mesh(mesh)?);
-            Ok(Some(Geometry { mesh, sites: Sites::Vertices }))
+            Ok(Some(Geometry::new(mesh, Sites::Vertices)))
         }
     }
 }

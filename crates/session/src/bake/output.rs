@@ -13,7 +13,7 @@ use steradian_formats::{
 };
 use steradian_techniques::gpu::{self, Uniform, Value as Number};
 use steradian_techniques::tensors::put_f32;
-use steradian_techniques::{GpuRoom, IN_FOLDER, seal};
+use steradian_techniques::{GpuTechnique, IN_FOLDER, seal};
 
 /// The kind of output that a name asks for.
 #[derive(Debug, Clone)]
@@ -97,7 +97,7 @@ impl Written {
 }
 
 /// The map of a technique that has one.
-fn only(room: &GpuRoom, path: &Path) -> Result<Map, Error> {
+fn only(room: &GpuTechnique, path: &Path) -> Result<Map, Error> {
     match room.tables.as_slice() {
         _ if !room.buffers.is_empty() => Err(Error::usage(format!(
             "{}: {} has data that are no textures: give a folder, or use .safetensors",
@@ -177,17 +177,22 @@ fn row(m: &Map) -> Value {
 }
 
 /// Data per site: a row each.
-fn buffers(room: &GpuRoom, head: &Pairs) -> TensorFile {
+fn buffers(room: &GpuTechnique, head: &Pairs) -> TensorFile {
     let mut t = TensorFile { metadata: head.iter().cloned().collect(), ..TensorFile::default() };
     for b in &room.buffers {
         let rows = b.data.len() / b.stride.max(1);
-        put_f32(&mut t, b.name.into(), vec![rows, b.stride], b.data.clone());
+        put_f32(
+            &mut t,
+            b.name.into(),
+            vec![rows, b.stride],
+            (0..b.data.len()).map(|k| b.data.at(k)).collect(),
+        );
     }
     t
 }
 
 /// `room.json`: what binds to `shade.wgsl`, in binding order, and the head of the bake.
-fn numbers(room: &GpuRoom, tables: Vec<Value>, head: &Pairs) -> String {
+fn numbers(room: &GpuTechnique, tables: Vec<Value>, head: &Pairs) -> String {
     let offsets = room.uniform_offsets();
     let uniform = |(u, offset): (&Uniform, u64)| {
         let value = match u.value {

@@ -5,10 +5,9 @@ use super::Renderer;
 use crate::{Backend, Error, GpuPath, Notice, Prepared, Session};
 use glam::{Affine3A, Mat3};
 use std::sync::Arc;
-use steradian_formats::mesh::Wrap;
 use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError, Renderer as Raster};
-use steradian_render::{Background, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Texture};
+use steradian_render::{Background, Film, Settings, Stage};
 use steradian_sphere::SphereImage;
 use steradian_techniques::direct::Direct;
 
@@ -98,7 +97,8 @@ impl Device {
             ..scene::Settings::new(s.width, s.height)
         };
         let (picture, _) = Raster::new(&self.gpu, scene(stage, baked), &settings)?.render(&self.gpu)?;
-        let film = Film { width: s.width, height: s.height, rgb: picture.rgb, alpha: picture.alpha };
+        let mut film = Film::without_background(s.width, s.height, picture.rgb, picture.alpha);
+        film.set_background(&stage.camera, stage.background);
         Ok((film, picture.clipped))
     }
 }
@@ -128,16 +128,15 @@ fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
         let bake = &b.bake.as_ref()?.0;
         let maps = &b.surface.maps;
         let varied = if maps.is_empty() { None } else { bake.gpu_varied() };
-        let room = varied.unwrap_or_else(|| bake.gpu());
-        let base_colour = b.surface.base_colour.as_deref().map(texture);
+        let technique = varied.unwrap_or_else(|| bake.gpu());
         let triangles = Arc::new(triangles);
         (!triangles.indices.is_empty()).then_some(Object {
             triangles,
-            room,
+            technique,
             brdf: if b.direct.1.is_empty() { None } else { b.direct.0.shader() },
             folds_suns: !has_suns(&b.direct.1),
-            base_colour,
-            maps: mapped(maps),
+            base_colour: b.surface.base_colour.clone(),
+            maps: maps.clone(),
             transform: Affine3A::IDENTITY,
         })
     };
@@ -148,34 +147,6 @@ fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
         camera: stage.camera,
         light_rotation: Mat3::IDENTITY,
     }
-}
-
-/// The maps of a surface as plain data.
-fn mapped(m: &Maps) -> scene::Maps {
-    let normal = |n: &NormalMap| scene::NormalMap { mean: texture(n.mean()), spread: texture(n.spread()) };
-    scene::Maps {
-        normal: m.normal.as_deref().map(normal),
-        alpha2: m.alpha2.as_deref().map(texture),
-        filtering: match m.filtering {
-            NormalFiltering::None => scene::NormalFiltering::None,
-            NormalFiltering::Isotropic => scene::NormalFiltering::Isotropic,
-            NormalFiltering::Covariance => scene::NormalFiltering::Covariance,
-        },
-    }
-}
-
-fn texture(t: &Texture) -> scene::Texture {
-    let level = |(width, height, texels): (usize, usize, &[[f32; 3]])| Level {
-        width,
-        height,
-        texels: texels.to_vec(),
-    };
-    let wrap = t.wrap().map(|w| match w {
-        Wrap::Repeat => scene::Wrap::Repeat,
-        Wrap::Mirror => scene::Wrap::Mirror,
-        Wrap::Clamp => scene::Wrap::Clamp,
-    });
-    scene::Texture { levels: t.levels().map(level).collect(), wrap }
 }
 
 fn backdrop(background: &Background) -> scene::Backdrop {

@@ -5,8 +5,8 @@ use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::tensors::{self, TensorFile};
 use crate::{
-    Bake, BakeError, Card, Geometry, GpuRoom, Material, Part, Parts, Points, Radiance, Technique, Varies,
-    View,
+    Bake, BakeError, Card, Geometry, GpuTechnique, Material, Part, Parts, Points, Radiance, Technique,
+    Varies, View,
 };
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -51,14 +51,14 @@ pub trait AnyBake: Send + Sync {
     /// All parts as tensors.
     fn save(&self) -> TensorFile;
     /// The room as plain data for a GPU.
-    fn gpu(&self) -> GpuRoom;
+    fn gpu(&self) -> GpuTechnique;
     /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
-    /// [`GpuRoom::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
+    /// [`GpuTechnique::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
     fn gpu_frame(&self) -> Option<Vec<Uniform>>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
     /// The room as plain data for a GPU with a lobe per point; `None` where nothing varies.
-    fn gpu_varied(&self) -> Option<GpuRoom>;
+    fn gpu_varied(&self) -> Option<GpuTechnique>;
     /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything else.
     fn with_view(&self, v: &View) -> Box<dyn AnyBake>;
     /// Another light: only the light's factor and the link are baked again, the others are shared. This bake stays as it is
@@ -245,7 +245,7 @@ impl<T: Technique> AnyBake for Baked<T> {
         t
     }
 
-    fn gpu(&self) -> GpuRoom {
+    fn gpu(&self) -> GpuTechnique {
         T::gpu(&self.bake, &self.frame)
     }
 
@@ -257,7 +257,7 @@ impl<T: Technique> AnyBake for Baked<T> {
         T::varies(&self.bake)
     }
 
-    fn gpu_varied(&self) -> Option<GpuRoom> {
+    fn gpu_varied(&self) -> Option<GpuTechnique> {
         T::gpu_varied(&self.bake, &self.frame)
     }
 

@@ -4,20 +4,30 @@ use glam::{Mat3, Vec3};
 use std::sync::Arc;
 use steradian_brdf::SharedBrdf;
 use steradian_scene::Mesh;
+use steradian_scene::surface::Planes;
 
-/// The reflectance of a surface. A base-colour texture multiplies the radiance that a room returns and stays
-/// with the renderer.
+/// How a surface reflects. A base-colour texture multiplies the radiance that a technique returns and stays with the
+/// renderer.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Material {
     /// The reflectance.
     pub brdf: SharedBrdf,
+    /// Parameters of the reflectance that vary over the surface, for techniques that bake from textures; empty for a
+    /// homogeneous surface.
+    pub textures: Planes,
 }
 
 impl Material {
     /// The material of one reflectance.
     pub fn new(brdf: SharedBrdf) -> Self {
-        Self { brdf }
+        Self { brdf, textures: Planes::default() }
+    }
+
+    /// The material with parameters that vary over the surface.
+    #[must_use]
+    pub fn with_textures(self, textures: Planes) -> Self {
+        Self { textures, ..self }
     }
 }
 
@@ -28,6 +38,16 @@ pub struct Geometry {
     pub mesh: Arc<Mesh>,
     /// The places that get data.
     pub sites: Sites,
+    /// The material of each slot of the mesh ([`Mesh::materials`]), which interreflected light needs; slots beyond the
+    /// end have the material that is baked.
+    pub materials: Arc<[Material]>,
+}
+
+impl Geometry {
+    /// A mesh of one material, the one that is baked.
+    pub fn new(mesh: Arc<Mesh>, sites: Sites) -> Self {
+        Self { mesh, sites, materials: Arc::default() }
+    }
 }
 
 /// The places on a mesh that get transfer data.

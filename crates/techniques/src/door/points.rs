@@ -1,7 +1,7 @@
 //! Batches of surface points, structure of arrays.
 
 use super::PointLobe;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// A batch of surface points in world space; unit vectors away from the surface. All slices have one length,
 /// except those of `p`, `uv`, `site` and `lobe`, which may be empty.
@@ -75,6 +75,12 @@ pub struct PointsBuf {
     pub p: [Vec<f32>; 3],
     /// Lobes: all points have one, or none.
     pub lobe: [Vec<f32>; PointLobe::LEN],
+    /// Texture coordinates: all points have some, or none.
+    pub uv: [Vec<f32>; 2],
+    /// Sites of the three corners: all points have some, or none.
+    pub corners: [Vec<u32>; 3],
+    /// Weights of the second and third corner, as many as there are corners.
+    pub weights: [Vec<f32>; 2],
 }
 
 impl PointsBuf {
@@ -106,6 +112,22 @@ impl PointsBuf {
         }
     }
 
+    /// Says where the point pushed last lies on its mesh: texture coordinates, the triangle's three vertices, and the
+    /// barycentric weights of the second and third. Points before it that were not told get zeros.
+    pub fn locate(&mut self, uv: Vec2, corners: [u32; 3], weights: [f32; 2]) {
+        let Some(last) = self.len().checked_sub(1) else { return };
+        for (to, x) in
+            self.uv.iter_mut().chain(&mut self.weights).zip(uv.to_array().into_iter().chain(weights))
+        {
+            to.resize(last, 0.0);
+            to.push(x);
+        }
+        for (to, x) in self.corners.iter_mut().zip(corners) {
+            to.resize(last, 0);
+            to.push(x);
+        }
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.n[0].len()
@@ -121,7 +143,8 @@ impl PointsBuf {
         for v in [&mut self.n, &mut self.t, &mut self.wo, &mut self.p] {
             v.iter_mut().for_each(Vec::clear);
         }
-        self.lobe.iter_mut().for_each(Vec::clear);
+        self.lobe.iter_mut().chain(&mut self.uv).chain(&mut self.weights).for_each(Vec::clear);
+        self.corners.iter_mut().for_each(Vec::clear);
     }
 
     /// The batch of all points.
@@ -146,7 +169,11 @@ impl PointsBuf {
             wo: cut(&self.wo, view(&self.wo)),
             p: cut(&self.p, view(&self.p)),
             lobe: self.lobe.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
-            ..Points::default()
+            uv: self.uv.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
+            site: SitesAt {
+                index: self.corners.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
+                weight: self.weights.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
+            },
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
-use crate::{BakeError, Card, Geometry, GpuRoom, Material, Part, Points, Radiance, Varies, View};
+use crate::{BakeError, Card, Geometry, GpuTechnique, Material, Part, Points, Radiance, Varies, View};
 use std::sync::Arc;
 use steradian_base::{Certificate, Params, Task};
 use steradian_brdf::Brdf;
@@ -67,7 +67,7 @@ pub trait Technique: Send + Sync + 'static {
     /// Outgoing radiance of a batch; n·wo ≤ 0 gives 0.
     fn shade(b: &Bake<Self>, f: &Self::Frame, q: &Points<'_>, out: &mut Radiance<'_>);
     /// The same as plain data for a GPU.
-    fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuRoom;
+    fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuTechnique;
     /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names; `None`
     /// where frames change more than uniforms. Rooms with tables say it themselves, so that none is copied here.
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
@@ -78,9 +78,9 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         Varies::NONE
     }
-    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`GpuRoom::varies`]); `None`
+    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`GpuTechnique::varies`]); `None`
     /// where nothing varies.
-    fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuRoom> {
+    fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuTechnique> {
         let _ = (b, f);
         None
     }

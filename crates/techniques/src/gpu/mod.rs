@@ -1,35 +1,68 @@
-//! A room as plain data for a GPU: WGSL text, tables, uniforms, buffers. No types of any graphics library.
+//! A technique as plain data for a GPU: WGSL modules, the function that shades, tables, uniforms, buffers. No types of
+//! any graphics library.
 //!
-//! A room's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
-//! `room.NAME`, and defines `fn shade(n, t, wo, p) -> vec3<f32>`; one that varies from point to point
-//! ([`GpuRoom::varies`]) has `struct Lobe` (the numbers of [`crate::PointLobe`]) and `fn shade_lobe(n, t, wo, p, lobe)`
-//! too. [`module`] makes the complete module, [`library`] what
-//! other entry points start with.
+//! A technique's WGSL has no bindings: it reads tables through generated functions `fetch_NAME` and uniforms as
+//! `technique.NAME`. [`Entry`] declares the function that shades and what it takes beside normal, tangent, direction to
+//! the viewer and position. [`module`] makes the complete module, [`library`] what other entry points start with.
 
+mod fetch;
 mod wgsl;
 
 use std::borrow::Cow;
-pub use wgsl::{Binding, bindings, library, module};
+pub use wgsl::{Binding, LOBE, SITE, bindings, library, module};
 
-/// A room as plain data for a GPU.
+/// A technique as plain data for a GPU.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GpuRoom {
-    /// The room.
+pub struct GpuTechnique {
+    /// The technique.
     pub slug: &'static str,
-    /// The room's `shade.wgsl`.
-    pub wgsl: Cow<'static, str>,
+    /// WGSL texts without bindings, in the order in which they are joined.
+    pub modules: Vec<Cow<'static, str>>,
+    /// The function of these modules that shades.
+    pub entry: Entry,
     /// Tables in binding order.
     pub tables: Vec<Table>,
-    /// Members of `struct Room`, in order.
+    /// Members of `struct Technique`, in order.
     pub uniforms: Vec<Uniform>,
     /// Data per site, in binding order.
     pub buffers: Vec<Buffer>,
 }
 
+/// The WGSL function that shades a point: `fn NAME(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) ->
+/// vec3<f32>`, with `lobe: Lobe` and `site: Site` behind `p`, in this order, as far as they are declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Entry {
+    /// Its name.
+    pub name: &'static str,
+    /// Does it take a lobe per point: `struct Lobe`, the members of [`crate::PointLobe`]?
+    pub lobe: bool,
+    /// Does it take the point's place on the mesh? `struct Site` holds the three sites around the point, their weights,
+    /// which sum to 1, and texture coordinates: `index: vec3<u32>`, `weight: vec3<f32>`, `uv: vec2<f32>`; and
+    /// `fetch_NAME_at(site, k)` is number k of a buffer there.
+    pub site: bool,
+}
+
+impl Entry {
+    /// `shade(n, t, wo, p)`.
+    pub const PLAIN: Self = Self { name: "shade", lobe: false, site: false };
+    /// `shade_lobe(n, t, wo, p, lobe)`.
+    pub const LOBE: Self = Self { name: "shade_lobe", lobe: true, site: false };
+    /// `shade_site(n, t, wo, p, site)`.
+    pub const SITE: Self = Self { name: "shade_site", lobe: false, site: true };
+
+    /// The call with these expressions as arguments: n, t, wo, p, then lobe and site, which are used where the function
+    /// takes them.
+    pub fn call(&self, point: [&str; 4], lobe: &str, site: &str) -> String {
+        let more = [(self.lobe, lobe), (self.site, site)].into_iter().filter(|a| a.0).map(|a| a.1);
+        let all: Vec<&str> = point.into_iter().chain(more).collect();
+        format!("{}({})", self.name, all.join(", "))
+    }
+}
+
 /// A table that shading looks up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The room's WGSL calls `fetch_NAME`.
+    /// The technique's WGSL calls `fetch_NAME`.
     pub name: &'static str,
     /// Shape, and with it the arguments of `fetch_NAME`.
     pub shape: Shape,
@@ -108,7 +141,7 @@ pub struct Level {
 /// A named uniform.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uniform {
-    /// `room.NAME` in WGSL.
+    /// `technique.NAME` in WGSL.
     pub name: &'static str,
     /// Type and value.
     pub value: Value,
@@ -147,7 +180,7 @@ impl Value {
         match self {
             Self::F32(x) => floats(&[*x]),
             Self::Vec4(v) => floats(v),
-            // A column of mat3x3 takes the room of a vec4 (WGSL, alignment and size).
+            // A column of mat3x3 takes the space of a vec4 (WGSL, alignment and size).
             Self::Mat3(m) => m.iter().for_each(|c| floats(&[c[0], c[1], c[2], 0.0])),
             Self::Mat4(m) => m.iter().for_each(|c| floats(c)),
         }
@@ -157,25 +190,90 @@ impl Value {
 /// Data per site of a bake.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Buffer {
-    /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL, and in rooms that are [`GpuRoom::sited`]
+    /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL, and where [`Entry::site`] is declared
     /// `fetch_NAME_at(site: Site, k: u32) -> f32`.
     pub name: &'static str,
     /// Numbers per site.
     pub stride: usize,
-    /// Site after site.
-    pub data: Vec<f32>,
+    /// The numbers, site after site.
+    pub data: Numbers,
 }
 
-impl GpuRoom {
-    /// Does its WGSL read data per site (`fn shade_site(n, t, wo, p, site: Site) -> vec3<f32>` in place of `shade`)?
-    /// `struct Site` holds the three sites around the point, their weights, which sum to 1, and texture coordinates:
-    /// `index: vec3<u32>`, `weight: vec3<f32>`, `uv: vec2<f32>`. `fetch_NAME_at(site, k)` is number k of a buffer
-    /// there.
-    pub fn sited(&self) -> bool {
-        self.wgsl.contains("fn shade_site(")
+impl Buffer {
+    /// Numbers in single precision.
+    pub fn new(name: &'static str, stride: usize, data: Vec<f32>) -> Self {
+        Self { name, stride, data: Numbers::F32(data) }
+    }
+}
+
+/// The numbers of a [`Buffer`] as they are stored; shaders read all as f32.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Numbers {
+    /// Single precision.
+    F32(Vec<f32>),
+    /// Half precision.
+    F16(Vec<half::f16>),
+    /// Bytes that stand for `low` (0) to `high` (255), linearly.
+    Unorm8 {
+        /// What 0 stands for.
+        low: f32,
+        /// What 255 stands for.
+        high: f32,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+}
+
+impl Numbers {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(v) => v.len(),
+            Self::F16(v) => v.len(),
+            Self::Unorm8 { bytes, .. } => bytes.len(),
+        }
     }
 
-    /// Where each uniform begins in [`GpuRoom::uniform_bytes`].
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number `k`, as shaders read it; 0 beyond the end.
+    pub fn at(&self, k: usize) -> f32 {
+        match self {
+            Self::F32(v) => v.get(k).copied().unwrap_or_default(),
+            Self::F16(v) => v.get(k).map_or(0.0, |x| x.to_f32()),
+            Self::Unorm8 { low, high, bytes } => {
+                bytes.get(k).map_or(0.0, |b| low + (high - low) * (f32::from(*b) / 255.0))
+            }
+        }
+    }
+
+    /// The contents of the storage buffer: little-endian, filled up to whole words.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out: Vec<u8> = match self {
+            Self::F32(v) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            Self::F16(v) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            Self::Unorm8 { bytes, .. } => bytes.clone(),
+        };
+        out.resize(out.len().next_multiple_of(4), 0);
+        out
+    }
+
+    /// Bytes of the storage buffer.
+    pub fn bytes(&self) -> usize {
+        let each = match self {
+            Self::F32(_) => 4,
+            Self::F16(_) => 2,
+            Self::Unorm8 { .. } => 1,
+        };
+        (each * self.len()).next_multiple_of(4)
+    }
+}
+
+impl GpuTechnique {
+    /// Where each uniform begins in [`GpuTechnique::uniform_bytes`].
     pub fn uniform_offsets(&self) -> Vec<u64> {
         let mut bytes = Vec::new();
         let begin = |u: &Uniform| {
@@ -187,12 +285,7 @@ impl GpuRoom {
         self.uniforms.iter().map(begin).collect()
     }
 
-    /// Does its WGSL take a lobe per point (`fn shade_lobe(n, t, wo, p, lobe: Lobe) -> vec3<f32>` beside `shade`)?
-    pub fn varies(&self) -> bool {
-        self.wgsl.contains("fn shade_lobe(")
-    }
-
-    /// Sets the uniforms of these names; those that the room lacks, or has in another type, are left out.
+    /// Sets the uniforms of these names; those that the technique lacks, or has in another type, are left out.
     pub fn set_uniforms(&mut self, new: &[Uniform]) {
         for n in new {
             let same = |u: &&mut Uniform| u.name == n.name && u.value.wgsl() == n.value.wgsl();
@@ -202,7 +295,7 @@ impl GpuRoom {
         }
     }
 
-    /// The uniform buffer: `struct Room` in WGSL's layout for the uniform address space.
+    /// The uniform buffer: `struct Technique` in WGSL's layout for the uniform address space.
     pub fn uniform_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for u in &self.uniforms {

@@ -4,7 +4,7 @@ use super::sun::{self, STRIDE, Sun};
 use super::turn::Turn;
 use crate::direct::{self, Direct};
 use crate::gpu::{Buffer, Uniform, Value};
-use crate::{GpuRoom, Points, Radiance, View};
+use crate::{GpuTechnique, Points, Radiance, View};
 use steradian_brdf::{BrdfShader, SharedBrdf};
 
 /// The light of a frame.
@@ -50,16 +50,16 @@ fn exact(shader: &BrdfShader) -> String {
     shader.inlined("exact") + &suns + include_str!("exact.wgsl")
 }
 
-/// `room`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.
-pub fn gpu(mut room: GpuRoom, suns: &[Sun], brdf: Option<&SharedBrdf>) -> GpuRoom {
+/// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.
+pub fn gpu(mut technique: GpuTechnique, suns: &[Sun], brdf: Option<&SharedBrdf>) -> GpuTechnique {
     let Some(shader) = brdf.filter(|_| !suns.is_empty()).and_then(|f| f.shader()) else {
-        room.wgsl = (NO_SUNS.to_string() + &room.wgsl).into();
-        return room;
+        technique.modules.insert(0, NO_SUNS.into());
+        return technique;
     };
     let numbers = |s: &Sun| s.numbers().map(|x| x as f32);
     let count = suns.len() as f32;
-    room.wgsl = (exact(&shader) + &room.wgsl).into();
-    room.uniforms.push(Uniform { name: "suns", value: Value::Vec4([count, 0.0, 0.0, 0.0]) });
-    room.buffers.push(Buffer { name: "suns", stride: STRIDE, data: suns.iter().flat_map(numbers).collect() });
-    room
+    technique.modules.insert(0, exact(&shader).into());
+    technique.uniforms.push(Uniform { name: "suns", value: Value::Vec4([count, 0.0, 0.0, 0.0]) });
+    technique.buffers.push(Buffer::new("suns", STRIDE, suns.iter().flat_map(numbers).collect()));
+    technique
 }

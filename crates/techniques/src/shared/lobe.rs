@@ -245,7 +245,7 @@ mod tests {
         let q = point(0.5, 1.0, [0.0; 3]);
         assert_eq!(Taps::new(&q, 0.3, 0.01), Taps { axis: [0.0; 3], side: 0, alpha: 0.3 });
         let mut q = q;
-        q.lobe = PointLobe { alpha: 0.1, widen: 0.03, least: 0.05, spread: [0.0; 3] };
+        q.lobe = PointLobe { alpha: 0.1, widen: 0.03, least: 0.05, ..PointLobe::PLAIN };
         assert!((Taps::new(&q, 0.3, 0.01).alpha - 0.2).abs() < 1e-6);
         q.lobe.least = 0.7;
         assert!((Taps::new(&q, 0.3, 0.01).alpha - 0.7).abs() < 1e-6);

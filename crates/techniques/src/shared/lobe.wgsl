@@ -1,15 +1,4 @@
 // A point's own lobe; the CPU's `shared/lobe.rs`, where the derivation is.
-struct Lobe {
-    // Width in place of the material's; negative keeps the material's.
-    alpha: f32,
-    // Added to alpha^2.
-    widen: f32,
-    // Least alpha of the lookup.
-    least: f32,
-    // Covariance of the normals in the frame (t, n x t): tt, tb, bb.
-    spread: vec3<f32>,
-}
-
 struct LobeTaps {
     axis: vec3<f32>,
     side: i32,

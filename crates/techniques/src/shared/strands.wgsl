@@ -11,10 +11,10 @@ fn tangent(n: vec3<f32>, t: vec3<f32>) -> vec3<f32> {
 
 // The central direction.
 fn central(n: vec3<f32>, t: vec3<f32>, r: vec3<f32>) -> vec3<f32> {
-    if room.orders.z == 1.0 {
+    if technique.orders.z == 1.0 {
         return r;
     }
-    if room.orders.z == 2.0 {
+    if technique.orders.z == 2.0 {
         return n;
     }
     return tangent(n, t);

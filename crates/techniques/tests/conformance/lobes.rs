@@ -23,7 +23,12 @@ fn bakes() -> Vec<(&'static str, &'static str, &'static dyn AnyBake)> {
         for spec in t.card().specimens {
             let b = shared(*t, "studio", spec);
             let v = b.varies();
-            assert_eq!(b.gpu_varied().is_some_and(|r| r.varies()), v.alpha || v.normals, "{}", t.card().slug);
+            assert_eq!(
+                b.gpu_varied().is_some_and(|r| r.entry.lobe),
+                v.alpha || v.normals,
+                "{}",
+                t.card().slug
+            );
             if v.alpha || v.normals {
                 out.push((t.card().slug, *spec, b));
             }
@@ -122,6 +127,8 @@ fn lobes_are_finite_on_extremes() {
             widen: wide[k / 7 % 5],
             least: wide[k / 3 % 5],
             spread: [tt, tb, bb],
+            albedo: [[-1.0; 3], [0.0, 0.5, 1.0]][k % 2],
+            f0: [[-1.0; 3], [0.0, 0.04, 1.0]][k / 2 % 2],
         };
         q.push_lobe([n, t, wo, Vec3::ZERO], lobe);
     }

@@ -29,8 +29,8 @@ use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
 };
 use bake::{Cones, Params};
 use steradian_base::Task;
@@ -127,7 +127,7 @@ impl Technique for BanksEnv {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 

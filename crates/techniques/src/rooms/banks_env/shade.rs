@@ -1,9 +1,9 @@
 //! Two lookups in the stack; `shade.wgsl` has the same functions.
 
 use super::bake::Cones;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::FRAC_PI_2;
 
 #[inline(always)]
@@ -61,12 +61,13 @@ pub(super) fn shade(m: &Cones, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'
     });
 }
 
-pub(super) fn gpu(m: &Cones, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Cones, turn: &Turn) -> GpuTechnique {
     let [r, g, b] = m.scale;
     let slices = m.maps.last() / FRAC_PI_2;
-    GpuRoom {
+    GpuTechnique {
         slug: super::BanksEnv::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![m.maps.table("cones")],
         uniforms: vec![
             turn.uniform(),

@@ -12,8 +12,8 @@ fn alpha(t: vec3<f32>, wo: vec3<f32>, y: f32) -> f32 {
 
 fn radiance_of(t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let y = dot(t, wo);
-    let d = room.turn * (select(room.scale.w, -room.scale.w, y < 0.0) * t);
-    return room.scale.rgb * fetch_cones(d, alpha(t, wo, min(abs(y), 1.0)) * room.per_angle);
+    let d = technique.turn * (select(technique.scale.w, -technique.scale.w, y < 0.0) * t);
+    return technique.scale.rgb * fetch_cones(d, alpha(t, wo, min(abs(y), 1.0)) * technique.per_angle);
 }
 
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {

@@ -22,8 +22,8 @@ use crate::shared::reflectance::Reflectance;
 use crate::shared::tables;
 use crate::shared::turn::Turn;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, Varies, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, Varies, View,
 };
 use bake::{Albedo, Light, Size};
 use steradian_base::Task;
@@ -119,7 +119,7 @@ impl Technique for DiffuseMap {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.light.cube, &b.material, f)
     }
 
@@ -128,10 +128,10 @@ impl Technique for DiffuseMap {
     }
 
     fn varies(_: &Bake<Self>) -> Varies {
-        Varies::ALL
+        Varies::SHAPE
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.light.cube, &b.material, f))
     }
 }

@@ -1,12 +1,12 @@
 //! One lookup along n; `shade.wgsl` has the same functions.
 
 use super::bake::Albedo;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::lobe;
 use crate::shared::tables::cube_table;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::EdgeCube;
 
 pub(super) fn shade(map: &EdgeCube, albedo: &Albedo, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -31,20 +31,18 @@ pub(super) fn shade_lobe(
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {
-    let wgsl = concat!(
-        include_str!("../../shared/lobe.wgsl"),
-        include_str!("shade.wgsl"),
-        include_str!("shade_lobe.wgsl")
-    );
-    GpuRoom { wgsl: wgsl.into(), ..gpu(map, albedo, turn) }
+pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuTechnique {
+    let modules =
+        vec![lobe::WGSL.into(), include_str!("shade.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
+    GpuTechnique { modules, entry: Entry::LOBE, ..gpu(map, albedo, turn) }
 }
 
-pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuTechnique {
     let [r, g, b] = albedo.0;
-    GpuRoom {
+    GpuTechnique {
         slug: super::DiffuseMap::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![cube_table("irradiance_over_pi", map)],
         uniforms: vec![turn.uniform(), Uniform { name: "albedo", value: Value::Vec4([r, g, b, 0.0]) }],
         buffers: Vec::new(),

@@ -5,7 +5,7 @@ fn shade_lobe(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, lobe: Lob
     }
     var e = vec3<f32>(0.0);
     for (var k = 0; k < 4; k++) {
-        e += 0.25 * fetch_irradiance_over_pi(room.turn * lobe_normal(n, t, lobe, k));
+        e += 0.25 * fetch_irradiance_over_pi(technique.turn * lobe_normal(n, t, lobe, k));
     }
-    return room.albedo.rgb * e;
+    return technique.albedo.rgb * e;
 }

@@ -31,7 +31,7 @@ use crate::shared::turn::Turn;
 use crate::shared::views::Seen;
 use crate::shared::{lights, reflectance};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts,
+    Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,
 };
 use bake::{Factors, ORDER, Params};
@@ -123,7 +123,7 @@ impl Technique for FactoredLighting {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 

@@ -1,11 +1,11 @@
 //! A lookup per factor, their sum, one exponential; `shade.wgsl` has the same function.
 
 use super::bake::Factors;
-use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 
 impl Factors {
     /// Logarithm of the factor over n·wo.
@@ -37,15 +37,16 @@ pub(super) fn shade(f: &Factors, turn: &Turn, q: &Points<'_>, out: &mut Radiance
     });
 }
 
-pub(super) fn gpu(f: &Factors, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(f: &Factors, turn: &Turn) -> GpuTechnique {
     let [r, g, b] = f.scale;
     let used = f.used.map(|u| if u { 1.0 } else { 0.0 });
     let level = Level { width: f.line.len(), height: 1, layers: 1, bytes: texel_bytes(f.line.iter()) };
     let elevation = Table { name: "elevation", shape: Shape::Line, format: Format::Rgba32Float, level };
     let [n, m, v] = &f.cubes;
-    GpuRoom {
+    GpuTechnique {
         slug: super::FactoredLighting::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![cube_table("normal", n), cube_table("mirror", m), cube_table("viewer", v), elevation],
         uniforms: vec![
             turn.uniform(),

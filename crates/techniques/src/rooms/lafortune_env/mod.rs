@@ -25,7 +25,7 @@ use crate::shared::distant::{DistantLight, ORDER};
 use crate::shared::lights;
 use crate::shared::turn::Turn;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
 use bake::{Maps, Params};
@@ -123,7 +123,7 @@ impl Technique for LafortuneEnv {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 

@@ -1,10 +1,10 @@
 //! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions.
 
 use super::bake::{COLUMNS, Maps, STRIDE};
-use crate::gpu::{Buffer, Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 
 #[inline(always)]
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
@@ -86,21 +86,22 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
     let rows = m.means.len() / COLUMNS;
     let texels: Vec<[f32; 4]> = m.means.iter().map(|v| [*v; 4]).collect();
     let level = Level { width: COLUMNS, height: rows, layers: 1, bytes: texel_bytes(texels.iter()) };
     let cosines = Table { name: "cosines", shape: Shape::Plane, format: Format::Rgba32Float, level };
     let counts = [m.terms.len() as f32, (rows - 1) as f32, 0.0, 0.0];
-    GpuRoom {
+    GpuTechnique {
         slug: super::LafortuneEnv::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![m.chain.table("phong"), cube_table("irradiance", &m.diffuse), cosines],
         uniforms: vec![
             turn.uniform(),
             Uniform { name: "factors", value: Value::Vec4(m.factors) },
             Uniform { name: "counts", value: Value::Vec4(counts) },
         ],
-        buffers: vec![Buffer { name: "terms", stride: STRIDE, data: m.terms.as_flattened().to_vec() }],
+        buffers: vec![Buffer::new("terms", STRIDE, m.terms.as_flattened().to_vec())],
     }
 }

@@ -1,11 +1,11 @@
 //! Per lobe one lookup in the table of views and one in the stack of maps; `shade.wgsl` has the same functions.
 
 use super::bake::Maps;
-use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// A per channel and b of lobe `i` at x = √(1 − √(n·wo)), linear.
 #[inline(always)]
@@ -43,14 +43,15 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
     let level = Level { width: m.views.len(), height: 1, layers: 1, bytes: texel_bytes(m.views.iter()) };
     let views = Table { name: "views", shape: Shape::Line, format: Format::Rgba32Float, level };
     let count = m.views.len() / m.lobes;
     let counts = [m.lobes as f32, m.levels() as f32, count as f32, (m.views.len() - 1) as f32];
-    GpuRoom {
+    GpuTechnique {
         slug: super::LobeMaps::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![m.chain.table("maps"), views],
         uniforms: vec![turn.uniform(), Uniform { name: "counts", value: Value::Vec4(counts) }],
         buffers: Vec::new(),

@@ -1,6 +1,6 @@
 // A per channel and b of lobe i at x = sqrt(1 - sqrt(n.wo)); counts = (lobes, maps of a lobe, views, all views - 1).
 fn view(i: f32, x: f32) -> vec4<f32> {
-    return fetch_views((i * room.counts.z + x * (room.counts.z - 1.0)) / room.counts.w);
+    return fetch_views((i * technique.counts.z + x * (technique.counts.z - 1.0)) / technique.counts.w);
 }
 
 // o = a n + b r of length 1.
@@ -19,10 +19,10 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let cos_o = min(d, 1.0);
     let x = sqrt(max(1.0 - sqrt(cos_o), 0.0));
     var sum = vec3<f32>(0.0);
-    for (var i = 0.0; i < room.counts.x; i += 1.0) {
+    for (var i = 0.0; i < technique.counts.x; i += 1.0) {
         let v = view(i, x);
-        let o = room.turn * lobe_axis(n, r, cos_o, v.w);
-        sum += v.rgb * fetch_maps(o, i * room.counts.y + x * (room.counts.y - 1.0));
+        let o = technique.turn * lobe_axis(n, r, cos_o, v.w);
+        sum += v.rgb * fetch_maps(o, i * technique.counts.y + x * (technique.counts.y - 1.0));
     }
     return sum;
 }

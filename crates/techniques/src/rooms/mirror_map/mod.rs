@@ -21,8 +21,8 @@ use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, Varies, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, Varies, View,
 };
 use bake::{Light, Mirror, Size};
 use steradian_base::Task;
@@ -120,7 +120,7 @@ impl Technique for MirrorMap {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.light.cube, &b.linked, f)
     }
 
@@ -129,10 +129,10 @@ impl Technique for MirrorMap {
     }
 
     fn varies(_: &Bake<Self>) -> Varies {
-        Varies { alpha: false, normals: true }
+        Varies { normals: true, ..Varies::NONE }
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(b.light.halves(), &b.linked, f))
     }
 }

@@ -1,13 +1,13 @@
 //! One lookup along r; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with normals of their own.
 
 use super::bake::Mirror;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::tables::cube_table;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, PointLobe, Points, Radiance, Technique};
+use crate::{GpuTechnique, PointLobe, Points, Radiance, Technique};
 use std::f32::consts::SQRT_2;
 use steradian_prefilter::EdgeCube;
 use steradian_prefilter::edge_cube::spacing;
@@ -48,14 +48,14 @@ pub(super) fn shade_lobe(map: &Chain, m: &Mirror, turn: &Turn, q: &Points<'_>, o
 }
 
 /// [`gpu`] with normals per point.
-pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &Turn) -> GpuRoom {
-    GpuRoom {
-        wgsl: concat!(
-            include_str!("../../shared/lobe.wgsl"),
-            include_str!("fresnel.wgsl"),
-            include_str!("shade_lobe.wgsl")
-        )
-        .into(),
+pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &Turn) -> GpuTechnique {
+    GpuTechnique {
+        modules: vec![
+            lobe::WGSL.into(),
+            include_str!("fresnel.wgsl").into(),
+            include_str!("shade_lobe.wgsl").into(),
+        ],
+        entry: Entry::LOBE,
         tables: vec![map.table("environment")],
         uniforms: uniforms(m, turn, finest(map)),
         ..gpu(&map.levels()[0], m, turn)
@@ -67,10 +67,11 @@ fn uniforms(m: &Mirror, turn: &Turn, finest: f32) -> Vec<Uniform> {
     vec![turn.uniform(), vec("f0", m.f0, finest), vec("scale", m.scale, 0.0)]
 }
 
-pub(super) fn gpu(map: &EdgeCube, m: &Mirror, turn: &Turn) -> GpuRoom {
-    GpuRoom {
+pub(super) fn gpu(map: &EdgeCube, m: &Mirror, turn: &Turn) -> GpuTechnique {
+    GpuTechnique {
         slug: super::MirrorMap::CARD.slug,
-        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")).into(),
+        modules: vec![include_str!("fresnel.wgsl").into(), include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![cube_table("environment", map)],
         uniforms: uniforms(m, turn, 0.0),
         buffers: Vec::new(),

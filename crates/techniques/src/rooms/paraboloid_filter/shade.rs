@@ -1,11 +1,11 @@
 //! One lookup in one of two paraboloids; `shade.wgsl` has the same functions.
 
 use super::bake::Maps;
-use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// Texture coordinates of d in the front map (z ≥ 0) or the back one.
 #[inline(always)]
@@ -44,11 +44,12 @@ fn table(name: &'static str, m: &Maps, plane: usize) -> Table {
     Table { name, shape: Shape::Plane, format: Format::Rgba32Float, level }
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
     let [r, g, b] = m.factor;
-    GpuRoom {
+    GpuTechnique {
         slug: super::ParaboloidFilter::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![table("front", m, 0), table("back", m, 1)],
         uniforms: vec![
             turn.uniform(),

@@ -24,8 +24,8 @@ use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, Varies, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, Varies, View,
 };
 use bake::Maps;
 use blend::Params;
@@ -131,7 +131,7 @@ impl Technique for PhongDiffuseMaps {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
@@ -140,10 +140,10 @@ impl Technique for PhongDiffuseMaps {
     }
 
     fn varies(_: &Bake<Self>) -> Varies {
-        Varies::ALL
+        Varies::SHAPE
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuRoom> {
+    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f))
     }
 }

@@ -2,13 +2,13 @@
 //! their own.
 
 use super::bake::Maps;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::tables::cube_table;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::PI;
 
 /// F = f0 + (1 − f0)(1 − n·wo)⁵.
@@ -63,25 +63,23 @@ fn integral(alpha: f32, own: f32, n: f32) -> f32 {
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &Turn) -> GpuTechnique {
     let mut room = gpu(m, turn);
     let [own, first, per] = widths(m, lobes);
-    room.wgsl = concat!(
-        include_str!("../../shared/lobe.wgsl"),
-        include_str!("fresnel.wgsl"),
-        include_str!("shade_lobe.wgsl")
-    )
-    .into();
+    room.modules =
+        vec![lobe::WGSL.into(), include_str!("fresnel.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
+    room.entry = Entry::LOBE;
     room.tables[0] = lobes.table("lobes");
     room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, first, per, m.n]) });
     room
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
-    GpuRoom {
+    GpuTechnique {
         slug: super::PhongDiffuseMaps::CARD.slug,
-        wgsl: concat!(include_str!("fresnel.wgsl"), include_str!("shade.wgsl")).into(),
+        modules: vec![include_str!("fresnel.wgsl").into(), include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![cube_table("phong", &m.phong), cube_table("irradiance", &m.diffuse)],
         uniforms: vec![turn.uniform(), vec("k_s", m.k_s, m.f[0]), vec("k_d_over_pi", m.k_d_over_pi, m.f[1])],
         buffers: Vec::new(),

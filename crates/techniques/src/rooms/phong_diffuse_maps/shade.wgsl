@@ -3,8 +3,8 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let f = fresnel(vec2<f32>(room.k_s.w, room.k_d_over_pi.w), min(cos_o, 1.0));
-    let diffuse = fetch_irradiance(room.turn * n);
-    let phong = fetch_phong(room.turn * (2.0 * cos_o * n - wo));
-    return (1.0 - f) * room.k_d_over_pi.rgb * diffuse + f * room.k_s.rgb * phong;
+    let f = fresnel(vec2<f32>(technique.k_s.w, technique.k_d_over_pi.w), min(cos_o, 1.0));
+    let diffuse = fetch_irradiance(technique.turn * n);
+    let phong = fetch_phong(technique.turn * (2.0 * cos_o * n - wo));
+    return (1.0 - f) * technique.k_d_over_pi.rgb * diffuse + f * technique.k_s.rgb * phong;
 }

@@ -2,11 +2,11 @@
 
 use super::bake::Maps;
 use super::icosahedron::{around, view};
-use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// Views that see a surface at less than this cosine count the less, and not at all from behind.
 const SEEN: f32 = 0.1;
@@ -48,16 +48,17 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuRoom {
+pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
     let [r, g, b] = m.diffuse;
     let views = m.views.levels();
     let n = views[0].size() + 1;
     let bytes = texel_bytes(views.iter().flat_map(|c| c.texels()));
     let level = Level { width: n, height: n, layers: 6 * views.len(), bytes };
     let views = Table { name: "views", shape: Shape::CubeStack, format: Format::Rgba32Float, level };
-    GpuRoom {
+    GpuTechnique {
         slug: super::ReflectionSpaceIbr::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![views, cube_table("irradiance", &m.irradiance)],
         uniforms: vec![
             turn.uniform(),

@@ -74,15 +74,15 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let r = room.turn * (2.0 * cos_o * n - wo);
-    let near = around(room.turn * wo);
-    if room.diffuse.w < 0.5 {
-        let m = room.turn * n;
-        return by_normal(near.index, near.weight, m) + room.diffuse.rgb * fetch_irradiance(m);
+    let r = technique.turn * (2.0 * cos_o * n - wo);
+    let near = around(technique.turn * wo);
+    if technique.diffuse.w < 0.5 {
+        let m = technique.turn * n;
+        return by_normal(near.index, near.weight, m) + technique.diffuse.rgb * fetch_irradiance(m);
     }
     let a = fetch_views_layer(r, near.index.x);
     let b = fetch_views_layer(r, near.index.y);
     let c = fetch_views_layer(r, near.index.z);
-    let e = fetch_irradiance(room.turn * n);
-    return near.weight.x * a + near.weight.y * b + near.weight.z * c + room.diffuse.rgb * e;
+    let e = fetch_irradiance(technique.turn * n);
+    return near.weight.x * a + near.weight.y * b + near.weight.z * c + technique.diffuse.rgb * e;
 }

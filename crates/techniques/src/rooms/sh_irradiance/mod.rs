@@ -19,8 +19,8 @@ use crate::certify::{Model, Report, Target};
 use crate::shared::lights;
 use crate::shared::quadric::Quadric;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, Varies, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, Varies, View,
 };
 use bake::{Albedo, Light};
 use steradian_base::Task;
@@ -115,15 +115,15 @@ impl Technique for ShIrradiance {
         }
     }
 
-    fn gpu(_: &Bake<Self>, f: &Quadric) -> GpuRoom {
+    fn gpu(_: &Bake<Self>, f: &Quadric) -> GpuTechnique {
         shade::gpu(f)
     }
 
     fn varies(_: &Bake<Self>) -> Varies {
-        Varies::ALL
+        Varies::SHAPE
     }
 
-    fn gpu_varied(_: &Bake<Self>, f: &Quadric) -> Option<GpuRoom> {
+    fn gpu_varied(_: &Bake<Self>, f: &Quadric) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(f))
     }
 }

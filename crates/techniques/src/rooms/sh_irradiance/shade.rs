@@ -1,8 +1,9 @@
 //! nᵀMn over batches; `shade.wgsl` has the same functions.
 
+use crate::gpu::Entry;
 use crate::shared::lobe;
 use crate::shared::quadric::{self, Quadric};
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 use glam::Mat4;
 
 pub(super) fn shade(f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -22,13 +23,10 @@ pub(super) fn shade_lobe(f: &Quadric, q: &Points<'_>, out: &mut Radiance<'_>) {
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(f: &Quadric) -> GpuRoom {
-    let wgsl = concat!(
-        include_str!("../../shared/lobe.wgsl"),
-        include_str!("shade.wgsl"),
-        include_str!("shade_lobe.wgsl")
-    );
-    GpuRoom { wgsl: wgsl.into(), ..gpu(f) }
+pub(super) fn gpu_lobe(f: &Quadric) -> GpuTechnique {
+    let modules =
+        vec![lobe::WGSL.into(), include_str!("shade.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
+    GpuTechnique { modules, entry: Entry::LOBE, ..gpu(f) }
 }
 
 #[inline(always)]
@@ -43,10 +41,11 @@ fn plane(m: &Mat4, q: &Points<'_>, out: &mut [f32]) {
     }
 }
 
-pub(super) fn gpu(f: &Quadric) -> GpuRoom {
-    GpuRoom {
+pub(super) fn gpu(f: &Quadric) -> GpuTechnique {
+    GpuTechnique {
         slug: super::ShIrradiance::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: Vec::new(),
         uniforms: f.uniforms(["red", "green", "blue"]).collect(),
         buffers: Vec::new(),

@@ -7,6 +7,6 @@ fn quadric(m: mat4x4<f32>, n: vec3<f32>) -> f32 {
 }
 
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
-    let l = vec3<f32>(quadric(room.red, n), quadric(room.green, n), quadric(room.blue, n));
+    let l = vec3<f32>(quadric(technique.red, n), quadric(technique.green, n), quadric(technique.blue, n));
     return select(vec3<f32>(0.0), l, dot(n, wo) > 0.0);
 }

@@ -23,8 +23,8 @@ use crate::shared::lights;
 use crate::shared::shrm::{self, Orders};
 use crate::shared::sky::Sky;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
 };
 use bake::Maps;
 use steradian_base::Task;
@@ -118,7 +118,7 @@ impl Technique for Shrm {
         shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuTechnique {
         shade::gpu(b, f)
     }
 

@@ -1,7 +1,7 @@
 //! One lookup along C for all maps, summed with y_pq(wo'), and the suns apart; `shade.wgsl` has the same functions.
 
 use super::Shrm;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
 use crate::shared::exact::{self, Shown};
@@ -9,7 +9,7 @@ use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::word;
 use crate::shared::shrm::{self, argument_word};
 use crate::shared::strands::central;
-use crate::{Bake, GpuRoom, Points, Radiance, Technique};
+use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use steradian_brdf::central::Argument;
 
 pub(super) fn shade(b: &Bake<Shrm>, shown: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
@@ -31,7 +31,7 @@ pub(super) fn shade(b: &Bake<Shrm>, shown: &Shown, q: &Points<'_>, out: &mut Rad
     shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuRoom {
+pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuTechnique {
     let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let orders =
@@ -39,10 +39,11 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuRoom {
     let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let own = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("shade.wgsl")];
-    let wgsl = shrm::shader(m.diffuse.is_some(), &own);
-    let room = GpuRoom {
+    let modules = shrm::shader(m.diffuse.is_some(), &own);
+    let room = GpuTechnique {
         slug: Shrm::CARD.slug,
-        wgsl: wgsl.into(),
+        modules,
+        entry: Entry::PLAIN,
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },

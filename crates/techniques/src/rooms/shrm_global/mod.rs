@@ -22,8 +22,8 @@ use crate::shared::lights;
 use crate::shared::shrm;
 use crate::shared::sky::Sky;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
 };
 use bake::{Cubes, Params};
 use shade::Now;
@@ -107,7 +107,7 @@ impl Technique for ShrmGlobal {
         shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Now) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Now) -> GpuTechnique {
         shade::gpu(b, f)
     }
 

@@ -2,7 +2,7 @@
 
 use super::ShrmGlobal;
 use super::bake::Cubes;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
 use crate::shared::exact::{self, Shown};
@@ -10,7 +10,7 @@ use crate::shared::harmonics::{MAX_TERMS, dot};
 use crate::shared::kernels::word;
 use crate::shared::shrm::{self, argument_word};
 use crate::shared::strands::central;
-use crate::{Bake, GpuRoom, Points, Radiance, Technique, View};
+use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
 
 /// The state of a frame.
@@ -74,7 +74,7 @@ pub(super) fn shade(b: &Bake<ShrmGlobal>, now: &Now, q: &Points<'_>, out: &mut R
     now.shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuRoom {
+pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuTechnique {
     let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let far = now.map.is_some();
@@ -83,11 +83,12 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuRoom {
     let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let all = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("all.wgsl")];
-    let sum: &[&str] = if far { &[include_str!("far.wgsl")] } else { &all };
-    let wgsl = shrm::shader(m.diffuse.is_some(), &[sum, &[include_str!("shade.wgsl")]].concat());
-    let room = GpuRoom {
+    let sum: &[&'static str] = if far { &[include_str!("far.wgsl")] } else { &all };
+    let modules = shrm::shader(m.diffuse.is_some(), &[sum, &[include_str!("shade.wgsl")]].concat());
+    let room = GpuTechnique {
         slug: ShrmGlobal::CARD.slug,
-        wgsl: wgsl.into(),
+        modules,
+        entry: Entry::PLAIN,
         tables,
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(orders) },

@@ -3,13 +3,13 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let c = room.turn * central(n, t, 2.0 * cos_o * n - wo);
+    let c = technique.turn * central(n, t, 2.0 * cos_o * n - wo);
     // Harmonics of the view, or of the normal; about C where q = 0 alone is left.
-    var d = room.turn * select(wo, n, room.orders.w == 1.0);
-    if room.orders.y == 0.0 {
+    var d = technique.turn * select(wo, n, technique.orders.w == 1.0);
+    if technique.orders.y == 0.0 {
         d = vec3<f32>(0.0, 0.0, dot(c, d));
     }
     let b = sum(c, d);
-    let a = fetch_scale((angle(min(cos_o, 1.0)) - room.range.x) * room.range.y).rgb;
-    return a * b + diffuse(room.turn * n) + exact_radiance(n, tangent(n, t), wo);
+    let a = fetch_scale((angle(min(cos_o, 1.0)) - technique.range.x) * technique.range.y).rgb;
+    return a * b + diffuse(technique.turn * n) + exact_radiance(n, tangent(n, t), wo);
 }

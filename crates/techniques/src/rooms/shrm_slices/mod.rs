@@ -29,8 +29,8 @@ use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::sky::Sky;
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Parts, Points, Radiance,
-    Technique, View,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
 };
 use bake::Stack;
 use material::Params;
@@ -115,7 +115,7 @@ impl Technique for ShrmSlices {
         shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuTechnique {
         shade::gpu(b, f)
     }
 

@@ -3,14 +3,14 @@
 use super::ShrmSlices;
 use super::bake::{HEAD, Level, MAX_ORDERS, Stack, extent};
 use super::material::place;
-use crate::gpu::{Buffer, Uniform, Value};
+use crate::gpu::{Buffer, Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Taps;
 use crate::shared::exact::{self, Shown};
 use crate::shared::harmonics::{MAX_TERMS, dot, frame, globe_uv};
 use crate::shared::kernels::word;
 use crate::shared::strands::tangent;
-use crate::{Bake, GpuRoom, Points, Radiance, Technique};
+use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::{FRAC_1_PI, SQRT_2};
 use steradian_brdf::central::Centre;
 
@@ -121,7 +121,7 @@ fn levels(s: &Stack) -> Buffer {
     if data.is_empty() {
         data.extend([0.0; STRIDE]);
     }
-    Buffer { name: "levels", stride: STRIDE, data }
+    Buffer::new("levels", STRIDE, data)
 }
 
 /// The curve, and q of each component as one more elevation.
@@ -129,10 +129,10 @@ fn curve(s: &Stack) -> Buffer {
     let mut data = s.curve.clone();
     data.extend([0.0; HEAD]);
     data.extend(s.levels.iter().flat_map(|l| &l.q).map(|q| *q as f32));
-    Buffer { name: "curve", stride: s.stride, data }
+    Buffer::new("curve", s.stride, data)
 }
 
-pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
+pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuTechnique {
     let s = &b.linked;
     let mut maps: Vec<f32> = s.levels.iter().flat_map(|l| l.maps.texels().iter().copied()).collect();
     if maps.is_empty() {
@@ -140,20 +140,21 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuRoom {
         maps.push(0.0);
     }
     let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, 0];
-    let text = concat!(
-        include_str!("../../shared/harmonics.wgsl"),
-        include_str!("../../shared/strands.wgsl"),
-        include_str!("shade.wgsl")
-    );
-    let room = GpuRoom {
+    let modules = vec![
+        include_str!("../../shared/harmonics.wgsl").into(),
+        include_str!("../../shared/strands.wgsl").into(),
+        include_str!("shade.wgsl").into(),
+    ];
+    let room = GpuTechnique {
         slug: ShrmSlices::CARD.slug,
-        wgsl: text.into(),
+        modules,
+        entry: Entry::PLAIN,
         tables: Vec::new(),
         uniforms: vec![
             Uniform { name: "orders", value: Value::Vec4(counts.map(|x| x as f32)) },
             shown.turn.uniform(),
         ],
-        buffers: vec![curve(s), levels(s), Buffer { name: "maps", stride: 1, data: maps }],
+        buffers: vec![curve(s), levels(s), Buffer::new("maps", 1, maps)],
     };
     exact::gpu(room, &s.suns, b.material.brdf.as_ref())
 }

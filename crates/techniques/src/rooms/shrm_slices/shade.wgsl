@@ -33,7 +33,7 @@ fn level_sum(level: u32, uv: vec2<f32>, phi: vec2<f32>, row: u32, x: f32) -> vec
     let begin = u32(fetch_levels(level, 3u)) * 65536u + u32(fetch_levels(level, 4u));
     let first = u32(fetch_levels(level, 5u));
     let terms = u32(fetch_levels(level, 6u));
-    let orders = u32(room.orders.y) + 1u;
+    let orders = u32(technique.orders.y) + 1u;
     var gx = uv.x * f32(columns) - 0.5;
     gx = select(gx, gx + f32(columns), gx < 0.0);
     let gy = clamp(uv.y, 0.0, 1.0) * f32(rows - 1u);
@@ -84,7 +84,7 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let strands = room.orders.z == 3.0;
+    let strands = technique.orders.z == 3.0;
     var part = 0.0;
     let along = tangent(n, t);
     if strands {
@@ -92,8 +92,8 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     } else {
         part = place(angle(min(cos_o, 1.0)));
     }
-    let y = part * room.orders.y;
-    let row = min(u32(y), u32(room.orders.y) - 1u);
+    let y = part * technique.orders.y;
+    let row = min(u32(y), u32(technique.orders.y) - 1u);
     let x = y - f32(row);
     var head = vec4<f32>(0.0);
     for (var k = 0u; k < 4u; k++) {
@@ -103,11 +103,11 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !strands {
         l = lean(n, wo, min(cos_o, 1.0), head.x);
     }
-    let c = room.turn * l.c;
-    let d = globe_local(c, room.turn * l.zero);
+    let c = technique.turn * l.c;
+    let d = globe_local(c, technique.turn * l.zero);
     let uv = globe_uv(c);
     var b = vec3<f32>(0.0);
-    for (var level = 0u; level < u32(room.orders.x); level++) {
+    for (var level = 0u; level < u32(technique.orders.x); level++) {
         b += level_sum(level, uv, d.xy, row, x);
     }
     return head.yzw * b + exact_radiance(n, along, wo);

@@ -1,5 +1,6 @@
 //! The chain of the light; albedo table and roughness of the material.
 
+use super::stretched::Stretched;
 use super::{SplitSum, shade};
 use crate::certify::{Model, Report, Target};
 use crate::shared::chain::Chain;
@@ -25,6 +26,8 @@ params! {
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 2048.0], 0.0, "intervals per cube edge of level 0; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
         /// Fdez-Agüera's compensation?
         pub multiscatter: bool = ParamInfo::switch("multiscatter", false, "give back the energy that single scattering loses (Fdez-Agüera 2019)"),
+        /// Lookups along the long axis of an anisotropic lobe.
+        pub taps: usize = ParamInfo::whole("taps", [1.0, 64.0], 16.0, "lookups along the long axis of an anisotropic lobe"),
     }
 }
 
@@ -122,6 +125,9 @@ impl Part for Light {
 /// Samples of A and B over √(n·wo): denser towards grazing, where they bend.
 const ALBEDO: usize = 128;
 
+/// Numbers of a material beside its albedo.
+const FACTORS: usize = 11;
+
 /// The material: A and B, f0, level of the chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Specular {
@@ -129,20 +135,32 @@ pub struct Specular {
     pub albedo: Vec<[f32; 4]>,
     /// f0.
     pub f0: [f32; 3],
+    /// Albedo of the diffuse base.
+    pub base: [f32; 3],
     /// Factor of the model.
     pub scale: [f32; 3],
     /// Level of the chain.
     pub level: f32,
     /// 1 with multiple scattering, else 0.
     pub multiscatter: f32,
+    /// The lobe of a model with two widths.
+    pub stretched: Option<Stretched>,
+}
+
+/// Width of an isotropic lobe, f0, albedo of the diffuse base and factor of a material; 1 for the width of others.
+fn numbers(form: &Form) -> (f64, [f64; 3], [f64; 3], [f64; 3]) {
+    match *form {
+        Form::Ggx { alpha: [ax, ay], f0, scale } => (if ax == ay { ax } else { 1.0 }, f0, [0.0; 3], scale),
+        Form::Dielectric { alpha, f0, albedo, scale } => (alpha, f0, albedo, scale),
+        Form::Ward { rs, rd, .. } => (1.0, rs, rd, [1.0; 3]),
+        _ => (1.0, [1.0; 3], [0.0; 3], [1.0; 3]),
+    }
 }
 
 /// Joins chain and material.
 pub fn link(light: &Light, m: &Reflectance, p: &Params) -> (Specular, Report) {
-    let (alpha, f0, scale) = match m.form() {
-        Form::Ggx { alpha: [alpha, _], f0, scale } => (alpha, f0, scale),
-        _ => (1.0, [1.0; 3], [1.0; 3]),
-    };
+    let form = m.form();
+    let (alpha, f0, base, scale) = numbers(&form);
     let at = |i: usize| (i as f64 / (ALBEDO - 1) as f64).powi(2);
     let texel = |i: usize| {
         let d = dfg::ggx(at(i), alpha);
@@ -151,9 +169,11 @@ pub fn link(light: &Light, m: &Reflectance, p: &Params) -> (Specular, Report) {
     let specular = Specular {
         albedo: (0..ALBEDO).map(texel).collect(),
         f0: f0.map(|x| x as f32),
+        base: base.map(|x| x as f32),
         scale: scale.map(|x| x as f32),
         level: (alpha.sqrt() * (p.levels - 1) as f64) as f32,
         multiscatter: if p.multiscatter { 1.0 } else { 0.0 },
+        stretched: Stretched::of(&form, p.taps),
     };
     let report = Report::default()
         .detail("level", f64::from(specular.level))
@@ -167,7 +187,7 @@ pub fn target<'a>(specular: &'a Specular, brdf: &'a dyn Brdf) -> Target<'a> {
     if specular.multiscatter > 0.0 {
         model.f_cos = Box::new(move |wi, wo| {
             let mut f = brdf.f_cos(wi, wo);
-            let ms = shade::multiscatter(specular, specular.albedo_at(wo.z as f32));
+            let ms = shade::multiscatter(specular.multiscatter, specular.f0, specular.albedo_at(wo.z as f32));
             (0..3).for_each(|c| f[c] += f64::from(specular.scale[c] * ms[c]) / PI * wi.z.max(0.0));
             f
         });
@@ -190,8 +210,9 @@ impl Specular {
 impl Part for Specular {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         put_f32(to, format!("{prefix}.albedo"), vec![self.albedo.len(), 4], self.albedo.concat());
-        let factors = [&self.f0[..], &self.scale, &[self.level, self.multiscatter]].concat();
-        put_f32(to, format!("{prefix}.factors"), vec![8], factors);
+        let factors = [&self.f0[..], &self.scale, &[self.level, self.multiscatter], &self.base].concat();
+        put_f32(to, format!("{prefix}.factors"), vec![FACTORS], factors);
+        self.stretched.iter().for_each(|s| s.save(to, prefix));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -203,11 +224,17 @@ impl Part for Specular {
         let albedo = v.as_chunks().0.to_vec();
         let name = format!("{prefix}.factors");
         let (_, v) = get_f32(from, &name, 1)?;
-        let [a, b, c, d, e, f, level, multiscatter] = v[..] else { return Err(PartError::Unexpected(name)) };
-        Ok(Self { albedo, f0: [a, b, c], scale: [d, e, f], level, multiscatter })
+        // Bakes from before there was a base end behind `multiscatter`.
+        let (own, base): (Option<[f32; FACTORS - 3]>, _) = match v[..] {
+            [ref v @ .., x, y, z] if v.len() == FACTORS - 3 => (v.try_into().ok(), [x, y, z]),
+            ref v => (v.try_into().ok(), [0.0; 3]),
+        };
+        let [a, b, c, d, e, f, level, multiscatter] = own.ok_or(PartError::Unexpected(name))?;
+        let stretched = Stretched::load(from, prefix)?;
+        Ok(Self { albedo, f0: [a, b, c], base, scale: [d, e, f], level, multiscatter, stretched })
     }
 
     fn bytes(&self) -> usize {
-        16 * self.albedo.len() + 32
+        16 * self.albedo.len() + 4 * FACTORS + self.stretched.as_ref().map_or(0, Stretched::bytes)
     }
 }

@@ -1,4 +1,4 @@
-//! The split sum: GGX by a chain of prefiltered maps and a table of its albedo.
+//! The split sum: GGX, alone or over a diffuse base, by a chain of prefiltered maps and a table of its albedo.
 //!
 //! Karis (2013), *Real Shading in Unreal Engine 4*; Lagarde & de Rousiers (2014), *Moving Frostbite to PBR*;
 //! multiple scattering: Fdez-Agüera (2019), *A Multiple-Scattering Microfacet Model for Real-Time Image-based
@@ -11,11 +11,14 @@
 //! without the stretch and the horizon of grazing views; L beyond the tolerance and V = 1. Levels of the chain are
 //! equally spaced in perceptual roughness √α, level 0 is the environment itself, and between levels the maps are
 //! mixed linearly. With `multiscatter`, the energy that single scattering loses comes back as a diffuse term over
-//! the irradiance of order 2. Radiance in W sr⁻¹ m⁻². Refused: anisotropic GGX, α > 1, other reflectances, point
-//! lights.
+//! the irradiance of order 2. The base of `dielectric` gets what the layer lets through, albedo (1 − E(n·wo)) E_n/π, with
+//! the irradiance E_n of order 2 in place of light weighted by 1 − E(n·wi). Points may have a width, normals, an albedo
+//! and an f0 of their own. Anisotropic GGX and Ward's model are looked up along their long axis ([`stretched`]), and take the
+//! mesh's tangents. Radiance in W sr⁻¹ m⁻². Refused: α > 1, other reflectances, point lights.
 
 mod bake;
 mod shade;
+mod stretched;
 #[cfg(test)]
 mod tests;
 
@@ -25,7 +28,7 @@ use crate::shared::reflectance::Reflectance;
 use crate::shared::turn::Turn;
 use crate::shared::{lights, quadric::Quadric};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuRoom, Material, Needs, Part, Parts, Points,
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, Varies, View,
 };
 use bake::{Light, Params, Specular};
@@ -38,18 +41,15 @@ pub struct SplitSum;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     let instead = match brdf.form() {
-        Form::Ggx { alpha: [ax, ay], .. } if ax != ay => {
-            return Err("takes isotropic ggx only (alpha=): use reference".into());
+        Form::Ggx { alpha, .. } if alpha.iter().any(|a| *a > 1.0) => {
+            return Err("takes ggx with widths up to 1: use reference".into());
         }
-        Form::Ggx { alpha: [alpha, _], .. } if alpha > 1.0 => {
-            return Err("takes ggx with alpha up to 1: use reference".into());
-        }
-        Form::Ggx { .. } => return Ok(()),
+        Form::Ggx { .. } | Form::Dielectric { .. } | Form::Ward { .. } => return Ok(()),
         Form::Lambert { .. } => "sh_irradiance or diffuse_map",
         Form::Phong { .. } => "phong_diffuse_maps",
         _ => "reference",
     };
-    Err(format!("takes ggx only, not {}: use {instead}", brdf.info().name))
+    Err(format!("takes ggx, dielectric and ward only, not {}: use {instead}", brdf.info().name))
 }
 
 impl Technique for SplitSum {
@@ -61,12 +61,15 @@ impl Technique for SplitSum {
         equation: "L_o = (f0 A + B) ∫ L K_α(r·wi) dwi",
         light: "a chain of cube maps, each convolved with the lobe of one roughness, to the tolerance",
         visibility: "none: V = 1",
-        reflectance: "ggx: its albedo exact, its lobe as seen from n = wo = r",
+        reflectance: "ggx: its albedo exact, its lobe as seen from n = wo = r; dielectric: a diffuse base below it; anisotropic \
+                      ggx and ward by lookups along the long axis",
         materials,
         specimens: &[
             "ggx:alpha=0.04,f0=0.9/0.6/0.3",
             "ggx:alpha=0.25,f0=0.9/0.6/0.3",
             "ggx:alpha=0.64,f0=0.04",
+            "dielectric:alpha=0.16,f0=0.04,albedo=0.6/0.3/0.1",
+            "ggx:ax=0.1,ay=0.4,f0=0.9/0.6/0.3",
         ],
         exact_when: &[
             Claim::new(
@@ -74,6 +77,12 @@ impl Technique for SplitSum {
                 lights::furnace,
                 "ggx:alpha=0.25,f0=0.9/0.6/0.3",
                 1e-3,
+            ),
+            Claim::new(
+                "the light is constant: the layer and its base are exact",
+                lights::furnace,
+                "dielectric:alpha=0.25,f0=0.04,albedo=0.8/0.5/0.2",
+                2e-3,
             ),
             Claim::new(
                 "the roughness goes to zero under a smooth light",
@@ -84,7 +93,9 @@ impl Technique for SplitSum {
         ],
         capabilities: Capabilities {
             global: true,
+            diffuse: true,
             certain_isotropic: true,
+            certain_anisotropic: true,
             shift_variant: true,
             bump_mapping: true,
             dynamic_objects: true,
@@ -129,14 +140,14 @@ impl Technique for SplitSum {
     }
 
     fn shade(b: &Bake<Self>, f: &(Turn, Quadric), q: &Points<'_>, out: &mut Radiance<'_>) {
-        if q.has_lobes() {
+        if q.has_lobes() && b.linked.stretched.is_none() {
             shade::shade_lobe(&b.light.chain, &b.linked, f, q, out);
         } else {
             shade::shade(&b.light.chain, &b.linked, f, q, out);
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuRoom {
+    fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuTechnique {
         shade::gpu(&b.light.chain, &b.linked, f)
     }
 
@@ -144,11 +155,11 @@ impl Technique for SplitSum {
         Some(shade::frame_uniforms(f).collect())
     }
 
-    fn varies(_: &Bake<Self>) -> Varies {
-        Varies::ALL
+    fn varies(b: &Bake<Self>) -> Varies {
+        if b.linked.stretched.is_some() { Varies::NONE } else { Varies::ALL }
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &(Turn, Quadric)) -> Option<GpuRoom> {
-        Some(shade::gpu_lobe(&b.light.chain, &b.linked, f))
+    fn gpu_varied(b: &Bake<Self>, f: &(Turn, Quadric)) -> Option<GpuTechnique> {
+        b.linked.stretched.is_none().then(|| shade::gpu_lobe(&b.light.chain, &b.linked, f))
     }
 }

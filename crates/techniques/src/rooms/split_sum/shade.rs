@@ -2,26 +2,35 @@
 //! those of points with lobes of their own.
 
 use super::bake::Specular;
-use crate::gpu::{Format, Level, Shape, Table, Uniform, Value};
+use super::stretched::{Frame, Stretched};
+use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::albedo;
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::quadric::Quadric;
+use crate::shared::strands;
 use crate::shared::tables::texel_bytes;
 use crate::shared::turn::Turn;
-use crate::{GpuRoom, Points, Radiance, Technique};
+use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::edge_cube::spacing;
 
 /// Fdez-Agüera 2019: F_ms E_ms = E_ss F_avg/(1 − F_avg E_ms) · E_ms with E_ms = 1 − (A + B), E_ss = f0 A + B and
 /// F_avg = f0 + (1 − f0)/21.
 #[inline(always)]
-pub(super) fn multiscatter(s: &Specular, [a, b]: [f32; 2]) -> [f32; 3] {
+pub(super) fn multiscatter(strength: f32, f0: [f32; 3], [a, b]: [f32; 2]) -> [f32; 3] {
     let e_ms = 1.0 - (a + b);
-    std::array::from_fn(|c| {
-        let f_avg = s.f0[c] + (1.0 - s.f0[c]) / 21.0;
-        s.multiscatter * (s.f0[c] * a + b) * f_avg / (1.0 - f_avg * e_ms) * e_ms
+    f0.map(|f0| {
+        let f_avg = f0 + (1.0 - f0) / 21.0;
+        strength * (f0 * a + b) * f_avg / (1.0 - f_avg * e_ms) * e_ms
     })
+}
+
+/// What of the irradiance over π comes back: multiple scattering, and the base below what the layer lets through.
+#[inline(always)]
+fn diffuse(strength: f32, f0: [f32; 3], base: [f32; 3], ab: [f32; 2]) -> [f32; 3] {
+    let ms = multiscatter(strength, f0, ab);
+    std::array::from_fn(|c| ms[c] + base[c] * (1.0 - f0[c] * ab[0] - ab[1]))
 }
 
 pub(super) fn shade(
@@ -31,16 +40,24 @@ pub(super) fn shade(
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
+    if let Some(lobe) = &s.stretched {
+        return batch::shade(q, out, |p: Point| {
+            let frame = Frame::new(p.n, strands::tangent(q, &p), p.wo, p.cos_o);
+            let l = lobe.radiance(chain, turn, s.f0, &frame);
+            let e = mean_radiance.value(p.n);
+            std::array::from_fn(|c| s.scale[c] * (l[c] + s.base[c] * e[c]))
+        });
+    }
     let (sharp, blurred, w) = chain.around(s.level);
     batch::shade(q, out, |p: Point| {
         let r = turn.apply(p.r);
         let (l0, l1) = (sharp.sample(r), blurred.sample(r));
         let [a, b] = s.albedo_at(p.cos_o);
-        let ms = multiscatter(s, [a, b]);
+        let d = diffuse(s.multiscatter, s.f0, s.base, [a, b]);
         let e = mean_radiance.value(p.n);
         std::array::from_fn(|c| {
             let l = l0[c] + (l1[c] - l0[c]) * w;
-            s.scale[c] * ((s.f0[c] * a + b) * l + ms[c] * e[c])
+            s.scale[c] * ((s.f0[c] * a + b) * l + d[c] * e[c])
         })
     });
 }
@@ -50,6 +67,12 @@ pub(super) fn shade(
 fn widths(chain: &Chain, s: &Specular) -> (f32, f32) {
     let own = s.level / chain.last();
     (own * own, 0.5 * spacing(chain.levels()[0].size()) as f32)
+}
+
+/// `own`, or the material's where it is negative.
+#[inline(always)]
+fn colour(own: [f32; 3], material: [f32; 3]) -> [f32; 3] {
+    if own[0] < 0.0 { material } else { own }
 }
 
 /// [`shade`] where every point has its own lobe: the albedo is that of the point's alpha, whatever widens the lookup.
@@ -66,30 +89,28 @@ pub(super) fn shade_lobe(
         let albedo_at = |cos_o: f32| {
             if p.lobe.alpha < 0.0 { s.albedo_at(cos_o) } else { albedo::lookup(table, cos_o, p.lobe.alpha) }
         };
+        let (f0, base) = (colour(p.lobe.f0, s.f0), colour(p.lobe.albedo, s.base));
         let taps = Taps::new(p, own, finest);
         let (sharp, blurred, w) = chain.around(taps.alpha.sqrt() * chain.last());
         let l = taps.sum(p, |tap| {
             let r = turn.apply(tap.r);
             let (l0, l1) = (sharp.sample(r), blurred.sample(r));
             let [a, b] = albedo_at(tap.cos_o);
-            std::array::from_fn(|c| (s.f0[c] * a + b) * (l0[c] + (l1[c] - l0[c]) * w))
+            std::array::from_fn(|c| (f0[c] * a + b) * (l0[c] + (l1[c] - l0[c]) * w))
         });
-        let ms = multiscatter(s, albedo_at(p.cos_o));
+        let d = diffuse(s.multiscatter, f0, base, albedo_at(p.cos_o));
         let e = mean_radiance.value(p.n);
-        std::array::from_fn(|c| s.scale[c] * (l[c] + ms[c] * e[c]))
+        std::array::from_fn(|c| s.scale[c] * (l[c] + d[c] * e[c]))
     });
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuRoom {
+pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuTechnique {
     let mut room = gpu(chain, s, frame);
     let (own, finest) = widths(chain, s);
-    room.wgsl = concat!(
-        include_str!("../../shared/lobe.wgsl"),
-        include_str!("shade.wgsl"),
-        include_str!("shade_lobe.wgsl")
-    )
-    .into();
+    room.modules =
+        vec![lobe::WGSL.into(), include_str!("shade.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
+    room.entry = Entry::LOBE;
     room.tables.push(albedo::gpu("albedo_of"));
     room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, finest, chain.last(), 0.0]) });
     room
@@ -100,17 +121,28 @@ pub(super) fn frame_uniforms((turn, mean_radiance): &(Turn, Quadric)) -> impl It
     std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(["red", "green", "blue"]))
 }
 
-pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuRoom {
+pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuTechnique {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     let level = Level { width: s.albedo.len(), height: 1, layers: 1, bytes: texel_bytes(s.albedo.iter()) };
     let albedo = Table { name: "albedo", shape: Shape::Line, format: Format::Rgba32Float, level };
-    let mut uniforms = vec![vec("f0", s.f0, s.level), vec("scale", s.scale, s.multiscatter)];
+    let mut uniforms =
+        vec![vec("f0", s.f0, s.level), vec("scale", s.scale, s.multiscatter), vec("base", s.base, 0.0)];
     uniforms.extend(frame_uniforms(frame));
-    GpuRoom {
+    let mut out = GpuTechnique {
         slug: super::SplitSum::CARD.slug,
-        wgsl: include_str!("shade.wgsl").into(),
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::PLAIN,
         tables: vec![chain.table("chain"), albedo],
         uniforms,
         buffers: Vec::new(),
+    };
+    if let Some(lobe) = &s.stretched {
+        let (table, numbers, taps) = lobe.gpu(chain);
+        out.modules.push(include_str!("stretched.wgsl").into());
+        out.entry = Stretched::ENTRY;
+        out.tables.push(table);
+        out.uniforms.extend(numbers);
+        out.buffers.push(taps);
     }
+    out
 }

@@ -7,10 +7,15 @@ fn quadric(m: mat4x4<f32>, n: vec3<f32>) -> f32 {
 }
 
 // Fdez-Aguera 2019: F_ms E_ms.
-fn multiscatter(a: f32, b: f32) -> vec3<f32> {
+fn multiscatter(f0: vec3<f32>, a: f32, b: f32) -> vec3<f32> {
     let e_ms = 1.0 - (a + b);
-    let f_avg = room.f0.rgb + (vec3<f32>(1.0) - room.f0.rgb) / 21.0;
-    return room.scale.w * (room.f0.rgb * a + b) * f_avg / (vec3<f32>(1.0) - f_avg * e_ms) * e_ms;
+    let f_avg = f0 + (vec3<f32>(1.0) - f0) / 21.0;
+    return technique.scale.w * (f0 * a + b) * f_avg / (vec3<f32>(1.0) - f_avg * e_ms) * e_ms;
+}
+
+// What of the irradiance over pi comes back: multiple scattering, and the base below what the layer lets through.
+fn diffuse(f0: vec3<f32>, base: vec3<f32>, a: f32, b: f32) -> vec3<f32> {
+    return multiscatter(f0, a, b) + base * (vec3<f32>(1.0) - f0 * a - b);
 }
 
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
@@ -18,8 +23,9 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let l = fetch_chain(room.turn * (2.0 * cos_o * n - wo), room.f0.w);
+    let l = fetch_chain(technique.turn * (2.0 * cos_o * n - wo), technique.f0.w);
     let ab = fetch_albedo(sqrt(min(cos_o, 1.0)));
-    let e = vec3<f32>(quadric(room.red, n), quadric(room.green, n), quadric(room.blue, n));
-    return room.scale.rgb * ((room.f0.rgb * ab.x + ab.y) * l + multiscatter(ab.x, ab.y) * e);
+    let e = vec3<f32>(quadric(technique.red, n), quadric(technique.green, n), quadric(technique.blue, n));
+    let d = diffuse(technique.f0.rgb, technique.base.rgb, ab.x, ab.y);
+    return technique.scale.rgb * ((technique.f0.rgb * ab.x + ab.y) * l + d * e);
 }

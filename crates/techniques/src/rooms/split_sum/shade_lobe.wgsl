@@ -11,15 +11,17 @@ fn shade_lobe(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, lobe: Lob
     if !(cos_o > 0.0) {
         return vec3<f32>(0.0);
     }
-    let taps = lobe_taps(n, t, wo, lobe, room.widths.x, room.widths.y);
-    let level = sqrt(taps.alpha) * room.widths.z;
+    let f0 = select(technique.f0.rgb, lobe.f0, lobe.f0.x >= 0.0);
+    let base = select(technique.base.rgb, lobe.albedo, lobe.albedo.x >= 0.0);
+    let taps = lobe_taps(n, t, wo, lobe, technique.widths.x, technique.widths.y);
+    let level = sqrt(taps.alpha) * technique.widths.z;
     var l = vec3<f32>(0.0);
     for (var k = -taps.side; k <= taps.side; k++) {
         let tap = lobe_tap(taps, n, wo, k);
         let ab = albedo_at(tap.cos_o, lobe);
-        l += tap.weight * (room.f0.rgb * ab.x + ab.y) * fetch_chain(room.turn * tap.r, level);
+        l += tap.weight * (f0 * ab.x + ab.y) * fetch_chain(technique.turn * tap.r, level);
     }
     let ab = albedo_at(cos_o, lobe);
-    let e = vec3<f32>(quadric(room.red, n), quadric(room.green, n), quadric(room.blue, n));
-    return room.scale.rgb * (l + multiscatter(ab.x, ab.y) * e);
+    let e = vec3<f32>(quadric(technique.red, n), quadric(technique.green, n), quadric(technique.blue, n));
+    return technique.scale.rgb * (l + diffuse(f0, base, ab.x, ab.y) * e);
 }

@@ -9,6 +9,8 @@ mod params;
 mod powers;
 mod scale;
 
+use std::borrow::Cow;
+
 pub use choose::{Expansion, HighestP, choose};
 pub use maps::{bundle, columns, diffuse_map, global_maps, grid, local_maps};
 pub use material::material;
@@ -20,8 +22,8 @@ pub use scale::ScaleTable;
 pub const TOLERANCE: f64 = 0.05;
 
 /// The WGSL text that all forms have before their own: directions, strands, and the diffuse part, if there is one.
-pub fn shader(diffuse: bool, own: &[&str]) -> String {
+pub fn shader(diffuse: bool, own: &[&'static str]) -> Vec<Cow<'static, str>> {
     let common = [include_str!("../harmonics.wgsl"), include_str!("../strands.wgsl")];
     let diffuse = if diffuse { include_str!("diffuse.wgsl") } else { include_str!("black.wgsl") };
-    common.into_iter().chain([diffuse]).chain(own.iter().copied()).collect()
+    common.into_iter().chain([diffuse]).chain(own.iter().copied()).map(Cow::from).collect()
 }

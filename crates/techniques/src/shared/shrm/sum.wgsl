@@ -4,11 +4,11 @@ fn sum(at: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
     var k = 0u;
     var a_q = vec2<f32>(1.0, 0.0);
     var start = 0.28209479177387814;
-    for (var q = 0.0; q <= room.orders.y; q += 1.0) {
+    for (var q = 0.0; q <= technique.orders.y; q += 1.0) {
         var now = start;
         var before = 0.0;
         var a_before = 0.0;
-        for (var p = q; p <= room.orders.x; p += 1.0) {
+        for (var p = q; p <= technique.orders.x; p += 1.0) {
             if p > q {
                 let a = sqrt((4.0 * p * p - 1.0) / (p * p - q * q));
                 let b = select(a / a_before, 0.0, p == q + 1.0);

@@ -1,13 +1,13 @@
-//! A room's tables, uniforms and buffers on the device.
+//! A technique's tables, uniforms and buffers on the device.
 
 use crate::{Gpu, GpuError};
 use std::sync::atomic::{AtomicBool, Ordering};
-use steradian_techniques::GpuRoom;
+use steradian_techniques::GpuTechnique;
 use steradian_techniques::gpu::{Binding, Buffer, Format, Table, bindings};
 use wgpu::util::DeviceExt;
 
-/// A room's data on the device: group 0 of every pipeline that shades with it.
-pub struct RoomData {
+/// A technique's data on the device: group 0 of every pipeline that shades with it.
+pub struct TechniqueData {
     pub(crate) layout: wgpu::BindGroupLayout,
     pub(crate) group: wgpu::BindGroup,
     uniforms: Option<wgpu::Buffer>,
@@ -21,11 +21,15 @@ pub struct RoomData {
     bytes: usize,
 }
 
-impl RoomData {
-    /// Uploads everything that `room` describes. `visibility` says which stages read it.
-    pub fn upload(gpu: &Gpu, room: &GpuRoom, visibility: wgpu::ShaderStages) -> Result<Self, GpuError> {
-        check_limits(gpu, room)?;
-        gpu.scoped(&format!("data of {}", room.slug), || Self::make(gpu, room, None, visibility))
+impl TechniqueData {
+    /// Uploads everything that `technique` describes. `visibility` says which stages read it.
+    pub fn upload(
+        gpu: &Gpu,
+        technique: &GpuTechnique,
+        visibility: wgpu::ShaderStages,
+    ) -> Result<Self, GpuError> {
+        check_limits(gpu, technique)?;
+        gpu.scoped(&format!("data of {}", technique.slug), || Self::make(gpu, technique, None, visibility))
     }
 
     /// The data of `new` in place of those of `old`, which these are: only tables and buffers that differ are
@@ -33,8 +37,8 @@ impl RoomData {
     pub fn replaced(
         &self,
         gpu: &Gpu,
-        old: &GpuRoom,
-        new: &GpuRoom,
+        old: &GpuTechnique,
+        new: &GpuTechnique,
         visibility: wgpu::ShaderStages,
     ) -> Result<Self, GpuError> {
         check_limits(gpu, new)?;
@@ -44,15 +48,15 @@ impl RoomData {
 
     fn make(
         gpu: &Gpu,
-        room: &GpuRoom,
-        kept: Option<(&Self, &GpuRoom)>,
+        technique: &GpuTechnique,
+        kept: Option<(&Self, &GpuTechnique)>,
         visibility: wgpu::ShaderStages,
     ) -> Self {
-        let [zero, _] = bindings(room);
-        let uniforms = (!room.uniforms.is_empty()).then(|| {
+        let [zero, _] = bindings(technique);
+        let uniforms = (!technique.uniforms.is_empty()).then(|| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("room uniforms"),
-                contents: &room.uniform_bytes(),
+                label: Some("technique uniforms"),
+                contents: &technique.uniform_bytes(),
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             })
         });
@@ -66,11 +70,11 @@ impl RoomData {
             old.buffers.iter().position(|o| o == b).and_then(|i| data.buffers.get(i).cloned())
         };
         let table = |t: &Table| (t.name, kept_table(t).unwrap_or_else(|| upload_table(gpu, t)));
-        let buffer = |b: &Buffer| kept_buffer(b).unwrap_or_else(|| upload_buffer(gpu, &b.data));
-        let tables: Vec<_> = room.tables.iter().map(table).collect();
+        let buffer = |b: &Buffer| kept_buffer(b).unwrap_or_else(|| upload_buffer(gpu, b));
+        let tables: Vec<_> = technique.tables.iter().map(table).collect();
         let views: Vec<_> = tables.iter().map(|(_, t)| view(t)).collect();
-        let buffers: Vec<_> = room.buffers.iter().map(buffer).collect();
-        let layout = layout(gpu, &zero, room, visibility);
+        let buffers: Vec<_> = technique.buffers.iter().map(buffer).collect();
+        let layout = layout(gpu, &zero, technique, visibility);
         let resource = |b: &Binding| match b {
             Binding::Uniforms => uniforms.as_ref().map(wgpu::Buffer::as_entire_binding),
             Binding::Table(i) => views.get(*i).map(wgpu::BindingResource::TextureView),
@@ -82,20 +86,20 @@ impl RoomData {
             .filter_map(|(binding, b)| Some(wgpu::BindGroupEntry { binding, resource: resource(b)? }))
             .collect();
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(room.slug),
+            label: Some(technique.slug),
             layout: &layout,
             entries: &entries,
         });
-        let bytes = room.tables.iter().map(|t| t.level.bytes.len()).sum::<usize>()
-            + room.buffers.iter().map(|b| 4 * b.data.len()).sum::<usize>();
-        let places = room.uniforms.iter().map(|u| u.name).zip(room.uniform_offsets()).collect();
+        let bytes = technique.tables.iter().map(|t| t.level.bytes.len()).sum::<usize>()
+            + technique.buffers.iter().map(|b| b.data.bytes()).sum::<usize>();
+        let places = technique.uniforms.iter().map(|u| u.name).zip(technique.uniform_offsets()).collect();
         Self { layout, group, uniforms, tables, buffers, written: AtomicBool::new(false), places, bytes }
     }
 
     /// Writes the uniforms of a new frame (rotated light, moved view); tables stay.
-    pub fn update_uniforms(&self, gpu: &Gpu, room: &GpuRoom) {
+    pub fn update_uniforms(&self, gpu: &Gpu, technique: &GpuTechnique) {
         if let Some(u) = &self.uniforms {
-            gpu.queue.write_buffer(u, 0, &room.uniform_bytes());
+            gpu.queue.write_buffer(u, 0, &technique.uniform_bytes());
         }
     }
 
@@ -117,19 +121,21 @@ impl RoomData {
     }
 }
 
-/// Textures, and storage buffers, that pipelines have beside a room's.
-const OURS: usize = 5;
+/// Textures that pipelines have beside a technique's.
+const TEXTURES: usize = 8;
+/// Storage buffers that pipelines have beside a technique's.
+const BUFFERS: usize = 5;
 
-fn check_limits(gpu: &Gpu, room: &GpuRoom) -> Result<(), GpuError> {
+fn check_limits(gpu: &Gpu, technique: &GpuTechnique) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
-    let beyond = |what: String| Err(GpuError::Memory(format!("{} of {}", what, room.slug)));
-    if room.tables.len() > limits.max_sampled_textures_per_shader_stage as usize - OURS {
-        return beyond(format!("{} tables", room.tables.len()));
+    let beyond = |what: String| Err(GpuError::Memory(format!("{} of {}", what, technique.slug)));
+    if technique.tables.len() > limits.max_sampled_textures_per_shader_stage as usize - TEXTURES {
+        return beyond(format!("{} tables", technique.tables.len()));
     }
-    if room.buffers.len() > limits.max_storage_buffers_per_shader_stage as usize - OURS {
-        return beyond(format!("{} buffers", room.buffers.len()));
+    if technique.buffers.len() > limits.max_storage_buffers_per_shader_stage as usize - BUFFERS {
+        return beyond(format!("{} buffers", technique.buffers.len()));
     }
-    for t in &room.tables {
+    for t in &technique.tables {
         let side = t.level.width.max(t.level.height);
         if side > limits.max_texture_dimension_2d as usize {
             return beyond(format!("table '{}' with {side} texels a side", t.name));
@@ -138,8 +144,8 @@ fn check_limits(gpu: &Gpu, room: &GpuRoom) -> Result<(), GpuError> {
             return beyond(format!("table '{}' with {} layers", t.name, t.level.layers));
         }
     }
-    for b in &room.buffers {
-        if 4 * b.data.len() as u64 > limits.max_storage_buffer_binding_size {
+    for b in &technique.buffers {
+        if b.data.bytes() as u64 > limits.max_storage_buffer_binding_size {
             return beyond(format!("buffer '{}' with {} numbers", b.name, b.data.len()));
         }
     }
@@ -149,7 +155,7 @@ fn check_limits(gpu: &Gpu, room: &GpuRoom) -> Result<(), GpuError> {
 fn layout(
     gpu: &Gpu,
     zero: &[Binding],
-    room: &GpuRoom,
+    technique: &GpuTechnique,
     visibility: wgpu::ShaderStages,
 ) -> wgpu::BindGroupLayout {
     let ty = |b: &Binding| match b {
@@ -169,7 +175,7 @@ fn layout(
         .map(|(binding, b)| wgpu::BindGroupLayoutEntry { binding, visibility, ty: ty(b), count: None })
         .collect();
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(room.slug),
+        label: Some(technique.slug),
         entries: &entries,
     })
 }
@@ -211,11 +217,10 @@ fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
     })
 }
 
-fn upload_buffer(gpu: &Gpu, data: &[f32]) -> wgpu::Buffer {
-    let bytes: Vec<u8> = data.iter().flat_map(|x| x.to_le_bytes()).collect();
+fn upload_buffer(gpu: &Gpu, buffer: &Buffer) -> wgpu::Buffer {
     gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("room buffer"),
-        contents: &bytes,
+        label: Some(buffer.name),
+        contents: &buffer.data.to_bytes(),
         usage: wgpu::BufferUsages::STORAGE,
     })
 }

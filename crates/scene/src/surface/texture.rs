@@ -1,6 +1,6 @@
 //! Textures on surfaces.
 
-use steradian_formats::mesh::Wrap;
+use super::Wrap;
 
 /// One level of a texture, rows from the top.
 #[derive(Debug, Clone)]
@@ -27,16 +27,38 @@ impl Texture {
             return None;
         }
         let texels = (0..n).map(|i| [planes[0][i], planes[1][i], planes[2][i]]).collect();
-        let mut levels = vec![Level { width, height, texels }];
-        while let Some(next) = levels.last().and_then(Level::half) {
-            levels.push(next);
-        }
-        Some(Self { levels, wrap: [Wrap::Repeat; 2] })
+        Some(Self { levels: chain(Level { width, height, texels }), wrap: [Wrap::Repeat; 2] })
     }
 
-    /// One colour; `None` where it is white, which changes nothing.
-    pub fn plain(colour: [f32; 3]) -> Option<Self> {
-        if colour == [1.0; 3] { None } else { Self::new(1, 1, &colour.map(|c| vec![c])) }
+    /// One colour everywhere.
+    pub fn constant(colour: [f32; 3]) -> Self {
+        Self { levels: vec![Level { width: 1, height: 1, texels: vec![colour] }], wrap: [Wrap::Repeat; 2] }
+    }
+
+    /// Is every texel 1 in every channel, so that multiplying by it changes nothing?
+    pub fn is_white(&self) -> bool {
+        self.levels[0].texels.iter().all(|t| *t == [1.0; 3])
+    }
+
+    /// The mean of all texels.
+    pub fn mean(&self) -> [f32; 3] {
+        self.levels[self.levels.len() - 1].texels[0]
+    }
+
+    /// The texture of `f` of this one's value and `other`'s, at the resolution of the finer one, beyond the unit square
+    /// as this one; its levels are the means of its own texels.
+    pub fn joined(&self, other: &Self, f: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Self {
+        let (a, b) = (self.size(), other.size());
+        let (width, height) = (a.0.max(b.0), a.1.max(b.1));
+        let texel = |i: usize| {
+            let u = ((i % width) as f32 + 0.5) / width as f32;
+            let v = ((i / width) as f32 + 0.5) / height as f32;
+            f(self.sample(u, v, 0.0), other.sample(u, v, 0.0))
+        };
+        let texels = (0..width * height).map(texel).collect();
+        // A single colour has no border of its own.
+        let wrap = if a == (1, 1) { other.wrap } else { self.wrap };
+        Self { levels: chain(Level { width, height, texels }), wrap }
     }
 
     /// The texture with what lies beyond the unit square in u and v.
@@ -84,6 +106,15 @@ impl Texture {
         let b = self.levels[low + 1].bilinear(u, v, self.wrap);
         std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
     }
+}
+
+/// A level and all that are coarser.
+fn chain(finest: Level) -> Vec<Level> {
+    let mut levels = vec![finest];
+    while let Some(next) = levels.last().and_then(Level::half) {
+        levels.push(next);
+    }
+    levels
 }
 
 impl Level {
@@ -167,6 +198,16 @@ mod tests {
             let mean = l.texels.iter().map(|c| c[0]).sum::<f32>() / l.texels.len() as f32;
             assert!((mean - 3.0).abs() < 1e-5, "{} × {}: {mean}", l.width, l.height);
         }
+    }
+
+    #[test]
+    fn joined_textures_have_the_finer_resolution_and_their_own_means() {
+        let (a, b) = (ramp(4, 4), Texture::constant([2.0; 3]));
+        let t = a.joined(&b, |x, y| [x[0] * y[0], x[0] * x[0], 1.0]);
+        assert_eq!((t.size(), t.sample(0.625, 0.125, 0.0)), ((4, 4), [4.0, 4.0, 1.0]));
+        assert_eq!(t.mean(), [3.0, 3.5, 1.0]);
+        assert!(Texture::constant([1.0; 3]).is_white() && !a.is_white());
+        assert_eq!(b.joined(&a, |x, y| [x[0], y[0], 0.0]).sample(0.875, 0.5, 0.0), [2.0, 3.0, 0.0]);
     }
 
     #[test]

@@ -6,14 +6,14 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// Texels a millisecond, from the device's own clock where it has one, else from submission to completion.
-pub(super) struct Meter {
+pub(super) struct Throughput {
     rate: Option<f64>,
     /// Reads of the work whose time is on its way.
     pending: Option<u64>,
-    gear: Gear,
+    timing: Timing,
 }
 
-enum Gear {
+enum Timing {
     Stamps {
         set: wgpu::QuerySet,
         resolved: wgpu::Buffer,
@@ -24,11 +24,11 @@ enum Gear {
     Wall(Arc<Mutex<Option<f64>>>),
 }
 
-impl Meter {
+impl Throughput {
     pub fn new(gpu: &Gpu) -> Self {
-        let gear = if gpu.has_timestamps() {
+        let timing = if gpu.has_timestamps() {
             let buffer = |usage| layout::empty(gpu, "stamps", usage, 16);
-            Gear::Stamps {
+            Timing::Stamps {
                 set: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                     label: Some("refilter"),
                     ty: wgpu::QueryType::Timestamp,
@@ -40,9 +40,9 @@ impl Meter {
                 unit: f64::from(gpu.queue.get_timestamp_period()) * 1e-6,
             }
         } else {
-            Gear::Wall(Arc::default())
+            Timing::Wall(Arc::default())
         };
-        Self { rate: None, pending: None, gear }
+        Self { rate: None, pending: None, timing }
     }
 
     /// Texels a millisecond, once known.
@@ -52,8 +52,8 @@ impl Meter {
 
     /// The stamps of a pass to be measured; `None` while another's are on their way.
     pub fn writes(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        match &self.gear {
-            Gear::Stamps { set, .. } if self.pending.is_none() => Some(wgpu::ComputePassTimestampWrites {
+        match &self.timing {
+            Timing::Stamps { set, .. } if self.pending.is_none() => Some(wgpu::ComputePassTimestampWrites {
                 query_set: set,
                 beginning_of_pass_write_index: Some(0),
                 end_of_pass_write_index: Some(1),
@@ -64,7 +64,7 @@ impl Meter {
 
     /// Ends the encoding of a measured pass.
     pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let (Gear::Stamps { set, resolved, copy, .. }, None) = (&self.gear, self.pending) {
+        if let (Timing::Stamps { set, resolved, copy, .. }, None) = (&self.timing, self.pending) {
             encoder.resolve_query_set(set, 0..2, resolved, 0);
             encoder.copy_buffer_to_buffer(resolved, 0, copy, 0, 16);
         }
@@ -76,12 +76,12 @@ impl Meter {
             return;
         }
         self.pending = Some(reads);
-        match &self.gear {
-            Gear::Stamps { copy, ready, .. } => {
+        match &self.timing {
+            Timing::Stamps { copy, ready, .. } => {
                 let ready = ready.clone();
                 copy.map_async(wgpu::MapMode::Read, .., move |r| ready.store(r.is_ok(), Ordering::Release));
             }
-            Gear::Wall(ms) => {
+            Timing::Wall(ms) => {
                 let (ms, start) = (ms.clone(), Instant::now());
                 gpu.queue.on_submitted_work_done(move || {
                     if let Ok(mut ms) = ms.lock() {
@@ -104,8 +104,8 @@ impl Meter {
     }
 
     fn arrived(&self) -> Option<f64> {
-        match &self.gear {
-            Gear::Stamps { copy, ready, unit, .. } => {
+        match &self.timing {
+            Timing::Stamps { copy, ready, unit, .. } => {
                 if !ready.swap(false, Ordering::Acquire) {
                     return None;
                 }
@@ -116,7 +116,7 @@ impl Meter {
                 copy.unmap();
                 Some(stamps[1].saturating_sub(stamps[0]) as f64 * unit)
             }
-            Gear::Wall(ms) => ms.lock().ok()?.take(),
+            Timing::Wall(ms) => ms.lock().ok()?.take(),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::plan::Plan;
 use super::program::{JOB_BYTES, Job, Pass, Tile};
 use super::surroundings::{Surroundings, fits};
 use crate::layout::{compute_of, empty, filled, module, pipeline_layout};
-use crate::room::buffer_type;
+use crate::technique::buffer_type;
 use crate::{Gpu, GpuError, layout};
 use std::num::NonZero;
 
@@ -18,7 +18,7 @@ pub(super) const SHADERS: &str = concat!(
 );
 
 /// What stays the same from one light to the next.
-pub(super) struct Gear {
+pub(super) struct Resources {
     layout: wgpu::BindGroupLayout,
     pipelines: Vec<wgpu::ComputePipeline>,
     jobs: wgpu::Buffer,
@@ -32,7 +32,7 @@ pub(super) struct Gear {
 const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE;
 const TAKEN: wgpu::BufferUsages = STORAGE.union(wgpu::BufferUsages::COPY_SRC);
 
-impl Gear {
+impl Resources {
     pub fn new(gpu: &Gpu, plan: &Plan) -> Result<Self, GpuError> {
         let work = &plan.work;
         let chain = 16 * 6 * u64::from(plan.pitch) * u64::from(plan.height);
@@ -70,7 +70,7 @@ impl Gear {
         self.bind(gpu, &self.jobs, buffers)
     }
 
-    /// One job of its own, with its own tables and coefficients: a room's matrices.
+    /// One job of its own, with its own tables and coefficients: a technique's matrices.
     pub fn lone(
         &self,
         gpu: &Gpu,

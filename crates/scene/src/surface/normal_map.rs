@@ -8,9 +8,8 @@
 //!
 //! Both are area averages, so they filter linearly; at the finest level Σ = 0, and the map is the ordinary one.
 
-use crate::Texture;
+use super::{Texture, Wrap};
 use glam::{Vec2, Vec3};
-use steradian_formats::mesh::Wrap;
 
 /// A tangent-space normal map: x along the tangent, y along the bitangent, z outwards.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
-//! What varies over a surface beside its base colour: normals and roughness.
+//! What varies over a surface: normals, roughness, colours of the reflectance, light that it emits.
 
-use crate::{NormalMap, Texture};
+use super::{NormalMap, Texture};
 use std::sync::Arc;
 
 /// How the normals under a sample are taken into account.
@@ -26,21 +26,46 @@ impl NormalFiltering {
     }
 }
 
-/// The maps of a surface.
+/// The maps of a surface, beside what multiplies its radiance.
 #[derive(Debug, Clone, Default)]
 pub struct Maps {
     /// Normals.
     pub normal: Option<Arc<NormalMap>>,
     /// alpha² in every channel, in place of the material's: variances of slopes are what averages linearly.
     pub alpha2: Option<Arc<Texture>>,
+    /// Albedo and f0 in place of the material's.
+    pub colours: Option<Colours>,
+    /// Radiance that the surface emits, W sr⁻¹ m⁻².
+    pub emission: Option<Arc<Texture>>,
     /// How normals are filtered.
     pub filtering: NormalFiltering,
 }
 
+/// The colours of a reflectance with a diffuse and a specular part. Radiance is linear in each of them, so that their means
+/// over a footprint stand for what lies under it.
+#[derive(Debug, Clone)]
+pub struct Colours {
+    /// Albedo of the diffuse part.
+    pub albedo: Arc<Texture>,
+    /// Reflectance of the specular part at normal incidence.
+    pub f0: Arc<Texture>,
+}
+
+impl Colours {
+    /// The colours of glTF 2.0 (B.2) by base colour and metalness of the same texels: albedo = (1 − m) c, f0 = (1 − m)
+    /// `dielectric` + m c.
+    pub fn metallic(base: &Texture, metallic: &Texture, dielectric: f32) -> Self {
+        let mix = |f: &dyn Fn(f32, f32) -> f32| {
+            Arc::new(base.joined(metallic, |c, m| std::array::from_fn(|k| f(c[k], m[k].clamp(0.0, 1.0)))))
+        };
+        Self { albedo: mix(&|c, m| (1.0 - m) * c), f0: mix(&|c, m| (1.0 - m) * dielectric + m * c) }
+    }
+}
+
 impl Maps {
-    /// Does nothing vary?
+    /// Is every point's reflectance the same, about the mesh's own normals?
     pub fn is_empty(&self) -> bool {
-        self.normal.is_none() && self.alpha2.is_none()
+        self.normal.is_none() && self.alpha2.is_none() && self.colours.is_none()
     }
 
     /// Are the normals under a sample more than their mean?

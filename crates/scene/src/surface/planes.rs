@@ -1,0 +1,34 @@
+//! Named parameter textures.
+
+use super::Texture;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Textures by name, each a parameter of a reflectance that varies over the surface: what the names mean is the
+/// business of whoever reads them.
+#[derive(Debug, Clone, Default)]
+pub struct Planes(BTreeMap<String, Arc<Texture>>);
+
+impl Planes {
+    /// The planes with another one, in place of one of the same name.
+    #[must_use]
+    pub fn with(mut self, name: &str, texture: Arc<Texture>) -> Self {
+        self.0.insert(name.to_owned(), texture);
+        self
+    }
+
+    /// The plane of a name.
+    pub fn get(&self, name: &str) -> Option<&Arc<Texture>> {
+        self.0.get(name)
+    }
+
+    /// Names and planes in the order of the names.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Arc<Texture>)> {
+        self.0.iter().map(|(name, t)| (name.as_str(), t))
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
