@@ -4,6 +4,7 @@ use super::*;
 use crate::shapes;
 use glam::{Vec3, Vec3A};
 use obvhs::triangle::Triangle;
+use steradian_testkit::on_every_isa;
 
 /// A stream of numbers in [0, 1): PCG32 (O'Neill 2014).
 pub struct Random(pub u64);
@@ -75,6 +76,40 @@ fn closest_and_any_hits_are_those_of_brute_force() {
         }
         assert!(hits > 300 && edges < 3, "{hits} {edges}");
     }
+}
+
+/// Meshes and batches that fill no register, or just more than one.
+#[test]
+fn small_meshes_and_batches() {
+    on_every_isa(|| {
+        let whole = shapes::icosphere(1);
+        let mut random = Random(3);
+        let rays: Vec<Ray> = (0..65)
+            .map(|_| {
+                let origin = random.direction() * 2.0;
+                Ray { origin, direction: (0.5 * random.direction() - origin).normalize() }
+            })
+            .collect();
+        let mut hits = 0;
+        for triangles in [0, 1, 2, 3, 7, 8, 9, 15, 16, 17, 33] {
+            let mut mesh = whole.clone();
+            mesh.triangles.truncate(triangles);
+            let bvh = Bvh::build(&mesh);
+            let want: Vec<bool> = rays.iter().map(|r| brute(&mesh, r).is_some()).collect();
+            for n in [0, 1, 2, 3, 7, 8, 9, 65] {
+                let (closest, blocked) =
+                    (bvh.closest_many(&rays[..n], 9.0), bvh.occluded_many(&rays[..n], 9.0));
+                let found: Vec<bool> = closest.iter().map(|h| h.is_some()).collect();
+                assert_eq!(
+                    (&found[..], &blocked[..]),
+                    (&want[..n], &want[..n]),
+                    "{triangles} triangles, {n} rays"
+                );
+                hits += found.iter().filter(|f| **f).count();
+            }
+        }
+        assert!(hits > 100, "{hits}");
+    });
 }
 
 /// Rays from inside at the very vertices and edge points of a closed mesh never escape (Woop 2013's test).

@@ -10,8 +10,9 @@ use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::shared::lights;
 use steradian_techniques::{
-    AnyBake, AnyTechnique, BakeError, Check, Material, PointsBuf, Radiance, View, gpu, registry,
+    AnyBake, AnyTechnique, BakeError, Check, Material, PointLobe, PointsBuf, Radiance, View, gpu, registry,
 };
+use steradian_testkit::on_every_isa;
 
 /// Poles, axes, cube corners; views at the normal, at grazing, below the horizon.
 fn extreme_points() -> PointsBuf {
@@ -78,6 +79,36 @@ fn batches_that_do_not_fit_give_zero() {
         b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
         assert!(rgb.iter().flatten().all(|x| *x == 0.0));
     }
+}
+
+/// Batches that fill no register, or just more than one, shade each point as if it were alone.
+#[test]
+fn every_length_of_a_batch_shades_the_same() {
+    on_every_isa(|| {
+        let mut q = extreme_points();
+        // A lobe of its own for every other half of the batch: both of a technique's loops are run.
+        let varied = PointLobe { spread: [4e-3, 1e-3, 2e-3], ..PointLobe::PLAIN };
+        for t in registry() {
+            let b = bake(*t, &tiny(), t.card().specimens[0], &[]);
+            for lobes in [false, true] {
+                q.lobe = varied.to_array().map(|x| vec![x; if lobes { q.len() } else { 0 }]);
+                let shade = |range: std::ops::Range<usize>| {
+                    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; range.len()]);
+                    b.shade(&q.slice(range), &mut Radiance::of(&mut rgb));
+                    rgb
+                };
+                let alone: Vec<[u32; 3]> =
+                    (0..q.len()).map(|i| shade(i..i + 1).map(|c| c[0].to_bits())).collect();
+                for n in [0, 1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 65] {
+                    let rgb = shade(3..3 + n);
+                    for i in 0..n {
+                        let got = [0, 1, 2].map(|c| rgb[c][i].to_bits());
+                        assert_eq!(got, alone[3 + i], "{}: {n} points, {i}, {lobes}", t.card().slug);
+                    }
+                }
+            }
+        }
+    });
 }
 
 /// Every room's module is valid WGSL. That it computes the same numbers needs an adapter: the gpu crate's tests.
