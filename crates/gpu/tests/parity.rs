@@ -92,7 +92,9 @@ fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
     let values = |i: &ParamInfo| -> Vec<Value> {
         match i.kind {
             Kind::Switch => vec![false.into(), true.into()],
-            Kind::Choice(words) => words.iter().map(|w| (*w).into()).collect(),
+            Kind::Choice(words) if words.len() + usize::from(i.auto.is_some()) <= 3 => {
+                words.iter().map(|w| (*w).into()).collect()
+            }
             Kind::Whole if i.max - i.min <= 2.0 => vec![i.min.into(), i.max.into()],
             _ => Vec::new(),
         }

@@ -72,7 +72,7 @@ pub struct MaterialData {
     pub alpha_cutoff: Option<f32>,
     /// Is the back shaded too?
     pub double_sided: bool,
-    /// OBJ's specular colour Ks and exponent Ns.
+    /// OBJ's specular colour Ks and exponent Ns; `None` where the material is physically based.
     pub phong: Option<([f32; 3], f32)>,
 }
 

@@ -166,7 +166,9 @@ mod tests {
     fn validate(text: &str) {
         let parsed = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text));
         let flags = naga::valid::ValidationFlags::all();
-        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
-        assert!(validator.validate(&parsed.unwrap()).is_ok());
+        let mut validator =
+            naga::valid::Validator::new(flags, naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+        let valid = validator.validate(&parsed.unwrap());
+        assert!(valid.is_ok(), "{:?}\n{text}", valid.err());
     }
 }

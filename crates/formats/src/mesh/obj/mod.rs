@@ -7,7 +7,7 @@
 mod mtl;
 mod vertices;
 
-use super::{MaterialData, MeshData, Part, source::Source, triangulate::triangulate};
+use super::{MeshData, Part, source::Source, triangulate::triangulate};
 use crate::FormatError;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -161,7 +161,7 @@ impl Reader {
             self.data.textures.clear();
         } else if part.materials.contains(&NONE) {
             let default = self.data.materials.len() as u32;
-            self.data.materials.push(MaterialData { metallic: 0.0, ..MaterialData::default() });
+            self.data.materials.push(mtl::plain());
             part.materials.iter_mut().filter(|s| **s == NONE).for_each(|s| *s = default);
         }
         self.data.parts.push(part);

@@ -34,6 +34,11 @@ pub fn read(
     Ok(())
 }
 
+/// A material of OBJ: Phong's, until it has one of the physically based keys (Pr, Pm, map_ORM).
+pub fn plain() -> MaterialData {
+    MaterialData { metallic: 0.0, phong: Some(([0.0; 3], 0.0)), ..MaterialData::default() }
+}
+
 /// The number of the material `name`, new or described anew.
 pub fn declare(
     name: &str,
@@ -42,7 +47,7 @@ pub fn declare(
     source: &mut Source,
 ) -> Result<usize, FormatError> {
     source.spend(1, 2 * size_of::<MaterialData>())?;
-    let material = MaterialData { name: name.into(), metallic: 0.0, ..MaterialData::default() };
+    let material = MaterialData { name: name.into(), ..plain() };
     let next = data.materials.len();
     let at = *names.entry(name.into()).or_insert(next as u32) as usize;
     if at == next {
@@ -62,14 +67,14 @@ fn set(material: &mut MaterialData, key: &str, rest: &str) -> bool {
     match key {
         "Kd" => material.base_color[..3].copy_from_slice(&rgb),
         "Ke" => material.emissive = rgb,
-        "Ks" => material.phong = Some((rgb, material.phong.map_or(0.0, |p| p.1))),
+        "Ks" => material.phong = material.phong.map(|(_, exponent)| (rgb, exponent)),
         "Ns" => {
-            material.phong = Some((material.phong.map_or([0.0; 3], |p| p.0), rgb[0]));
+            material.phong = material.phong.map(|(specular, _)| (specular, rgb[0]));
             // The Beckmann slope of the same highlight is √(2/(n+2)) (Walter et al. 2007, section 5.2).
             material.perceptual_roughness = (2.0 / (rgb[0].max(0.0) + 2.0)).sqrt().sqrt();
         }
-        "Pr" => material.perceptual_roughness = rgb[0],
-        "Pm" => material.metallic = rgb[0],
+        "Pr" => (material.perceptual_roughness, material.phong) = (rgb[0], None),
+        "Pm" => (material.metallic, material.phong) = (rgb[0], None),
         "d" => material.base_color[3] = rgb[0],
         _ => material.base_color[3] = 1.0 - rgb[0],
     }
@@ -98,7 +103,7 @@ fn texture_slot(key: &str) -> Option<Slot> {
         "map_Ke" => |m, t| m.emissive_texture = Some(t),
         "norm" | "map_norm" | "map_Norm" => |m, t| m.normal_texture = Some(t),
         "map_ao" | "map_Pao" => |m, t| m.occlusion_texture = Some(t),
-        "map_ORM" => |m, t| m.metallic_roughness_texture = Some(t),
+        "map_ORM" => |m, t| (m.metallic_roughness_texture, m.phong) = (Some(t), None),
         _ => return None,
     })
 }
