@@ -42,11 +42,7 @@ pub fn points_json(c: &Certificate) -> Value {
 /// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
 pub fn cell(answer: &Answer, named: bool) -> Option<Cell> {
     let r = answer.rendering()?;
-    let error = r.errors.as_ref().map(|(e, flip)| {
-        let percent = 100.0 * e.relative_rms;
-        let digits = usize::from(percent < 9.95);
-        format!("{percent:.digits$} %  FLIP {flip:.3}")
-    });
+    let error = r.errors.as_ref().map(|(e, flip)| format!("FLIP {flip:.3}, {:.2} stops", e.stops));
     let name = match (named, &error) {
         (false, _) => None,
         (true, Some(_)) => Some(answer.name().replace('_', " ")),
@@ -66,6 +62,9 @@ pub fn answer_json(answer: &Answer) -> Value {
             "backend": r.backend,
             "relative_rms": r.errors.as_ref().map(|e| e.0.relative_rms),
             "rmse": r.errors.as_ref().map(|e| e.0.rmse),
+            "median": r.errors.as_ref().map(|e| e.0.median),
+            "ninetieth": r.errors.as_ref().map(|e| e.0.ninetieth),
+            "stops": r.errors.as_ref().map(|e| e.0.stops),
             "rel_mse": r.errors.as_ref().map(|e| e.0.rel_mse),
             "flip": r.errors.as_ref().map(|e| e.1),
             "flip_to_cpu": r.flip_to_cpu,
@@ -100,9 +99,9 @@ impl Page {
     }
 
     /// A table with a head.
-    pub fn table<const N: usize>(&mut self, head: &[&str; N], rows: impl Iterator<Item = [String; N]>) {
+    pub fn table(&mut self, head: &[String], rows: impl Iterator<Item = Vec<String>>) {
         self.0.push_str("<table>\n");
-        self.row(&head.map(String::from), "th");
+        self.row(head, "th");
         rows.for_each(|r| self.row(&r, "td"));
         self.0.push_str("</table>\n");
     }
@@ -180,7 +179,7 @@ mod tests {
     #[test]
     fn nothing_that_a_user_names_is_markup() {
         let mut page = Page::new("<b>", "\"'&");
-        page.table(&["<i>"], [["</td>".to_string()]].into_iter());
+        page.table(&["<i>".into()], [vec!["</td>".to_string()]].into_iter());
         page.figure(&Display::filled(2, 2, [1, 2, 3]), "a\"><script>").expect("encodes");
         let text = page.finish();
         assert!(

@@ -21,9 +21,18 @@ pub struct Errors {
     pub max_abs: f64,
     /// 10 log₁₀ (peak² / mean (a − b)²), decibel, peak = the largest value of b; infinite for equal pictures.
     pub psnr: f64,
+    /// Half of the pixels err by less than this part of their own radiance, |a − b| / |b| over the channels.
+    pub median: f64,
+    /// Nine tenths of the pixels err by less than this part of their own radiance.
+    pub ninetieth: f64,
+    /// mean |log₂ (luminance of a / luminance of b)|: photographic stops.
+    pub stops: f64,
     /// Pixels that counted.
     pub pixels: usize,
 }
+
+/// Where less than this part of the mean radiance is seen, errors of single pixels are relative to that.
+const DARK: f64 = 1e-3;
 
 /// Errors of `a` against the reference `b` over the pixels where `mask` holds. The films have the same size;
 /// what one of them lacks is left out.
@@ -44,7 +53,36 @@ pub fn errors(a: &Film, b: &Film, mask: impl Fn(usize) -> bool) -> Errors {
     let n = (3 * pixels).max(1) as f64;
     let relative_rms = if d2 == 0.0 { 0.0 } else { (d2 / b2).sqrt() };
     let psnr = if d2 == 0.0 { f64::INFINITY } else { 10.0 * (peak * peak * n / d2).log10() };
-    Errors { rmse: (d2 / n).sqrt(), relative_rms, rel_mse: rel / n, max_abs: max, psnr, pixels }
+    let counted: Vec<usize> = (0..a.len().min(b.len())).filter(|&i| mask(i)).collect();
+    let points = single(counted.iter().map(|&i| [a.pixel(i), b.pixel(i)].map(|v| v.map(f64::from))));
+    let [median, ninetieth, stops] = points;
+    let rmse = (d2 / n).sqrt();
+    Errors { rmse, relative_rms, rel_mse: rel / n, max_abs: max, psnr, median, ninetieth, stops, pixels }
+}
+
+/// The median and the 90th percentile of single pixels' relative errors, and their mean difference in stops.
+fn single(pairs: impl Iterator<Item = [[f64; 3]; 2]> + Clone) -> [f64; 3] {
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let luminance = |v: [f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];
+    let count = pairs.clone().count();
+    if count == 0 {
+        return [0.0; 3];
+    }
+    let mean = |f: &dyn Fn([f64; 3]) -> f64| pairs.clone().map(|[_, b]| f(b)).sum::<f64>() / count as f64;
+    let (dark, dim) = (DARK * mean(&length), DARK * mean(&|v| luminance(v).abs()));
+    let mut relative: Vec<f64> = pairs
+        .clone()
+        .map(|[a, b]| {
+            let off = length([0, 1, 2].map(|c| a[c] - b[c]));
+            if off == 0.0 { 0.0 } else { off / length(b).max(dark) }
+        })
+        .collect();
+    relative.sort_by(f64::total_cmp);
+    let stops = pairs.map(|[a, b]| {
+        let [a, b] = [a, b].map(|v| luminance(v).max(dim).max(f64::MIN_POSITIVE));
+        (a / b).log2().abs()
+    });
+    [relative[count / 2], relative[(9 * count / 10).min(count - 1)], stops.sum::<f64>() / count as f64]
 }
 
 #[cfg(test)]
@@ -64,6 +102,18 @@ mod tests {
         assert!((e.rel_mse - 0.01 / 1.01).abs() < 1e-6);
         assert!((e.psnr - 20.0).abs() < 1e-4);
         assert_eq!(e.pixels, 6);
+        assert!((e.median - 0.1).abs() < 1e-6 && (e.ninetieth - 0.1).abs() < 1e-6);
+        assert!((errors(&constant(4.0), &constant(1.0), |_| true).stops - 2.0).abs() < 1e-6);
+    }
+
+    /// One pixel in six is off by all of its radiance: it moves the 90th percentile, not the median.
+    #[test]
+    fn percentiles_are_those_of_pixels() {
+        let mut a = constant(1.0);
+        a.rgb.iter_mut().for_each(|p| p[3] = 2.0);
+        let e = errors(&a, &constant(1.0), |_| true);
+        assert!(e.median == 0.0 && (e.ninetieth - 1.0).abs() < 1e-6);
+        assert!((e.stops - 1.0 / 6.0).abs() < 1e-6 && (e.relative_rms - (1.0f64 / 6.0).sqrt()).abs() < 1e-6);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod filter;
 mod hits;
 mod look;
 mod shader;
+mod sparse;
 mod tile;
 
 pub use shader::{BakeShader, DirectShader, JudgeShader, Shader};
@@ -69,12 +70,14 @@ pub struct Settings {
     /// Samples of one pixel that see the same surface under nearly the same normal share one shaded point: for
     /// radiance that costs more than visibility, such as the reference's.
     pub share: bool,
+    /// With `share`: points of plain surfaces between which radiance changes by less than 4e-3 are interpolated.
+    pub interpolate: bool,
 }
 
 impl Settings {
     /// A picture with 2 × 2 samples inside surfaces and 4 × 4 on edges.
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, inner: 2, edge: 4, share: false }
+        Self { width, height, inner: 2, edge: 4, share: false, interpolate: false }
     }
 }
 

@@ -3,7 +3,8 @@
 use super::filter::{position, weights};
 use super::hits::{Found, find};
 use super::look::look;
-use super::{Settings, Stage};
+use super::sparse::Seen;
+use super::{Settings, Shader, Stage};
 use crate::Film;
 use glam::Vec3;
 use steradian_base::{Cancelled, Task};
@@ -228,13 +229,13 @@ impl Job<'_> {
 
     fn shade(&mut self, task: &Task) -> Result<(), Cancelled> {
         for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
-            let n = group.points.len();
-            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; n]);
-            for start in (0..n).step_by(BATCH) {
-                let end = (start + BATCH).min(n);
-                let mut radiance = Radiance { rgb: rgb.each_mut().map(|p| &mut p[start..end]) };
-                surface.shader.shade(&group.points.slice(start..end), &mut radiance, task)?;
-            }
+            let shade = |q: &PointsBuf| shade(&*surface.shader, q, task);
+            let mut rgb = if self.settings.share && self.settings.interpolate && surface.maps.is_empty() {
+                let (size, whole) = ((self.width, self.height), self.whole(group));
+                Seen { size, points: &group.points, whole: &whole }.radiance(shade)?
+            } else {
+                shade(&group.points)?
+            };
             for (plane, c) in rgb.iter_mut().zip(0..3) {
                 plane.iter_mut().zip(&group.tint).for_each(|(v, t)| *v *= t[c]);
                 plane.iter_mut().zip(&group.emission).for_each(|(v, e)| *v += e[c]);
@@ -245,6 +246,20 @@ impl Job<'_> {
             }
         }
         Ok(())
+    }
+
+    /// For each pixel the point of a group that its one sample has.
+    fn whole(&self, group: &Group) -> Vec<Option<u32>> {
+        let mut samples = vec![0u32; self.width * self.height];
+        self.samples.iter().for_each(|s| samples[s.pixel as usize] += 1);
+        let mut out = vec![None; samples.len()];
+        for &(sample, point) in &group.pairs {
+            let pixel = self.samples[sample as usize].pixel as usize;
+            if samples[pixel] == 1 {
+                out[pixel] = Some(point);
+            }
+        }
+        out
     }
 
     /// Every pixel of the tile as the weighted mean of the samples that the filter reaches.
@@ -274,6 +289,18 @@ impl Job<'_> {
             })
             .collect()
     }
+}
+
+/// Radiance of all points, batch by batch.
+fn shade(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<[Vec<f32>; 3], Cancelled> {
+    let n = points.len();
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; n]);
+    for start in (0..n).step_by(BATCH) {
+        let end = (start + BATCH).min(n);
+        let mut radiance = Radiance { rgb: rgb.each_mut().map(|p| &mut p[start..end]) };
+        shader.shade(&points.slice(start..end), &mut radiance, task)?;
+    }
+    Ok(rgb)
 }
 
 /// Do two samples lie on different sides of an edge?

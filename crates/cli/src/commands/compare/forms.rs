@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::report::{Page, answer_json, cell};
 use serde_json::{Value, json};
 use steradian_render::{Row, Sheet};
-use steradian_session::compare::Answer;
+use steradian_session::compare::{Answer, Rendering};
 
 fn columns(findings: &[Finding]) -> Vec<String> {
     // Every row answers for the same methods; those that no row shows have no column.
@@ -31,7 +31,7 @@ pub fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
     Sheet {
         title: "Techniques and the reference".into(),
         subtitle: format!(
-            "{}: relative RMS error of radiance, and FLIP, over the pixels of the mesh",
+            "{}: FLIP, and the mean difference in photographic stops, over the pixels of the mesh",
             short(&o.mesh)
         ),
         columns: columns.iter().map(|c| heading(c)).collect(),
@@ -73,72 +73,96 @@ pub fn document(findings: &[Finding]) -> Value {
     json!({ "comparisons": rows })
 }
 
-/// Cells of one line of the table.
-fn line(f: &Finding, a: &Answer) -> [String; 8] {
-    let head = [f.environment.clone(), f.brdf.clone(), a.name()];
-    let [environment, brdf, slug] = head;
-    match a {
-        Answer::Refused { why, .. } => {
-            let none = || "-".to_string();
-            [environment, brdf, slug, none(), none(), none(), none(), why.clone()]
-        }
-        Answer::Rendered(s) => {
-            let error = |f: &dyn Fn(&(steradian_render::Errors, f64)) -> String| {
-                s.errors.as_ref().map_or_else(|| "-".into(), f)
-            };
-            [
-                environment,
-                brdf,
-                slug,
-                error(&|e| format!("{:.2} %", 100.0 * e.0.relative_rms)),
-                error(&|e| format!("{:.4}", e.1)),
-                format!("{:.3}", s.bake_seconds),
-                format!("{:.3}", s.shade_seconds),
-                s.bytes.to_string(),
-            ]
-        }
+/// A number of the tables: FLIP and stops first, which say what is seen.
+struct Column {
+    /// In CSV, as in the JSON document.
+    name: &'static str,
+    /// In words.
+    head: &'static str,
+    value: fn(&Rendering) -> Option<f64>,
+    /// As a text shows it: factor and digits.
+    shown: (f64, usize),
+}
+
+const COLUMNS: [Column; 8] = {
+    const fn column(
+        name: &'static str,
+        head: &'static str,
+        value: fn(&Rendering) -> Option<f64>,
+        shown: (f64, usize),
+    ) -> Column {
+        Column { name, head, value, shown }
+    }
+    [
+        column("flip", "FLIP", |r| Some(r.errors.as_ref()?.1), (1.0, 4)),
+        column("stops", "stops", |r| Some(r.errors.as_ref()?.0.stops), (1.0, 3)),
+        column("median", "median %", |r| Some(r.errors.as_ref()?.0.median), (100.0, 2)),
+        column("ninetieth", "90th %", |r| Some(r.errors.as_ref()?.0.ninetieth), (100.0, 2)),
+        column("relative_rms", "RMS %", |r| Some(r.errors.as_ref()?.0.relative_rms), (100.0, 2)),
+        column("bake_seconds", "bake s", |r| Some(r.bake_seconds), (1.0, 3)),
+        column("shade_seconds", "shade s", |r| Some(r.shade_seconds), (1.0, 3)),
+        column("bytes", "bytes", |r| Some(r.bytes as f64), (1.0, 0)),
+    ]
+};
+
+impl Column {
+    fn text(&self, r: &Rendering) -> Option<String> {
+        let (factor, digits) = self.shown;
+        (self.value)(r).map(|v| format!("{:.digits$}", factor * v))
     }
 }
 
-const HEAD: [&str; 8] =
-    ["environment", "brdf", "technique", "rel. RMS", "FLIP", "bake s", "shade s", "bytes"];
+/// Light, material and technique of a row.
+fn names(f: &Finding, a: &Answer) -> [String; 3] {
+    [f.environment.clone(), f.brdf.clone(), a.name()]
+}
+
+fn head() -> Vec<String> {
+    let names = ["environment", "brdf", "technique"].into_iter();
+    names.chain(COLUMNS.iter().map(|c| c.head)).map(String::from).collect()
+}
+
+/// Cells of one line of the table; a refusal says why.
+fn line(f: &Finding, a: &Answer) -> Vec<String> {
+    let mut out = names(f, a).to_vec();
+    match a {
+        Answer::Refused { why, .. } => {
+            out.resize(2 + COLUMNS.len(), "-".into());
+            out.push(why.clone());
+        }
+        Answer::Rendered(r) => out.extend(COLUMNS.iter().map(|c| c.text(r).unwrap_or_else(|| "-".into()))),
+    }
+    out
+}
 
 /// The table in words.
 pub fn table(findings: &[Finding]) -> String {
-    let mut lines = vec![HEAD.map(String::from)];
+    let mut lines = vec![head()];
     lines.extend(findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
+    let last = 2 + COLUMNS.len();
     let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..7).map(width).collect();
+    let widths: Vec<usize> = (0..last).map(width).collect();
     lines
         .iter()
         .map(|l| {
-            let cells: Vec<String> = (0..7).map(|c| format!("{:<w$}", l[c], w = widths[c])).collect();
-            format!("{}  {}\n", cells.join("  "), l[7])
+            let cells: Vec<String> = (0..last).map(|c| format!("{:<w$}", l[c], w = widths[c])).collect();
+            format!("{}  {}\n", cells.join("  "), l[last])
         })
         .collect()
-}
-
-/// The numbers of a row: relative RMS, FLIP, seconds of bake and picture, bytes; `None` for a refusal.
-fn numbers(a: &Answer) -> Option<[Option<f64>; 5]> {
-    let r = a.rendering()?;
-    let e = r.errors.as_ref();
-    let errors = [e.map(|e| e.0.relative_rms), e.map(|e| e.1)];
-    Some([errors[0], errors[1], Some(r.bake_seconds), Some(r.shade_seconds), Some(r.bytes as f64)])
 }
 
 /// The table as CSV (RFC 4180), numbers in full; a refusal leaves them out and says why.
 pub fn csv(findings: &[Finding]) -> String {
     let quoted = |t: &str| format!("\"{}\"", t.replace('"', "\"\""));
-    let mut out = String::from(
-        "environment,brdf,technique,relative_rms,flip,bake_seconds,shade_seconds,bytes,refused\n",
-    );
+    let columns: Vec<&str> = COLUMNS.iter().map(|c| c.name).collect();
+    let mut out = format!("environment,brdf,technique,{},refused\n", columns.join(","));
     for f in findings {
         for a in &f.answers {
             let why = if let Answer::Refused { why, .. } = a { quoted(why) } else { String::new() };
-            let all = numbers(a).unwrap_or([None; 5]);
-            let all = all.map(|v| v.map_or_else(String::new, |v| v.to_string())).join(",");
-            let head = [&f.environment, &f.brdf, &a.name()].map(|t| quoted(t)).join(",");
-            out.push_str(&format!("{head},{all},{why}\n"));
+            let number =
+                |c: &Column| a.rendering().and_then(c.value).map_or_else(String::new, |v| v.to_string());
+            let cells = names(f, a).map(|t| quoted(&t)).into_iter().chain(COLUMNS.iter().map(number));
+            out.push_str(&format!("{},{why}\n", cells.collect::<Vec<_>>().join(",")));
         }
     }
     out
@@ -149,26 +173,16 @@ pub fn latex(findings: &[Finding]) -> String {
     let plain = |t: &str| -> String {
         t.chars().map(|c| if "_&%#$".contains(c) { format!("\\{c}") } else { c.into() }).collect()
     };
-    let mut out = String::from(
-        "\\begin{tabular}{lllrrrrr}\n\\toprule\nenvironment & reflectance & technique & rel.\\ RMS \\% & FLIP & \
-         bake s & shade s & bytes \\\\\n\\midrule\n",
-    );
+    let row = |cells: Vec<String>| {
+        format!("{} \\\\\n", cells.iter().map(|c| plain(c)).collect::<Vec<_>>().join(" & "))
+    };
+    let mut out = format!("\\begin{{tabular}}{{lll{}}}\n\\toprule\n", "r".repeat(COLUMNS.len()));
+    out.push_str(&row(head()));
+    out.push_str("\\midrule\n");
     for f in findings {
-        for (a, n) in f.answers.iter().filter_map(|a| Some((a, numbers(a)?))) {
-            let number = |v: Option<f64>, scale: f64, digits: usize| {
-                v.map_or_else(|| "--".into(), |v| format!("{:.digits$}", v * scale))
-            };
-            let cells = [
-                plain(&f.environment),
-                plain(&f.brdf),
-                plain(&a.name()),
-                number(n[0], 100.0, 2),
-                number(n[1], 1.0, 4),
-                number(n[2], 1.0, 3),
-                number(n[3], 1.0, 3),
-                number(n[4], 1.0, 0),
-            ];
-            out.push_str(&format!("{} \\\\\n", cells.join(" & ")));
+        for (a, r) in f.answers.iter().filter_map(|a| Some((a, a.rendering()?))) {
+            let number = |c: &Column| c.text(r).unwrap_or_else(|| "--".into());
+            out.push_str(&row(names(f, a).into_iter().chain(COLUMNS.iter().map(number)).collect()));
         }
     }
     out.push_str("\\bottomrule\n\\end{tabular}\n");
@@ -178,13 +192,13 @@ pub fn latex(findings: &[Finding]) -> String {
 /// One web page.
 pub fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
     let mut page = Page::new("Techniques and the reference", &short(&o.mesh));
-    page.table(&HEAD, findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
+    page.table(&head(), findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
     for f in findings {
         page.heading(&format!("{} under {}", f.brdf, f.environment));
         for a in &f.answers {
             let Answer::Rendered(s) = a else { continue };
             let caption = s.errors.as_ref().map_or_else(String::new, |(e, flip)| {
-                format!(": {:.2} %, FLIP {flip:.3}", 100.0 * e.relative_rms)
+                format!(": FLIP {flip:.3}, {:.2} stops, RMS {:.2} %", e.stops, 100.0 * e.relative_rms)
             });
             page.figure(&s.picture, &format!("{}{caption}", a.name()))?;
             if let Some(d) = &s.difference {

@@ -1,0 +1,244 @@
+//! Radiance that costs far more than visibility, such as the reference's: shaded at some pixels of a surface where it
+//! changes slowly, and interpolated between.
+//!
+//! A square cell of 9 × 9 pixels is shaded at its corners and its centre. Where the corners' mean misses the centre by
+//! more than [`DIFFERENCE`], or the surface bends or ends within the cell, its quarters are tried; where they fail too,
+//! every pixel of theirs and of the cells around them is shaded.
+
+use glam::Vec3;
+use steradian_base::Cancelled;
+use steradian_techniques::PointsBuf;
+
+/// Pixels along the cells, the larger first.
+const SIDES: [usize; 2] = [8, 4];
+
+/// The largest difference that counts as none, of the largest channel: half a step of an 8-bit display at mid-grey, and
+/// above what the reference's own error leaves between neighbours.
+const DIFFERENCE: f32 = 4e-3;
+
+/// The cosine of the largest angle between the normals of a cell: 10°.
+const BENT: f32 = 0.985;
+
+/// The points of one surface that a tile sees.
+pub struct Seen<'a> {
+    /// Columns and rows of the tile.
+    pub size: (usize, usize),
+    /// All points.
+    pub points: &'a PointsBuf,
+    /// For each pixel the point that stands for the whole of it, where there is one.
+    pub whole: &'a [Option<u32>],
+}
+
+/// A cell: its pixels are columns x[0] … x[1] and rows y[0] … y[1], both ends included.
+#[derive(Clone, Copy)]
+struct Cell {
+    x: [usize; 2],
+    y: [usize; 2],
+}
+
+impl Cell {
+    fn pixels(self, width: usize) -> impl Iterator<Item = usize> {
+        (self.y[0]..=self.y[1]).flat_map(move |y| (self.x[0]..=self.x[1]).map(move |x| y * width + x))
+    }
+
+    fn holds(self, other: Self) -> bool {
+        let within = |a: [usize; 2], b: [usize; 2]| a[0] <= b[0] && b[1] <= a[1];
+        within(self.x, other.x) && within(self.y, other.y)
+    }
+
+    fn corners(self, width: usize) -> [usize; 4] {
+        [0, 1, 2, 3].map(|k| self.y[k / 2] * width + self.x[k % 2])
+    }
+
+    fn centre(self, width: usize) -> usize {
+        self.y[0].midpoint(self.y[1]) * width + self.x[0].midpoint(self.x[1])
+    }
+
+    /// Weights of the corners at a pixel.
+    fn weights(self, pixel: usize, width: usize) -> [f32; 4] {
+        let part = |[a, b]: [usize; 2], x: usize| if b > a { (x - a) as f32 / (b - a) as f32 } else { 0.0 };
+        let (u, v) = (part(self.x, pixel % width), part(self.y, pixel / width));
+        [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v]
+    }
+}
+
+impl Seen<'_> {
+    /// Radiance of every point; `shade` computes that of some.
+    pub fn radiance(
+        &self,
+        mut shade: impl FnMut(&PointsBuf) -> Result<[Vec<f32>; 3], Cancelled>,
+    ) -> Result<[Vec<f32>; 3], Cancelled> {
+        let mut known = Known { rgb: vec![None; self.points.len()], wanted: vec![true; self.points.len()] };
+        self.whole.iter().flatten().for_each(|p| known.wanted[*p as usize] = false);
+        let width = self.size.0;
+        let mut good = Vec::new();
+        let mut open = self.cells(SIDES[0]);
+        for side in SIDES {
+            let even: Vec<bool> = open.iter().map(|c| self.is_even(*c)).collect();
+            for (cell, _) in open.iter().zip(&even).filter(|(_, even)| **even) {
+                self.want(&mut known, cell.corners(width).into_iter().chain([cell.centre(width)]));
+            }
+            known.shade(self.points, &mut shade)?;
+            let (kept, failed): (Vec<_>, Vec<_>) =
+                open.iter().zip(even).partition(|(c, even)| *even && self.is_predicted(&known, **c));
+            good.extend(kept.into_iter().map(|(c, _)| *c));
+            open = failed.into_iter().map(|(c, _)| *c).collect();
+            if side != SIDES[SIDES.len() - 1] {
+                open =
+                    self.cells(side / 2).into_iter().filter(|c| open.iter().any(|o| o.holds(*c))).collect();
+            }
+        }
+        for cell in &open {
+            self.want(&mut known, self.around(*cell).pixels(width));
+        }
+        known.shade(self.points, &mut shade)?;
+        self.interpolate(&mut known, &good);
+        Ok(std::array::from_fn(|c| known.rgb.iter().map(|v| v.map_or(0.0, |v| v[c])).collect()))
+    }
+
+    /// The tile's cells of a size; neighbours share a line of pixels.
+    fn cells(&self, side: usize) -> Vec<Cell> {
+        let ranges = |n: usize| -> Vec<[usize; 2]> {
+            (0..n.saturating_sub(1).max(1)).step_by(side).map(|a| [a, (a + side).min(n - 1)]).collect()
+        };
+        let (xs, ys) = (ranges(self.size.0), ranges(self.size.1));
+        ys.iter().flat_map(|y| xs.iter().map(|x| Cell { x: *x, y: *y })).collect()
+    }
+
+    /// A cell with the smallest cells around it.
+    fn around(&self, cell: Cell) -> Cell {
+        let more = SIDES[SIDES.len() - 1];
+        let wider = |[a, b]: [usize; 2], n: usize| [a.saturating_sub(more), (b + more).min(n - 1)];
+        Cell { x: wider(cell.x, self.size.0), y: wider(cell.y, self.size.1) }
+    }
+
+    /// Is the whole cell one smooth piece of the surface?
+    fn is_even(&self, cell: Cell) -> bool {
+        let normal = |p: u32| Vec3::from_array([0, 1, 2].map(|k| self.points.n[k][p as usize]));
+        let Some(first) = self.whole[cell.centre(self.size.0)].map(normal) else { return false };
+        cell.pixels(self.size.0).all(|i| self.whole[i].is_some_and(|p| normal(p).dot(first) > BENT))
+    }
+
+    fn want(&self, known: &mut Known, pixels: impl Iterator<Item = usize>) {
+        for p in pixels.filter_map(|i| self.whole[i]) {
+            known.wanted[p as usize] = true;
+        }
+    }
+
+    /// Do the corners tell the centre?
+    fn is_predicted(&self, known: &Known, cell: Cell) -> bool {
+        let width = self.size.0;
+        let at = |i: usize| self.whole[i].and_then(|p| known.rgb[p as usize]);
+        let (Some(want), Some(got)) = (at(cell.centre(width)), self.mean(known, cell, cell.centre(width)))
+        else {
+            return false;
+        };
+        let largest = want.iter().fold(0.0, |m: f32, v| m.max(v.abs()));
+        (0..3).all(|c| (want[c] - got[c]).abs() <= DIFFERENCE * largest)
+    }
+
+    /// The corners' weighted mean at a pixel.
+    fn mean(&self, known: &Known, cell: Cell, pixel: usize) -> Option<[f32; 3]> {
+        let weights = cell.weights(pixel, self.size.0);
+        let mut sum = [0.0; 3];
+        for (corner, w) in cell.corners(self.size.0).into_iter().zip(weights) {
+            let v = known.rgb[self.whole[corner]? as usize]?;
+            (0..3).for_each(|c| sum[c] += w * v[c]);
+        }
+        Some(sum)
+    }
+
+    fn interpolate(&self, known: &mut Known, cells: &[Cell]) {
+        for cell in cells {
+            for pixel in cell.pixels(self.size.0) {
+                let Some(p) = self.whole[pixel].map(|p| p as usize) else { continue };
+                if known.rgb[p].is_none() {
+                    known.rgb[p] = self.mean(known, *cell, pixel);
+                }
+            }
+        }
+    }
+}
+
+/// What has been shaded.
+struct Known {
+    rgb: Vec<Option<[f32; 3]>>,
+    wanted: Vec<bool>,
+}
+
+impl Known {
+    /// Shades what is wanted and not known.
+    fn shade(
+        &mut self,
+        points: &PointsBuf,
+        shade: &mut impl FnMut(&PointsBuf) -> Result<[Vec<f32>; 3], Cancelled>,
+    ) -> Result<(), Cancelled> {
+        let next: Vec<usize> =
+            (0..self.rgb.len()).filter(|i| self.wanted[*i] && self.rgb[*i].is_none()).collect();
+        let mut batch = PointsBuf::with_capacity(next.len());
+        for &i in &next {
+            let at = |v: &[Vec<f32>; 3]| Vec3::from_array([0, 1, 2].map(|k| v[k][i]));
+            batch.push(at(&points.n), at(&points.t), at(&points.wo), at(&points.p));
+        }
+        let rgb = shade(&batch)?;
+        for (k, i) in next.into_iter().enumerate() {
+            self.rgb[i] = Some([0, 1, 2].map(|c| rgb[c][k]));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tile of a plane whose radiance is `f` of the pixel, and how many points were shaded.
+    fn tile(size: (usize, usize), f: impl Fn(f32, f32) -> f32) -> (Vec<f32>, usize) {
+        let mut points = PointsBuf::default();
+        for i in 0..size.0 * size.1 {
+            let p = Vec3::new((i % size.0) as f32, (i / size.0) as f32, 0.0);
+            points.push(Vec3::Z, Vec3::X, Vec3::Z, p);
+        }
+        let whole: Vec<Option<u32>> = (0..points.len() as u32).map(Some).collect();
+        let mut shaded = 0;
+        let seen = Seen { size, points: &points, whole: &whole };
+        let rgb = seen.radiance(|q| {
+            shaded += q.len();
+            let v: Vec<f32> = (0..q.len()).map(|i| f(q.p[0][i], q.p[1][i])).collect();
+            Ok([v.clone(), v.clone(), v])
+        });
+        let [red, ..] = rgb.expect("nobody cancels");
+        (red, shaded)
+    }
+
+    #[test]
+    fn slow_changes_are_interpolated_and_edges_are_not() {
+        for size in [(66, 66), (5, 3), (1, 1), (2, 66), (7, 6)] {
+            let (linear, shaded) = tile(size, |x, y| 1.0 + 0.01 * x + 0.02 * y);
+            assert!(size != (66, 66) || shaded < 66 * 66 / 20, "{shaded}");
+            for (i, v) in linear.iter().enumerate() {
+                let want = 1.0 + 0.01 * (i % size.0) as f32 + 0.02 * (i / size.0) as f32;
+                assert!((v - want).abs() < 1e-5, "{size:?} {i}: {v} {want}");
+            }
+        }
+        // A narrow streak: every pixel that it reaches is shaded.
+        let streak = |x: f32, y: f32| 1.0 + 20.0 * (-(x - 31.0 - 0.1 * y).powi(2) / 8.0).exp();
+        let (v, shaded) = tile((66, 66), streak);
+        let worst = v.iter().enumerate().map(|(i, v)| {
+            let want = streak((i % 66) as f32, (i / 66) as f32);
+            (v / want - 1.0).abs()
+        });
+        let worst = worst.fold(0.0, f32::max);
+        assert!(worst < 6e-3 && shaded < 66 * 66 / 2, "{worst} {shaded}");
+    }
+
+    #[test]
+    fn pixels_that_hold_more_than_one_point_are_shaded() {
+        let mut points = PointsBuf::default();
+        (0..10).for_each(|k| points.push(Vec3::Z, Vec3::X, Vec3::Z, Vec3::splat(k as f32)));
+        let whole: Vec<Option<u32>> = (0..9).map(|k| (k != 4).then_some(k)).collect();
+        let seen = Seen { size: (3, 3), points: &points, whole: &whole };
+        let rgb = seen.radiance(|q| Ok([q.p[0].clone(), q.p[1].clone(), q.p[2].clone()])).expect("radiance");
+        assert_eq!(rgb[0], (0..10).map(|k| k as f32).collect::<Vec<_>>());
+    }
+}
