@@ -4,6 +4,12 @@
 //!
 //! ```text
 //! L_o(x, wo) = ∫ L(wi) · V(x, wi) · f(wi, wo) · ⟨n·wi⟩ dwi        [W sr⁻¹ m⁻²]
+//! ```
+//!
+//! Light ([`light`]), reflectance ([`brdf`]) and geometry ([`scene`]) come in; [`techniques`] turn them into small
+//! precomputed data of known error and shade with it; the [`reference`](mod@reference) says what is true; [`render`] makes
+//! pictures.
+//!
 //! A [`session`] puts them together: from names to a picture and a certificate.
 //!
 //! ```
