@@ -78,7 +78,7 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         Varies::NONE
     }
-    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`GpuTechnique::varies`]); `None`
+    /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`crate::gpu::Entry`]); `None`
     /// where nothing varies.
     fn gpu_varied(b: &Bake<Self>, f: &Self::Frame) -> Option<GpuTechnique> {
         let _ = (b, f);
