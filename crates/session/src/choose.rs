@@ -2,6 +2,7 @@
 
 use crate::material::Under;
 use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use steradian_base::{Known, Task};
@@ -279,13 +280,18 @@ impl Session {
     }
 }
 
-/// The techniques that take a reflectance, in the order in which they are tried: those with a specimen of its model
-/// first, as they are listed.
+/// The techniques that take a reflectance, in the order in which they are tried: those made for its model (specimens of
+/// two models at most) as they are listed, then those for any, the last of the list first, which err least.
 fn candidates(brdf: &dyn Brdf) -> Vec<&'static dyn AnyTechnique> {
     let takes = |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(brdf).is_ok();
     let all = steradian_techniques::registry().iter().copied().filter(takes);
-    let (mut first, others): (Vec<_>, Vec<_>) = all.partition(|t| stands_for(t.card(), brdf));
-    first.extend(others);
+    let made_for = |t: &&'static dyn AnyTechnique| {
+        let model = |s: &&'static str| s.split(':').next().unwrap_or(s);
+        let models: BTreeSet<&str> = t.card().specimens.iter().map(model).collect();
+        models.len() <= 2 && stands_for(t.card(), brdf)
+    };
+    let (mut first, any): (Vec<_>, Vec<_>) = all.partition(made_for);
+    first.extend(any.into_iter().rev());
     first
 }
 
