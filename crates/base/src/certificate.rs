@@ -2,7 +2,7 @@
 
 /// How an error is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Known {
+pub enum Evidence {
     /// A bound that holds for every input.
     Proved,
     /// A model or extrapolation.
@@ -11,7 +11,7 @@ pub enum Known {
     Measured,
 }
 
-impl Known {
+impl Evidence {
     /// The word that reports use.
     pub fn word(self) -> &'static str {
         match self {
@@ -72,13 +72,13 @@ pub struct Elevation {
     /// what pictures show of the rest.
     pub beside_suns: Option<f64>,
     /// How both are known.
-    pub known: Known,
+    pub known: Evidence,
 }
 
 impl Elevation {
     /// A computed error at one angle.
     pub fn computed(theta_o: f64, error: f64) -> Self {
-        Self { theta_o, range: [theta_o; 2], error, beside_suns: None, known: Known::Estimated }
+        Self { theta_o, range: [theta_o; 2], error, beside_suns: None, known: Evidence::Estimated }
     }
 
     /// A measured error of views `from` … `to`.
@@ -88,7 +88,7 @@ impl Elevation {
             range: [from, to],
             error,
             beside_suns: None,
-            known: Known::Measured,
+            known: Evidence::Measured,
         }
     }
 }
@@ -102,7 +102,7 @@ pub struct Certificate {
     /// The error reached.
     pub error: f64,
     /// How it is known.
-    pub known: Known,
+    pub known: Evidence,
     /// What `error` measures, in words.
     pub metric: String,
     /// The tolerance that was asked for, where one was: a bound on `error`.
@@ -120,7 +120,7 @@ pub struct Certificate {
 
 impl Certificate {
     /// A certificate of relative RMS radiance error.
-    pub fn new(error: f64, known: Known) -> Self {
+    pub fn new(error: f64, known: Evidence) -> Self {
         let metric = "relative RMS error of outgoing radiance".into();
         Self {
             error,
@@ -136,7 +136,7 @@ impl Certificate {
 
     /// An output that equals what it stands for, up to rounding.
     pub fn exact() -> Self {
-        Self::new(0.0, Known::Proved)
+        Self::new(0.0, Evidence::Proved)
     }
 
     /// The same certificate saying what its error measures.
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn errors_between_elevations_are_linear() {
-        let mut c = Certificate::new(0.1, Known::Measured);
+        let mut c = Certificate::new(0.1, Evidence::Measured);
         assert_eq!(c.at(0.3), None);
         let [end, half] = [90f64.to_radians(), 45f64.to_radians()];
         c.elevations = vec![Elevation::computed(0.0, 0.1), Elevation::computed(end, 0.5)];
@@ -211,7 +211,8 @@ mod tests {
 
     #[test]
     fn a_missed_tolerance_shows() {
-        let asked = |error, tolerance| Certificate { tolerance, ..Certificate::new(error, Known::Measured) };
+        let asked =
+            |error, tolerance| Certificate { tolerance, ..Certificate::new(error, Evidence::Measured) };
         assert!(!asked(0.1, None).missed() && !asked(0.1, Some(0.1)).missed());
         assert!(asked(0.11, Some(0.1)).missed() && asked(f64::NAN, Some(0.1)).missed());
     }

@@ -10,7 +10,7 @@ mod task;
 mod unknown;
 
 pub use brief::brief;
-pub use certificate::{Certificate, Elevation, Known, Spread};
+pub use certificate::{Certificate, Elevation, Evidence, Spread};
 pub use files::open_file;
 pub use params::{Field, Kind, ParamError, ParamInfo, ParamValues, Params, Preset, Value, split_spec};
 pub use provenance::{Input, Provenance, without_folders};

@@ -21,9 +21,12 @@ fn brdf_scale(wi: vec3<f32>, wo: vec3<f32>, radius: f32) -> f32 {
         return 0.6;
     }
     if kind == 1.0 {
-        let away = max(length(wi - brdf_mirror(wo)) - radius - brdf.peak.z, 0.0);
-        let width = narrow * clamp(min(wo.z, 0.5 * (max(wi.z, 0.0) + wo.z)), 0.02, 1.0);
-        return min(max(width, 0.5 * away * narrow / brdf.peak.z), 0.6);
+        let off = wi - brdf_mirror(wo);
+        let away = max(vec2<f32>(length(off.xy), abs(off.z)) - (radius + brdf.peak.z), vec2<f32>(0.0));
+        let mean = 0.5 * (max(wi.z, 0.0) + wo.z);
+        let width = narrow * clamp(min(wo.z, mean), 0.02, 1.0);
+        let tail = max(away.x, clamp(mean, 0.02, 1.0) * away.y);
+        return min(max(width, 0.5 * tail * narrow / brdf.peak.z), 0.6);
     }
     if kind == 4.0 {
         return min(narrow, 0.6);
@@ -49,21 +52,6 @@ fn brdf_half(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 
 fn brdf_half_cosine(wi: vec3<f32>, wo: vec3<f32>) -> f32 {
     return clamp(0.5 * length(wi + wo), BRDF_TINY, 1.0);
-}
-
-// atan2 to 2e-7 (WGSL allows 4096 ulp). Moshier 1992, Cephes, atanf: reduction at tan(pi/8), odd polynomial of degree 9.
-fn brdf_atan2(y: f32, x: f32) -> f32 {
-    let a = abs(x);
-    let b = abs(y);
-    let t = min(a, b) / max(max(a, b), 1e-37);
-    let steep = t > 0.41421356;
-    let u = select(t, (t - 1.0) / (t + 1.0), steep);
-    let z = u * u;
-    let p = ((8.05374449538e-2 * z - 1.38776856032e-1) * z + 1.99777106478e-1) * z - 3.33329491539e-1;
-    var r = p * z * u + u + select(0.0, 0.785398163397, steep);
-    r = select(r, 1.57079632679 - r, b > a);
-    r = select(r, BRDF_PI - r, x < 0.0);
-    return select(r, -r, y < 0.0);
 }
 
 fn brdf_asin(x: f32) -> f32 {

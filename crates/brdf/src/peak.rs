@@ -42,9 +42,14 @@ impl Peak {
         match *self {
             Self::Smooth => SMOOTH,
             Self::Mirror { narrow, wide } => {
-                let away = ((wi - mirror(wo)).length() - radius - wide).max(0.0);
-                let width = narrow * wo.z.min(0.5 * (wi.z.max(0.0) + wo.z)).clamp(GRAZING, 1.0);
-                width.max(0.5 * away * (narrow / wide)).min(SMOOTH)
+                let from = wi - mirror(wo);
+                let away = |x: f64| (x - radius - wide).max(0.0);
+                let mean = 0.5 * (wi.z.max(0.0) + wo.z);
+                let width = narrow * wo.z.min(mean).clamp(GRAZING, 1.0);
+                // Above the ridge of a grazing view a tail is as narrow across as the half vector, at mean height,
+                // tilts fast.
+                let tail = away(from.x.hypot(from.y)).max(mean.clamp(GRAZING, 1.0) * away(from.z.abs()));
+                width.max(0.5 * tail * (narrow / wide)).min(SMOOTH)
             }
             Self::Cone { sign, width } => {
                 let angle = |x: f64| x.clamp(-1.0, 1.0).asin();
@@ -75,7 +80,11 @@ mod tests {
         let wo = DVec3::new(0.6, 0.0, 0.8);
         let p = Peak::Mirror { narrow: 0.01, wide: 0.02 };
         assert!((p.scale(DVec3::new(-0.6, 0.0, 0.8), wo, 0.0) - 0.008).abs() < 1e-12);
-        assert!((p.scale(DVec3::Z, wo, 0.1) - 0.25 * (0.4f64.sqrt() - 0.12)).abs() < 1e-12);
+        assert!((p.scale(DVec3::Z, wo, 0.1) - 0.25 * (0.6 - 0.12)).abs() < 1e-12);
+        // Straight above the ridge of a grazing view: 0.1 up, and less than 0.01 sideways.
+        let grazing = DVec3::new((1.0 - 0.03f64.powi(2)).sqrt(), 0.0, 0.03);
+        let above = DVec3::new(-(1.0 - 0.13f64.powi(2)).sqrt(), 0.0, 0.13);
+        assert!((p.scale(above, grazing, 0.0) - 0.25 * 0.08 * (0.1 - 0.02)).abs() < 1e-12);
         let p = Peak::Cone { sign: -1.0, width: 0.05 };
         assert_eq!(p.scale(DVec3::new(-0.6, 0.8, 0.0), wo, 0.0), 0.05);
         assert!(p.scale(DVec3::new(0.6, 0.8, 0.0), wo, 0.0) > 0.5);

@@ -3,6 +3,10 @@
 use crate::{Domain, Peak};
 use std::borrow::Cow;
 
+/// `fn brdf_atan2(y: f32, x: f32) -> f32`, right to 2e-7: WGSL's own atan2 may be off by 4096 units in the last place,
+/// which shows where a lookup by angle meets large values that cancel.
+pub const ATAN2: &str = include_str!("atan2.wgsl");
+
 /// What every model's text may call: the twin of `math.rs`.
 const MATH: &str = include_str!("math.wgsl");
 
@@ -58,7 +62,7 @@ impl BrdfShader {
     /// The complete text.
     pub fn wgsl(&self) -> String {
         let own = self.source.contains("fn brdf_f_cos(");
-        [MATH, &self.source, if own { "" } else { F_COS }].concat()
+        [ATAN2, MATH, &self.source, if own { "" } else { F_COS }].concat()
     }
 
     /// The complete text with the values in it, and nothing left to declare. Every name begins with `prefix`: two such

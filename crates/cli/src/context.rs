@@ -94,6 +94,8 @@ pub struct Context {
     /// The shared options.
     pub common: Common,
     session: Session,
+    /// On a terminal.
+    bars: Option<Arc<Bars>>,
 }
 
 impl Deref for Context {
@@ -145,8 +147,9 @@ impl Context {
             flag.store(true, Ordering::SeqCst);
         });
         let mut task = Task::quiet().with_cancel(cancel).with_max_memory(common.max_memory);
-        if !common.quiet && io::stderr().is_terminal() {
-            task = task.with_progress(Arc::new(Bars::new()));
+        let bars = (!common.quiet && io::stderr().is_terminal()).then(|| Arc::new(Bars::new()));
+        if let Some(bars) = &bars {
+            task = task.with_progress(bars.clone());
         }
         let quiet = common.quiet;
         let mut session =
@@ -169,7 +172,12 @@ impl Context {
             GpuPath::Raster => session::GpuPath::Raster,
             GpuPath::Compute => session::GpuPath::Compute,
         };
-        Ok(Self { common, session })
+        Ok(Self { common, session, bars })
+    }
+
+    /// The bar over several outputs, where bars are shown.
+    pub fn bars(&self) -> Option<&Bars> {
+        self.bars.as_deref()
     }
 
     /// One line on standard error, unless `--quiet`.

@@ -8,7 +8,7 @@ use steradian_base::{ParamValues, Value};
 use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_light::suns::Taken;
 use steradian_light::{Lamp, Lights};
-use steradian_session::{Adjust, Destinations};
+use steradian_session::{Adjust, Destinations, Paths};
 use steradian_techniques::direct::Suns;
 
 /// How the file of a light is read, turned and scaled.
@@ -18,8 +18,7 @@ pub struct AdjustArgs {
     /// what the file records, else by its shape]
     #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     pub layout: Option<FileLayout>,
-    /// Convention of the file: openexr, usd, cmgen, three, bevy, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse, help = format!("Convention of the file: {} [default: steradian, or what the file says]", crate::names::profiles()))]
     pub profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
@@ -157,4 +156,27 @@ pub fn write_suns(taken: &Taken, path: &Path, context: &Context) -> Outcome {
         ));
     }
     Ok(())
+}
+
+/// What is asked of the path tracer.
+#[derive(Debug, clap::Args)]
+pub struct PathArgs {
+    /// Reflections of a path at most, with path; 1 is direct light with shadows [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    bounces: Option<u32>,
+    /// Noise of path at which to stop: the standard error over radiance, RMS over a picture's surfaces or of each point
+    /// [default: 0.01]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    noise: Option<f64>,
+}
+
+impl PathArgs {
+    /// As the session takes it; refused where no path is traced.
+    pub fn get(&self, traced: bool) -> Result<Paths, Failure> {
+        if !traced && (self.bounces.is_some() || self.noise.is_some()) {
+            return Err(Failure::usage("--bounces and --noise belong to path"));
+        }
+        let usual = Paths::default();
+        Ok(Paths { bounces: self.bounces.unwrap_or(usual.bounces), noise: self.noise.unwrap_or(usual.noise) })
+    }
 }

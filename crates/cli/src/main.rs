@@ -8,6 +8,7 @@ mod context;
 mod csv;
 mod failure;
 mod inputs;
+mod names;
 mod progress;
 mod report;
 

@@ -79,7 +79,7 @@ fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 fn what_is_saved_shades_the_same() {
     let d = folder();
     let dir = d.path();
-    // That every room comes back from its tensors is a check of the conformance suite.
+    // That every technique comes back from its tensors is a check of the conformance suite.
     for slug in ["sh_irradiance", "shrm", "shrm_global"] {
         let Some(t) = steradian_techniques::find(slug) else { panic!("no {slug}") };
         let spec = t.card().specimens[0];
@@ -151,9 +151,9 @@ fn maps_are_array_textures_and_a_folder_holds_all() {
     let names: Vec<&str> =
         o["files"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
     assert!(names.contains(&"bake.safetensors") && names.contains(&"shade.wgsl"), "{names:?}");
-    let room: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(dir.join("out/room.json")).unwrap()).unwrap();
-    for t in room["tables"].as_array().unwrap() {
+    let technique: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(dir.join("out/technique.json")).unwrap()).unwrap();
+    for t in technique["tables"].as_array().unwrap() {
         let texture = read_ktx2_array(&dir.join("out").join(t["file"].as_str().unwrap()), &Limits::default());
         let texture = texture.unwrap();
         assert_eq!(texture.layers as u64, t["layers"].as_u64().unwrap());

@@ -67,7 +67,7 @@ fn edited_bakes_end_well() {
     for (slug, spec) in
         [("sh_irradiance", "lambert"), ("lafortune_env", "lafortune:cx=-1,cy=-1,cz=1,n=9,ks=0.3")]
     {
-        let t = find(slug).expect("a room");
+        let t = find(slug).expect("a technique");
         let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
         let bake = t.bake(&lights::smooth(), &material, None, &ParamValues::default(), &Task::quiet());
         let whole = bake.expect("a bake").save();

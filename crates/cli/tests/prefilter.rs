@@ -90,3 +90,70 @@ fn all_maps_are_held_against_the_limit_of_memory() {
     assert_eq!(o.status.code(), Some(1), "{}", stderr(&o));
     assert!(stderr(&o).contains("the levels need 90 MiB"), "{}", stderr(&o));
 }
+
+/// A sun beyond halves: kept where the engine reads floats, else a light of its own, in a file and in the snippet; said
+/// on standard error and in the report.
+#[test]
+fn suns_that_files_cannot_hold_are_kept_or_become_lights() {
+    let d = tempfile::tempdir().expect("a folder");
+    let sky = ["convert", "sky:elevation=37", "--size", "256x128", "-o", "sky.exr"];
+    assert_eq!(run(d.path(), &sky).status.code(), Some(0));
+    for (profile, remedy, file) in [
+        ("blender", "floats", "sky.exr"),
+        ("godot", "suns-taken-out", "sky.exr"),
+        ("unity", "suns-taken-out", "sky.exr"),
+        ("playcanvas", "suns-taken-out", "sky.hdr"),
+    ] {
+        let arguments = ["prefilter", "--json", "sky.exr", "--profile", profile, "-o", profile];
+        let o = run(d.path(), &arguments);
+        assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+        let r: Value = serde_json::from_slice(&o.stdout).expect("JSON");
+        let beyond = &r["beyond_range"];
+        assert_eq!(beyond["remedy"], remedy, "{profile}: {r}");
+        assert!(number(&beyond["lost_without_remedy"]) > 0.05, "{profile}: {beyond}");
+        let warned = stderr(&o);
+        assert!(warned.contains("warning") && warned.contains("% of the light"), "{profile}: {warned}");
+        let snippet = r["snippet"].as_str().expect("a snippet").to_lowercase();
+        let suns = d.path().join(profile).join("sky_suns.json");
+        assert_eq!(suns.is_file(), remedy == "suns-taken-out", "{profile}");
+        assert_eq!(snippet.contains("directional"), suns.is_file(), "{profile}: {snippet}");
+        // Nothing is lost in the files themselves.
+        assert!(r["files"].as_array().expect("files").iter().all(|f| f["clipped"] == 0), "{profile}: {r}");
+        // Map and suns hold the light: as much irradiance on a surface that faces the sun as before.
+        let path = format!("{profile}/{file}");
+        let map = ["prefilter", "--json", &path, "--kernel", "lambert", "--size", "32x16", "-o", "e.exr"];
+        let energy = |arguments: &[&str]| {
+            let o = run(d.path(), arguments);
+            assert_eq!(o.status.code(), Some(0), "{}", stderr(&o));
+            let r: Value = serde_json::from_slice(&o.stdout).expect("JSON");
+            number(&r["levels"][0]["energy_in"][0])
+        };
+        let (mut got, want) = (energy(&map), energy(&[&map[..2], &["sky.exr"], &map[3..]].concat()));
+        if suns.is_file() {
+            let text = std::fs::read_to_string(&suns).expect("suns");
+            let lights: Value = serde_json::from_str(&text).expect("JSON");
+            let all = lights["lights"].as_array().expect("lights");
+            // Energy of Lambert's kernel: radiance times solid angle.
+            got += all.iter().map(|l| number(&l["radiance"][0]) * number(&l["solid_angle"])).sum::<f64>();
+        }
+        assert!((got / want - 1.0).abs() < 5e-3, "{profile}: {got} {want}");
+    }
+    let o = run(
+        d.path(),
+        &["prefilter", "sky.exr", "--profile", "bevy", "--size", "16", "--extract-sun", "s.json", "-o", "b"],
+    );
+    assert!(String::from_utf8_lossy(&o.stdout).contains("DirectionalLight"), "{}", stderr(&o));
+}
+
+/// A whole chain, as Babylon.js's lookup needs it.
+#[test]
+fn babylon_s_cube_is_a_whole_chain() {
+    let d = tempfile::tempdir().expect("a folder");
+    let r = report(d.path(), &["studio", "--profile", "babylon", "--size", "32", "-o", "b"]);
+    let levels = r["levels"].as_array().expect("levels");
+    assert_eq!((levels.len(), number(&levels[5]["width"])), (6, 1.0));
+    // 0.8 log2(32 alpha) = 3
+    let alpha = number(&levels[3]["alpha"]);
+    assert!((0.8 * (32.0 * alpha).log2() - 3.0).abs() < 1e-9, "{alpha}");
+    assert!(d.path().join("b/studio.dds").is_file());
+}

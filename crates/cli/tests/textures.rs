@@ -107,3 +107,59 @@ fn destinations_are_checked_before_the_work() {
         assert_eq!(std::fs::read_dir(d.path()).unwrap().count(), 0, "{more:?}");
     }
 }
+
+/// Container, format, levels, kernel and profile; of files that say nothing of themselves what their header says.
+#[test]
+fn inspect_says_what_a_texture_is() {
+    let d = tempfile::tempdir().expect("a folder");
+    let run = |arguments: &[&str]| {
+        let o = Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(d.path()).args(arguments).output();
+        let o = o.expect("runs");
+        assert!(o.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&o.stderr));
+        String::from_utf8_lossy(&o.stdout).into_owned()
+    };
+    let small = ["--size", "32", "--check", "0", "-o"];
+    run(&[&["prefilter", "studio", "--profile", "bevy"], &small[..], &["bevy"]].concat());
+    run(&[&["prefilter", "studio", "--profile", "filament"], &small[..], &["filament"]].concat());
+    run(&[&["prefilter", "studio", "--profile", "babylon"], &small[..], &["babylon"]].concat());
+    for (file, container, format, compression, levels, profile) in [
+        ("bevy/studio_specular_rgb9e5_zstd.ktx2", "KTX2", "rgb9e5", Some("Zstandard"), 3, Some("bevy")),
+        ("filament/studio/studio_ibl.ktx", "KTX1", "r11g11b10", None, 2, Some("filament")),
+        ("babylon/studio.dds", "DDS", "rgba16f", None, 6, None),
+    ] {
+        let text = run(&["inspect", file, "--json"]);
+        let t = serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["texture"].clone();
+        assert_eq!((&t["container"], &t["format"]), (&container.into(), &format.into()), "{t}");
+        assert_eq!((&t["compression"], &t["profile"]), (&compression.into(), &profile.into()), "{t}");
+        let all = t["levels"].as_array().expect("levels");
+        assert_eq!((all.len(), &t["faces"]), (levels, &6.into()), "{t}");
+        // DDS has no room for what made it.
+        let kernel = profile.map(|_| "ggx");
+        assert_eq!(t["kernel"].as_str(), kernel, "{t}");
+        let last = all.last().and_then(|l| l["perceptual_roughness"].as_f64());
+        assert_eq!(last, profile.map(|_| 1.0), "{t}");
+        // Filters keep the mean.
+        let mean = |m: usize| all[m]["mean"][1].as_f64().expect("a number");
+        assert!((mean(1) / mean(0) - 1.0).abs() < 0.1, "{t}");
+        let words = run(&["inspect", file]);
+        assert!(words.contains(container) && words.contains(format), "{words}");
+    }
+}
+
+#[test]
+fn irradiance_is_shader_text() {
+    let d = tempfile::tempdir().expect("a folder");
+    let run = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_steradian"))
+            .current_dir(d.path())
+            .args(arguments)
+            .output()
+            .expect("runs")
+    };
+    for (file, head) in [("e.wgsl", "fn irradiance(n: vec3<f32>)"), ("e.glsl", "vec3 irradiance(vec3 n)")] {
+        assert!(run(&["irradiance", "studio", "--dering", "-o", file]).status.success());
+        let text = std::fs::read_to_string(d.path().join(file)).expect("a text");
+        assert!(text.contains(head) && text.contains("c8"), "{text}");
+    }
+    assert_eq!(run(&["irradiance", "studio", "--bands", "5", "-o", "e.wgsl"]).status.code(), Some(2));
+}

@@ -53,6 +53,9 @@ fn files_of_every_profile_hold_what_they_should() {
         ("unreal", "studio.hdr", "32", 1e-2),
         ("unreal", "studio.dds", "32", 2e-3),
         ("blender", "studio.exr", "64x32", 2e-3),
+        ("babylon", "studio.dds", "32", 2e-3),
+        ("playcanvas", "studio.hdr", "64x32", 1e-2),
+        ("unity", "studio.exr", "64x32", 2e-3),
         ("raw", "studio_specular.ktx2", "32", 2e-3),
     ] {
         let out = format!("{profile}-files");

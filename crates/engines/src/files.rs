@@ -1,8 +1,9 @@
 //! The files, written.
 
 use crate::gltf::gltf;
+use crate::irradiance::polynomial;
 use crate::packing::Packed;
-use crate::{Engine, EngineError, Files, Filtered};
+use crate::{Engine, EngineError, Files, Filtered, Remedy};
 use std::f64::consts::PI;
 use std::path::Path;
 use steradian_brdf::dfg::DfgTable;
@@ -10,6 +11,7 @@ use steradian_formats::{
     Container, ExrSamples, FormatError, Raster, StoredTexture, Supercompression, TexelFormat, WriteOptions,
     WriteReport, write_atomic, write_dir_atomic, write_image,
 };
+use steradian_light::DiskLight;
 use steradian_light::load::Arrangement;
 use steradian_sphere::SphereImage;
 use steradian_sphere::sh::ShRgb;
@@ -69,43 +71,60 @@ fn folder(
     let (engine, name) = (&made.engine(), &*o.name);
     let Packed { specular, diffuse: cosine, sheen } = packed;
     let mut written = Vec::new();
-    let fixed = engine.files == Files::Khronos;
-    let output = if o.own_folder && fixed { o.output.join(name) } else { o.output.clone() };
+    let output = o.folder();
     if output != o.output {
         let unwritable =
             |e: std::io::Error| FormatError::Unwritable { path: o.output.clone(), why: e.to_string() };
         std::fs::create_dir_all(&o.output).map_err(unwritable)?;
     }
     write_dir_atomic(&output, |dir| {
-        written = match engine.files {
-            Files::Ktx2 { specular: s, diffuse } => {
-                let files = [(Some(s), &specular), (diffuse, &cosine)];
-                let named = |(file, t): (Option<&str>, _)| Some((file?.replace("{}", name), t));
-                ktx2(engine, dir, files.into_iter().filter_map(named))?
-            }
-            Files::Khronos => {
-                let files = [("specular", &specular), ("diffuse", &cosine), ("sheen", &sheen)];
-                let mut all = ktx2(engine, dir, files.map(|(part, t)| (format!("{part}.ktx2"), t)))?;
-                all.push(brdf_table(dir)?);
-                all
-            }
-            Files::LatLong { image, half, cube } => {
-                let half = half && o.format != Some(TexelFormat::Rgba32f);
-                let lat_long = &companions.panorama.as_ref().unwrap_or(&levels[0]).filtered.image;
-                let mut all =
-                    vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, metadata)?];
-                if let (Some(c), Some(t)) = (cube, &specular) {
-                    let file = c.replace("{}", name);
-                    all.push(Written::new(file.clone(), t.write_dds(&dir.join(file))?));
+        written =
+            match engine.files {
+                Files::Ktx2 { specular: s, diffuse } => {
+                    let files = [(Some(s), &specular), (diffuse, &cosine)];
+                    let named = |(file, t): (Option<&str>, _)| Some((file?.replace("{}", name), t));
+                    ktx2(engine, dir, files.into_iter().filter_map(named))?
                 }
-                all
-            }
-            Files::Filament => filament(dir, name, specular.clone(), &companions.sh)?,
-            Files::Gltf => gltf(engine, dir, name, levels, &companions.sh)?,
-        };
+                Files::Khronos => {
+                    let files = [("specular", &specular), ("diffuse", &cosine), ("sheen", &sheen)];
+                    let mut all = ktx2(engine, dir, files.map(|(part, t)| (format!("{part}.ktx2"), t)))?;
+                    all.push(brdf_table(dir)?);
+                    all
+                }
+                Files::LatLong { image, half, cube } => {
+                    let half = half && o.format != Some(TexelFormat::Rgba32f);
+                    let lat_long = &companions.panorama.as_ref().unwrap_or(&levels[0]).filtered.image;
+                    let mut all =
+                        vec![panorama(engine, dir, &image.replace("{}", name), lat_long, half, metadata)?];
+                    if let (Some(c), Some(t)) = (cube, &specular) {
+                        let file = c.replace("{}", name);
+                        all.push(Written::new(file.clone(), t.write_dds(&dir.join(file))?));
+                    }
+                    all
+                }
+                Files::Dds { specular: file } => {
+                    let file = file.replace("{}", name);
+                    let t = specular.iter();
+                    t.map(|t| Ok(Written::new(file.clone(), t.write_dds(&dir.join(&file))?)))
+                        .collect::<Result<_, FormatError>>()?
+                }
+                Files::Filament => filament(dir, name, specular.clone(), &companions.sh)?,
+                Files::Gltf => gltf(engine, dir, name, levels, &companions.sh)?,
+            };
+        if made.beyond.is_some_and(|b| b.remedy == Remedy::SunsTakenOut) {
+            written.push(suns(made, dir, name)?);
+        }
         Ok(())
     })?;
     Ok(written)
+}
+
+/// The suns that the light lost, as `render --sun-lights` reads them.
+fn suns(made: &Filtered, dir: &Path, name: &str) -> Result<Written, FormatError> {
+    let file = format!("{name}_suns.json");
+    let text = format!("{:#}\n", DiskLight::document(&made.request.suns));
+    write_atomic(&dir.join(&file), |w| w.write_all(text.as_bytes()))?;
+    Ok(Written::new(file, WriteReport::default()))
 }
 
 /// The light as a lat-long image.
@@ -160,20 +179,10 @@ fn ktx2<'a>(
     Ok(written)
 }
 
-/// Factors A_l of the clamped cosine's bands 0 to 2.
-const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
-
-/// Coefficients of radiance, bands 0 to 2, times A_l: irradiance.
-pub fn irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
-    (0..9).map(|i: usize| std::array::from_fn(|c| sh.c[c][i] * COSINE[i.isqrt()])).collect()
-}
-
 /// Nine numbers per channel: E/π with the basis' constants folded in, so that E(n)/π = s0 + s1 y + s2 z + s3 x + s4 yx +
 /// s5 yz + s6 (3z² − 1) + s7 zx + s8 (x² − y²).
 pub fn filament_irradiance(sh: &ShRgb) -> Vec<[f64; 3]> {
-    const K: [f64; 9] =
-        [0.282095, 0.488603, 0.488603, 0.488603, 1.092548, 1.092548, 0.315392, 1.092548, 0.546274];
-    irradiance(sh).iter().zip(K).map(|(e, k)| e.map(|v| v / PI * k)).collect()
+    polynomial(sh).map(|e| e.map(|v| v / PI)).into()
 }
 
 /// The same as text.
@@ -222,7 +231,7 @@ mod tests {
         let s: Vec<f64> = filament_sh(&sh).split_whitespace().map(|v| v.parse().unwrap()).collect();
         assert_eq!(s.len(), 27);
         let mut e = sh.clone();
-        e.convolve(&COSINE);
+        e.convolve(&crate::irradiance::COSINE);
         for d in [glam::DVec3::new(0.48, 0.6, 0.64), glam::DVec3::X, glam::DVec3::NEG_Z] {
             let (x, y, z) = (d.x, d.y, d.z);
             let basis = [1.0, y, z, x, y * x, y * z, 3.0 * z * z - 1.0, z * x, x * x - y * y];

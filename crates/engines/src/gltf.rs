@@ -1,6 +1,7 @@
 //! The files of the glTF extension EXT_lights_image_based: RGBD faces and irradiance coefficients.
 
-use crate::files::{Written, irradiance};
+use crate::files::Written;
+use crate::irradiance::irradiance;
 use crate::{Engine, Level};
 use serde_json::json;
 use std::path::Path;

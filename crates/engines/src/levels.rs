@@ -3,7 +3,7 @@
 use crate::companions::{self, Companions};
 use crate::method::{self, MethodCost};
 use crate::packing::Packed;
-use crate::{EngineError, Filter, Kernel, Plan, Request, Written};
+use crate::{BeyondRange, EngineError, Filter, Kernel, Plan, Request, Written, range};
 use std::path::Path;
 use std::time::Instant;
 use steradian_base::Task;
@@ -78,6 +78,8 @@ pub struct Filtered {
     pub levels: Vec<Level>,
     /// What an engine's files hold beside them.
     pub companions: Companions,
+    /// Light that does not fit into files of the light as it is, where there is any.
+    pub beyond: Option<BeyondRange>,
     packed: Packed,
     /// Seconds of wall time by part, in their order.
     pub seconds: Vec<(&'static str, f64)>,
@@ -106,8 +108,9 @@ impl Request {
 
 impl Filtered {
     /// Filters `lights` into every map that `request` asks for.
-    pub fn new(request: Request, lights: Lights, task: &Task) -> Result<Self, EngineError> {
+    pub fn new(mut request: Request, mut lights: Lights, task: &Task) -> Result<Self, EngineError> {
         let mut plan = request.plan(task.max_memory())?;
+        let beyond = range::settle(plan.engine, &mut request, &mut lights);
         let mut clock = Clock(Instant::now(), Vec::new());
         let others = if request.engine.is_some() { companions::kernels(&plan) } else { Vec::new() };
         let lobes = plan.filters.iter().filter_map(|f| f.lobe.as_ref());
@@ -132,7 +135,7 @@ impl Filtered {
         clock.lap("filtering");
         let packed = Packed::new(&request, &plan, &mut levels, &mut companions)?;
         clock.lap("packing");
-        Ok(Self { request, plan, light, levels, companions, packed, seconds: clock.1 })
+        Ok(Self { request, plan, light, levels, companions, beyond, packed, seconds: clock.1 })
     }
 
     fn all(&self) -> impl Iterator<Item = &Level> {

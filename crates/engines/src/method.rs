@@ -1,7 +1,7 @@
 //! A level by a method that is asked for by name, in place of the usual choice.
 
 use steradian_base::{Cancelled, Task};
-use steradian_prefilter::map::Way;
+use steradian_prefilter::map::ImageMethod;
 use steradian_prefilter::methods::{Cost, Made, Method, Shape};
 use steradian_prefilter::{FilteredImage, Sampled, Zonal};
 
@@ -29,7 +29,7 @@ pub(crate) fn filter(
     let energy_in = light.flux().map(|f| f * k0);
     let filtered = FilteredImage {
         image,
-        way: Way::Area,
+        way: ImageMethod::Area,
         predicted: f64::INFINITY,
         clipped: 0.0,
         energy_in,

@@ -1,6 +1,6 @@
 //! What is to be made: the kernels of the levels, their sizes, and the arrangement.
 
-use crate::request::three;
+use crate::request::check_levels;
 use crate::{Engine, EngineError, Files, Request};
 use std::sync::Arc;
 use steradian_brdf::{NormalKernel, SharedBrdf};
@@ -166,8 +166,8 @@ pub(crate) fn plan(o: &Request, given: Option<Kernel>) -> Result<Plan, EngineErr
             size.0
         )));
     }
-    if o.engine.is_some_and(|e| e.name == "three") {
-        three(size.0, levels)?;
+    if let Some(e) = o.engine {
+        check_levels(e, size.0, levels)?;
     }
     let filters = (0..levels).map(|m| microfacet(&o.kernel, engine.curve.roughness(m, levels - 1))).collect();
     Ok(Plan { engine, filters, size, layout: Layout::Cube })

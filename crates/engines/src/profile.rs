@@ -1,8 +1,8 @@
 //! What each consumer of filtered maps takes: one row of fields per profile, no code.
 
-use glam::{DMat3, DVec3};
 use steradian_formats::TexelFormat;
-use steradian_sphere::{Layout, SphereImage};
+use steradian_light::load::Profile;
+use steradian_sphere::SphereImage;
 
 /// From level m of 0 … L to perceptual roughness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +15,9 @@ pub enum Curve {
     Log2,
     /// (1.7 − √(2.89 − 2.8 m/L))/1.4, so that the lookup is L r (1.7 − 0.7 r): Unity
     Unity,
+    /// alpha = 2^(m/0.8 − L) and 0 for level 0, so that in a whole chain, of width 2^L, the lookup is 0.8 log2(width
+    /// alpha): Babylon.js (`getLodFromAlphaG` with its usual `lodGenerationScale`)
+    Babylon,
 }
 
 impl Curve {
@@ -27,7 +30,25 @@ impl Curve {
             Self::Log2 if m == 0 => 0.0,
             Self::Log2 => ((m as f64 - last as f64 + 2.0) / 1.2).exp2().min(1.0),
             Self::Unity => (1.7 - (2.89 - 2.8 * t).sqrt()) / 1.4,
+            Self::Babylon if m == 0 => 0.0,
+            Self::Babylon => (m as f64 / 0.8 - last as f64).exp2().min(1.0).sqrt(),
         }
+    }
+
+    /// How perceptual roughness r or alpha follows from level m of 0 … L.
+    pub fn formula(self) -> &'static str {
+        match self {
+            Self::Linear => "r = m/L",
+            Self::Sqrt => "r = 1 - sqrt(1 - m/L)",
+            Self::Log2 => "r = 2^((m - L + 2)/1.2)",
+            Self::Unity => "m = L r (1.7 - 0.7 r)",
+            Self::Babylon => "alpha = 2^(m/0.8 - L)",
+        }
+    }
+
+    /// The engines whose files follow it.
+    pub fn engines(self) -> impl Iterator<Item = &'static str> {
+        ENGINES.iter().filter(move |e| e.curve == self && !e.unfiltered()).map(|e| e.name)
     }
 
     /// Its name in reports.
@@ -37,6 +58,7 @@ impl Curve {
             Self::Sqrt => "sqrt",
             Self::Log2 => "log2",
             Self::Unity => "unity",
+            Self::Babylon => "babylon",
         }
     }
 }
@@ -57,11 +79,16 @@ pub enum Files {
     Filament,
     /// A glTF file and PNGs.
     Gltf,
+    /// A DDS cube of specular light.
+    Dds {
+        /// Its name; {} is the input's.
+        specular: &'static str,
+    },
     /// The light as it is, lat-long, and for `cube` a DDS cube beside it: the consumer filters by itself.
     LatLong {
         /// Name of the image.
         image: &'static str,
-        /// Half floats?
+        /// Half floats, where they hold the light?
         half: bool,
         /// Name of the cube.
         cube: Option<&'static str>,
@@ -81,35 +108,23 @@ pub struct Engine {
     pub format: TexelFormat,
     /// Is the texture compressed?
     pub zstd: bool,
-    /// Default size of level 0 and of the last level.
+    /// Default size of level 0.
     pub size: usize,
-    /// The last level.
+    /// Size of the last level by default.
     pub last: usize,
+    /// Smallest size of level 0 that the consumer takes.
+    pub least: usize,
+    /// Does the consumer take no other last level?
+    pub last_fixed: bool,
     /// From levels to perceptual roughness.
     pub curve: Curve,
-    /// The consumer looks a world direction d up under this times d in a cube.
-    pub lookup: DMat3,
-    /// The same for a lat-long image, where our formulas take the result to a texel.
-    pub panorama: DMat3,
-    /// Each face mirrored left to right.
-    pub flip: bool,
+    /// Largest radiance that the consumer itself keeps of light that it filters by itself; what is beyond it and is a sun
+    /// belongs into a light of its own.
+    pub largest: f64,
 }
 
-const fn diagonal(x: f64, y: f64, z: f64) -> DMat3 {
-    DMat3::from_cols(DVec3::new(x, 0.0, 0.0), DVec3::new(0.0, y, 0.0), DVec3::new(0.0, 0.0, z))
-}
-
-/// (z, y, −x): the centre of a lat-long image looks to +Z.
-const CENTRE_Z: DMat3 =
-    DMat3::from_cols(DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.0, 1.0, 0.0), DVec3::new(1.0, 0.0, 0.0));
-
-/// (−z, y, x): it looks to −Z.
-const CENTRE_MINUS_Z: DMat3 =
-    DMat3::from_cols(DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
-
-/// (x, z, y): our world in left-handed axes with Z up.
-const Z_UP: DMat3 =
-    DMat3::from_cols(DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 0.0));
+/// The largest half float.
+pub(crate) const HALF: f64 = 65504.0;
 
 const RAW: Engine = Engine {
     name: "raw",
@@ -119,14 +134,14 @@ const RAW: Engine = Engine {
     zstd: false,
     size: 256,
     last: 16,
+    least: 1,
+    last_fixed: false,
     curve: Curve::Linear,
-    lookup: DMat3::IDENTITY,
-    panorama: DMat3::IDENTITY,
-    flip: false,
+    largest: f64::INFINITY,
 };
 
 /// Every profile.
-pub static ENGINES: [Engine; 9] = [
+pub static ENGINES: [Engine; 12] = [
     Engine {
         name: "bevy",
         doc: "Bevy 0.20 (EnvironmentMapLight): level = perceptual roughness x L, looked up with (x, y, -z)",
@@ -138,7 +153,6 @@ pub static ENGINES: [Engine; 9] = [
         zstd: true,
         size: 512,
         last: 8,
-        lookup: diagonal(1.0, 1.0, -1.0),
         ..RAW
     },
     Engine {
@@ -147,8 +161,9 @@ pub static ENGINES: [Engine; 9] = [
         files: Files::Ktx2 { specular: "{}_pmrem.ktx2", diffuse: None },
         format: TexelFormat::Rgba16f,
         last: 8,
+        least: 256,
+        last_fixed: true,
         curve: Curve::Sqrt,
-        lookup: diagonal(-1.0, 1.0, 1.0),
         ..RAW
     },
     Engine {
@@ -163,7 +178,6 @@ pub static ENGINES: [Engine; 9] = [
         name: "gltf",
         doc: "glTF EXT_lights_image_based: RGBD PNGs mirrored left to right, irradiance coefficients",
         files: Files::Gltf,
-        flip: true,
         ..RAW
     },
     Engine {
@@ -177,7 +191,7 @@ pub static ENGINES: [Engine; 9] = [
         name: "godot",
         doc: "Godot 4 (PanoramaSkyMaterial filters by itself): lat-long EXR, u = atan2(x, -z)/2pi, its centre looks to +Z",
         files: Files::LatLong { image: "{}.exr", half: true, cube: None },
-        panorama: CENTRE_Z,
+        largest: HALF,
         ..RAW
     },
     Engine {
@@ -188,14 +202,37 @@ pub static ENGINES: [Engine; 9] = [
         size: 512,
         last: 512,
         curve: Curve::Log2,
-        lookup: Z_UP,
-        panorama: CENTRE_MINUS_Z,
+        largest: HALF,
         ..RAW
     },
     Engine {
         name: "blender",
         doc: "Blender (world shader, studio lights; Cycles and EEVEE filter by themselves): lat-long EXR, its centre looks to +X",
         files: Files::LatLong { image: "{}.exr", half: true, cube: None },
+        ..RAW
+    },
+    Engine {
+        name: "babylon",
+        doc: "Babylon.js 8 (CubeTexture.CreateFromPrefilteredData, right-handed scenes): DDS cube, a whole chain, level 0.8 log2(width alpha), looked up with (x, y, -z)",
+        files: Files::Dds { specular: "{}.dds" },
+        format: TexelFormat::Rgba16f,
+        last: 1,
+        last_fixed: true,
+        curve: Curve::Babylon,
+        ..RAW
+    },
+    Engine {
+        name: "playcanvas",
+        doc: "PlayCanvas 2 (EnvLighting filters by itself, into texels that end at 64): lat-long .hdr, u = 0.5 + atan2(-x, z)/2pi, its centre looks to +Z",
+        files: Files::LatLong { image: "{}.hdr", half: false, cube: None },
+        largest: 64.0,
+        ..RAW
+    },
+    Engine {
+        name: "unity",
+        doc: "Unity (Skybox/Panoramic; reflection probes filter by themselves): lat-long EXR over (-x, y, z), u = 0.5 - atan2(Z, X)/2pi, its centre looks to -X",
+        files: Files::LatLong { image: "{}.exr", half: true, cube: None },
+        largest: HALF,
         ..RAW
     },
     RAW,
@@ -212,23 +249,14 @@ impl Engine {
         Self::find(name).ok_or_else(|| steradian_base::unknown("profile", name, &ENGINES.map(|e| e.name)))
     }
 
-    /// A cube or a lat-long image over world directions, as the file holds it. Texels change places only (of a
-    /// lat-long image where its width is a multiple of four).
+    /// How its files lie.
+    pub fn profile(&self) -> &'static Profile {
+        Profile::find(self.recorded()).unwrap_or_else(Profile::own)
+    }
+
+    /// A cube or a lat-long image over world directions, as the file holds it.
     pub fn arrange(&self, image: &SphereImage) -> SphereImage {
-        let (layout, w, h) = (image.layout, image.width, image.height);
-        let axes = if layout == Layout::Cube { self.lookup } else { self.panorama };
-        let back = axes.transpose();
-        let mut out = if axes == DMat3::IDENTITY {
-            image.clone()
-        } else if layout == Layout::Cube || w % 4 == 0 {
-            SphereImage::from_fn(layout, w, h, |d| image.nearest(back * d))
-        } else {
-            image.rotate(axes)
-        };
-        if self.flip && layout == Layout::Cube {
-            out.planes.iter_mut().for_each(|p| p.chunks_exact_mut(w).for_each(|row| row.reverse()));
-        }
-        out
+        self.profile().export(image)
     }
 
     /// Does the consumer filter by itself, so that it takes the light as it is?
@@ -245,7 +273,15 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use steradian_light::load::Profile;
+    use glam::DVec3;
+    use steradian_sphere::Layout;
+
+    #[test]
+    fn every_engine_has_a_profile_of_its_own() {
+        for engine in &ENGINES {
+            assert_eq!(Profile::find(engine.recorded()).map(|p| p.name), Some(engine.recorded()));
+        }
+    }
 
     #[test]
     fn curves_start_at_the_mirror_and_end_at_one() {
@@ -261,6 +297,13 @@ mod tests {
             let r = Curve::Unity.roughness(m, 5);
             assert!((5.0 * r * (1.7 - 0.7 * r) - m as f64).abs() < 1e-12);
         }
+        // Babylon.js: lod = 0.8 log2(width alpha) in a chain of width 2^8, alpha 1 at level 6.4.
+        for m in 1..9 {
+            let alpha = Curve::Babylon.roughness(m, 8).powi(2);
+            let lod = 0.8 * (256.0 * alpha).log2();
+            assert!(if m <= 6 { (lod - m as f64).abs() < 1e-12 } else { alpha == 1.0 }, "{m}: {alpha}");
+        }
+        assert_eq!(Curve::Babylon.roughness(0, 8), 0.0);
         // N = 9: mip = N − 2 − (1 − 1.2 log2 r), so that mip 6 holds 1 and each 1.2 below it half.
         for m in 1..9 {
             let r = Curve::Log2.roughness(m, 8);
@@ -291,6 +334,9 @@ mod tests {
         let bevy = Engine::find("bevy").unwrap().arrange(&cube);
         // World +Z is looked up as −Z.
         assert!(bevy.nearest(-DVec3::Z)[2] > 0.9);
+        // Babylon.js in right-handed scenes: REFLECTIONMAP_OPPOSITEZ.
+        let babylon = Engine::find("babylon").unwrap().arrange(&cube);
+        assert!(babylon.nearest(-DVec3::Z)[2] > 0.9 && babylon.nearest(DVec3::X)[0] > 0.9);
         let three = Engine::find("three").unwrap().arrange(&cube);
         assert!(three.nearest(-DVec3::X)[0] > 0.9 && three.nearest(DVec3::Z)[2] > 0.9);
         let gltf = Engine::find("gltf").unwrap().arrange(&cube);
@@ -308,8 +354,17 @@ mod tests {
         let unreal = |d: DVec3| 0.5 + d.x.atan2(-d.z) / (2.0 * PI);
         // Cycles: u = 0.5 − atan2(y, x)/2π over (x, −z, y).
         let cycles = |d: DVec3| 0.5 - (-d.z).atan2(d.x) / (2.0 * PI);
-        let cases: [(&str, &dyn Fn(DVec3) -> f64); 3] =
-            [("godot", &godot), ("unreal", &unreal), ("blender", &cycles)];
+        // calcReflection and toSphericalUv: the reflected direction times (−1, 1, 1), u = 0.5 + atan(x, z)/2π.
+        let playcanvas = |d: DVec3| 0.5 + (-d.x).atan2(d.z) / (2.0 * PI);
+        // ToRadialCoords of Skybox/Panoramic over (−x, y, z).
+        let unity = |d: DVec3| 0.5 - d.z.atan2(-d.x) / (2.0 * PI);
+        let cases: [(&str, &dyn Fn(DVec3) -> f64); 5] = [
+            ("godot", &godot),
+            ("unreal", &unreal),
+            ("blender", &cycles),
+            ("playcanvas", &playcanvas),
+            ("unity", &unity),
+        ];
         for (name, u) in cases {
             let file = Engine::find(name).unwrap().arrange(&image);
             for k in 0..40 {

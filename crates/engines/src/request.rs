@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use steradian_base::unknown;
 use steradian_brdf::SharedBrdf;
 use steradian_formats::{Container, TexelFormat};
+use steradian_light::DiskLight;
 use steradian_prefilter::methods::Method;
 use steradian_sphere::Layout;
 
@@ -47,6 +48,8 @@ pub struct Request {
     pub method: MethodChoice,
     /// Are lat-long images of the levels written beside the output?
     pub dump: bool,
+    /// Suns that are no part of the light: those that were taken out of it.
+    pub suns: Vec<DiskLight>,
 }
 
 /// A way to prefilter by name, or the usual choice.
@@ -66,10 +69,26 @@ impl MethodChoice {
     }
 }
 
-const KERNELS: [&str; 8] =
+/// Names of the kernels, beside `brdf:SPEC`.
+pub const KERNELS: [&str; 8] =
     ["ggx", "beckmann", "charlie", "phong", "blinn-phong", "lambert", "gaussian", "spherical-gaussian"];
 /// What precedes the spec of a reflectance.
 pub(crate) const BRDF: &str = "brdf:";
+
+/// The parameters that a kernel takes, as the command's options are called.
+fn parameters(kernel: &str) -> &'static [&'static str] {
+    match kernel {
+        k if has_roughness(k) => &["perceptual-roughness", "alpha"],
+        "phong" | "blinn-phong" => &["exponent"],
+        "gaussian" | "spherical-gaussian" => &["sigma"],
+        _ => &[],
+    }
+}
+
+/// The kernels that take a parameter.
+pub fn kernels_with(parameter: &str) -> Vec<&'static str> {
+    KERNELS.into_iter().filter(|k| parameters(k).contains(&parameter)).collect()
+}
 
 /// The canonical name of a kernel, or `brdf:SPEC` as it stands.
 pub fn kernel_name(text: &str) -> Result<String, String> {
@@ -88,7 +107,7 @@ impl Request {
             output,
             name: name.into(),
             own_folder: false,
-            kernel: "ggx".into(),
+            kernel: Self::KERNEL.into(),
             brdf: None,
             perceptual_roughness: None,
             alpha: None,
@@ -102,13 +121,27 @@ impl Request {
             check: Self::CHECK,
             method: MethodChoice::default(),
             dump: false,
+            suns: Vec::new(),
         }
     }
 
+    /// The usual kernel, and that of engines' files.
+    pub const KERNEL: &'static str = "ggx";
     /// The usual relative RMS error of a level.
     pub const TOLERANCE: f64 = 2e-3;
     /// The usual number of texels of each level whose error is measured.
     pub const CHECK: usize = 64;
+
+    /// The folder of the output.
+    pub fn folder(&self) -> PathBuf {
+        let fixed = self.engine.is_some_and(|e| e.files == Files::Khronos);
+        if self.own_folder && fixed { self.output.join(&self.name) } else { self.output.clone() }
+    }
+
+    /// A texture of an engine whose files have fixed names, which another input's would replace.
+    pub fn fixed_file(&self) -> Option<PathBuf> {
+        self.engine.filter(|e| e.files == Files::Khronos).map(|_| self.folder().join("specular.ktx2"))
+    }
 
     /// The spec of a kernel `brdf:SPEC`.
     pub fn brdf_spec(&self) -> Option<&str> {
@@ -127,10 +160,7 @@ impl Request {
                 (&[], "--profile: its levels go over the roughness by themselves".into())
             }
             _ if chain => (&[], "--levels: they go over the roughness by themselves".into()),
-            k if has_roughness(k) => (&["perceptual-roughness", "alpha"], format!("--kernel {k}")),
-            k @ ("phong" | "blinn-phong") => (&["exponent"], format!("--kernel {k}")),
-            k @ ("gaussian" | "spherical-gaussian") => (&["sigma"], format!("--kernel {k}")),
-            k => (&[], format!("--kernel {k}")),
+            k => (parameters(k), format!("--kernel {k}")),
         };
         let given = [
             ("perceptual-roughness", self.perceptual_roughness.is_some()),
@@ -156,8 +186,8 @@ impl Request {
                 _ => Ok(()),
             };
         };
-        if self.kernel != "ggx" {
-            let why = format!("--kernel {}: the files of a profile are of ggx", self.kernel);
+        if self.kernel != Self::KERNEL {
+            let why = format!("--kernel {}: the files of a profile are of {}", self.kernel, Self::KERNEL);
             return Err(EngineError::Request(why));
         }
         let refused = |f: TexelFormat, why: &str| {
@@ -195,15 +225,19 @@ impl Request {
     }
 }
 
-/// What three.js takes.
-pub(crate) fn three(size: usize, levels: usize) -> Result<(), EngineError> {
-    if size < 256 {
-        let why = "its first level has 256 texels a side or more";
-        return Err(EngineError::Request(format!("--profile three: --size {size}: {why}")));
+/// Refuses a chain that the engine does not take.
+pub(crate) fn check_levels(engine: &Engine, size: usize, levels: usize) -> Result<(), EngineError> {
+    let refused = |option: &str, value: usize, why: String| {
+        Err(EngineError::Request(format!("--profile {}: {option} {value}: {why}", engine.name)))
+    };
+    if size < engine.least {
+        let why = format!("its first level has {} texels a side or more", engine.least);
+        return refused("--size", size, why);
     }
-    if size >> (levels - 1) != 8 {
-        let why = "its last level has 8 texels a side; leave --levels out";
-        return Err(EngineError::Request(format!("--profile three: --levels {levels}: {why}")));
+    if engine.last_fixed && size >> (levels - 1) != engine.last {
+        let texels = if engine.last == 1 { "texel" } else { "texels" };
+        let why = format!("its last level has {} {texels} a side; leave --levels out", engine.last);
+        return refused("--levels", levels, why);
     }
     Ok(())
 }
@@ -235,15 +269,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn three_s_faults_name_the_option() {
-        assert!(three(64, 4).is_err_and(|e| e.to_string().contains("--size 64")));
-        assert!(three(256, 3).is_err_and(|e| e.to_string().contains("--levels 3")));
-        assert!(three(256, 6).is_ok());
+    fn chains_that_an_engine_does_not_take_are_refused_by_option() {
+        let levels = |engine, size, levels| check_levels(Engine::find(engine).expect("known"), size, levels);
+        assert!(levels("three", 64, 4).is_err_and(|e| e.to_string().contains("--size 64")));
+        assert!(levels("three", 256, 3).is_err_and(|e| e.to_string().contains("--levels 3")));
+        assert!(levels("three", 256, 6).is_ok() && levels("khronos", 32, 1).is_ok());
+        assert!(levels("babylon", 64, 6).is_err_and(|e| e.to_string().contains("1 texel a side")));
+        assert!(levels("babylon", 64, 7).is_ok());
     }
 
     #[test]
     fn kernels_have_canonical_names() {
         assert_eq!(kernel_name("Blinn_Phong").as_deref(), Ok("blinn-phong"));
+        assert_eq!(kernels_with("sigma"), ["gaussian", "spherical-gaussian"]);
+        assert_eq!(kernels_with("alpha"), ["ggx", "beckmann", "charlie"]);
         assert_eq!(kernel_name("brdf:ggx:alpha=0.2").as_deref(), Ok("brdf:ggx:alpha=0.2"));
         assert!(kernel_name("gx").is_err_and(|e| e.contains("did you mean 'ggx'")));
     }

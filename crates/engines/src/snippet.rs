@@ -1,12 +1,14 @@
 //! What a user of an engine pastes into a project.
 
-use crate::{Engine, Filtered};
+use crate::{Engine, Filtered, sun};
 
 impl Filtered {
-    /// What loads the files, for the engine's own language; nothing for a file that is no engine's.
+    /// What loads the files, for the engine's own language, and the suns that were taken out of the light as lights of its;
+    /// nothing for a file that is no engine's.
     pub fn snippet(&self) -> Option<String> {
         let engine = self.request.engine?;
-        Some(snippet(engine, &self.request.name).replace("rgb9e5", self.engine().format.name()))
+        let map = snippet(engine, &self.request.name).replace("rgb9e5", self.engine().format.name());
+        Some(map + &sun::lines(engine.name, &self.request.suns))
     }
 }
 
@@ -79,6 +81,28 @@ fn snippet(engine: &Engine, name: &str) -> String {
              image = nodes.new('ShaderNodeTexEnvironment')\n\
              image.image = bpy.data.images.load('//{name}.exr')\n\
              links.new(image.outputs['Color'], nodes['Background'].inputs['Color'])\n"
+        ),
+        "babylon" => format!(
+            "scene.useRightHandedSystem = true;\n\
+             scene.environmentTexture = BABYLON.CubeTexture.CreateFromPrefilteredData('{name}.dds', scene);\n"
+        ),
+        "playcanvas" => format!(
+            "const asset = new pc.Asset('{name}', 'texture', {{ url: '{name}.hdr' }}, {{ mipmaps: false }});\n\
+             app.assets.add(asset);\n\
+             asset.ready(() => {{\n  \
+             asset.resource.projection = pc.TEXTUREPROJECTION_EQUIRECT;\n  \
+             app.scene.skybox = pc.EnvLighting.generateSkyboxCubemap(asset.resource);\n  \
+             const source = pc.EnvLighting.generateLightingSource(asset.resource);\n  \
+             app.scene.envAtlas = pc.EnvLighting.generateAtlas(source);\n\
+             }});\napp.assets.load(asset);\n"
+        ),
+        "unity" => format!(
+            "// {name}.exr in Assets/Resources, imported as a 2D texture without sRGB and without compression\n\
+             var sky = new Material(Shader.Find(\"Skybox/Panoramic\"));\n\
+             sky.SetTexture(\"_MainTex\", Resources.Load<Texture2D>(\"{name}\"));\n\
+             RenderSettings.skybox = sky;\n\
+             RenderSettings.ambientMode = UnityEngine.Rendering.AmbientMode.Skybox;\n\
+             DynamicGI.UpdateEnvironment();\n"
         ),
         _ => format!("steradian sample {name}_specular.ktx2 --level 1 --directions d.csv\n"),
     }

@@ -18,7 +18,43 @@ pub enum Container {
     Dds,
 }
 
+/// How a file stores its texels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Texels {
+    /// Their format, such as rgba16f or rgb9e5.
+    pub format: String,
+    /// What the levels are compressed by as a whole.
+    pub compression: Option<&'static str>,
+}
+
+/// Bytes that hold the header of every container.
+const HEADER: u64 = 256;
+
 impl Container {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ktx2 => "KTX2",
+            Self::Ktx1 => "KTX1",
+            Self::Dds => "DDS",
+        }
+    }
+
+    /// How a file stores its texels, by its header.
+    pub fn texels(self, path: &Path) -> Result<Texels, FormatError> {
+        let unreadable =
+            |e: std::io::Error| FormatError::Unreadable { path: path.into(), why: e.to_string() };
+        let (file, _) = steradian_base::open_file(path).map_err(unreadable)?;
+        let mut head = Vec::new();
+        file.take(HEADER).read_to_end(&mut head).map_err(unreadable)?;
+        let texels = match self {
+            Self::Ktx2 => crate::ktx2::texels(&head),
+            Self::Ktx1 => crate::ktx1::texels(&head),
+            Self::Dds => crate::dds::texels(&head),
+        };
+        texels.map_err(|why| FormatError::invalid(path, why))
+    }
+
     /// Extensions of the containers.
     pub const EXTENSIONS: [&str; 3] = ["ktx2", "ktx", "dds"];
 
@@ -93,7 +129,16 @@ mod tests {
             std::fs::rename(&path, &other).unwrap();
             assert_eq!(Container::of_file(&other), Some(container));
             assert_eq!(container.read(&other, &Limits::default()).unwrap().levels, t.levels);
+            for format in TexelFormat::ALL {
+                container.write(&path, &t, format).unwrap();
+                let want = Texels { format: format.name().into(), compression: None };
+                assert_eq!(container.texels(&path).unwrap(), want, "{name}");
+            }
         }
+        let path = dir.path().join("z.ktx2");
+        write_ktx2_as(&path, &t, TexelFormat::Rgb9e5, Supercompression::Zstd).unwrap();
+        assert_eq!(Container::Ktx2.texels(&path).unwrap().compression, Some("Zstandard"));
+        assert!(Container::Dds.texels(&path).is_err());
         assert_eq!(Container::of_file(&dir.path().join("none")), None);
     }
 }

@@ -31,7 +31,7 @@ mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use below::{file_below, stays_below};
-pub use container::Container;
+pub use container::{Container, Texels};
 pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};

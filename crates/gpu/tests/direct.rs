@@ -89,6 +89,7 @@ impl Lit {
             bake: self.bake.clone(),
             direct: self.direct.clone(),
             brdf: self.case.brdf.clone(),
+            shadows: None,
         };
         let surfaces = [surface(Arc::new(shader))];
         let background = Background::Sky(self.case.backdrop.clone());

@@ -87,14 +87,12 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     Ok(())
 }
 
-/// Every other value of every parameter of two or three values: the branches of a technique's shader.
+/// Every other value of every parameter of few values: the branches of a technique's shader.
 fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
     let values = |i: &ParamInfo| -> Vec<Value> {
         match i.kind {
             Kind::Switch => vec![false.into(), true.into()],
-            Kind::Choice(words) if words.len() + usize::from(i.auto.is_some()) <= 3 => {
-                words.iter().map(|w| (*w).into()).collect()
-            }
+            Kind::Choice(words) => words.iter().map(|w| (*w).into()).collect(),
             Kind::Whole if i.max - i.min <= 2.0 => vec![i.min.into(), i.max.into()],
             _ => Vec::new(),
         }
@@ -105,17 +103,30 @@ fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
     technique.params().iter().flat_map(others).collect()
 }
 
+/// Shades by both, with the first of `specs` that the choice takes: a central direction along the tangent, say, is for
+/// strands alone.
 fn technique(
     technique: &'static dyn AnyTechnique,
-    spec: &'static str,
+    specs: &[&'static str],
     choice: Option<(&'static str, Value)>,
 ) -> Result<(), Failed> {
     let gpu = gpu()?;
-    let material = Material::new(steradian_brdf::parse(spec)?);
     let sun = choice.as_ref().is_some_and(|(name, _)| *name == SUNS);
     let params: ParamValues = choice.into_iter().collect();
     let light = if sun { sunny() } else { light() };
-    let mut bake = technique.bake(&light, &material, None, &params, &Task::quiet())?;
+    let mut refused = Failed::without_message();
+    let mut taken = None;
+    for spec in specs {
+        let material = Material::new(steradian_brdf::parse(spec)?);
+        match technique.bake(&light, &material, None, &params, &Task::quiet()) {
+            Ok(bake) => {
+                taken = Some(bake);
+                break;
+            }
+            Err(e) => refused = e.into(),
+        }
+    }
+    let Some(mut bake) = taken else { return Err(refused) };
     let points = points();
     if sun && !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
         return Err("the sun is not apart: nothing of it was compared".into());
@@ -135,16 +146,18 @@ fn main() {
         .filter(|t| !t.card().needs.sites)
         .flat_map(|t| {
             let specimens = t.card().specimens;
-            let plain = specimens.iter().map(|spec| (*spec, None));
-            let chosen = choices(*t).into_iter().map(|choice| (specimens[0], Some(choice)));
+            let each = || specimens.chunks(1);
+            let plain = each().map(|spec| (spec, None));
+            let chosen = choices(*t).into_iter().map(|choice| (specimens, Some(choice)));
             let suns = t.params().iter().any(|i| i.name == SUNS);
-            let sunny = specimens.iter().filter(move |_| suns).map(|spec| (*spec, Some((SUNS, 1.0.into()))));
-            plain.chain(chosen).chain(sunny).map(|(spec, choice)| (*t, spec, choice)).collect::<Vec<_>>()
+            let sunny = each().filter(move |_| suns).map(|spec| (spec, Some((SUNS, 1.0.into()))));
+            plain.chain(chosen).chain(sunny).map(|(specs, choice)| (*t, specs, choice)).collect::<Vec<_>>()
         })
-        .map(|(t, spec, choice)| {
+        .map(|(t, specs, choice)| {
             let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
-            let name = format!("{}::{spec}{with}", t.card().slug);
-            Trial::test(name, move || technique(t, spec, choice)).with_ignored_flag(ignored)
+            let of = if let [spec] = specs { spec } else { "first that takes it" };
+            let name = format!("{}::{of}{with}", t.card().slug);
+            Trial::test(name, move || technique(t, specs, choice)).with_ignored_flag(ignored)
         })
         .collect();
     libtest_mimic::run(&arguments, trials).exit();

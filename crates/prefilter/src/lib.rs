@@ -14,7 +14,9 @@ pub mod shrm;
 #[cfg(test)]
 mod small;
 
-pub use cube::{EdgeCube, Filtered, Size, Stack, Way, angular, edge_cube, filter, filter::filter, stack};
+pub use cube::{
+    CubeMethod, CubeStack, EdgeCube, Filtered, Size, angular, edge_cube, filter, filter::filter, stack,
+};
 pub use image::{Deviation, FilteredImage, deviation, filter_image, map, mirror_image};
-pub use kernel::{Cone, Cosine, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};
-pub use light::{Beam, Cell, Pursuit, Sampled, Source, Tree, source};
+pub use kernel::{ConeKernel, Cosine, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};
+pub use light::{Cell, Pursuit, Sampled, SmallLight, Source, Tree, source};

@@ -4,7 +4,7 @@ use crate::kernel::legendre::moments;
 use crate::kernel::profile;
 use crate::light::source::Statistics;
 use crate::shrm::{Grid, Plan, Term, global, pairs};
-use crate::{Beam, Lobe, Zonal, angular};
+use crate::{Lobe, SmallLight, Zonal, angular};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
@@ -80,13 +80,13 @@ fn images_of_few_texels() {
 
 #[test]
 fn rows_of_few_texels() {
-    let beams = [Beam { direction: DVec3::Y, radius: 0.0, flux: [1.0; 3], cell: None }];
+    let small_lights = [SmallLight { direction: DVec3::Y, radius: 0.0, flux: [1.0; 3], cell: None }];
     on_every_isa(|| {
         for size in [0, 1, 2, 3, 7, 8, 9, 17] {
             for layout in [Layout::Cube, Layout::LatLong] {
                 let mut image = SphereImage::new(layout, size, size);
                 crate::image::rows::for_rows(&mut image, |row, [r, _, _]| {
-                    row.sums(&beams, &Lobe::lambert());
+                    row.sums(&small_lights, &Lobe::lambert());
                     for i in 0..size {
                         let d = row.direction(i).expect("all texels have one");
                         let exact = Lobe::lambert().value(d.y);

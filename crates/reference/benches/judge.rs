@@ -1,11 +1,11 @@
-//! Milliseconds and evaluations per point of the judge, at 1024 × 512, for models, lobe widths and angles.
+//! Milliseconds and evaluations per point of the reference, at 1024 × 512, for models, lobe widths and angles.
 #![allow(clippy::print_stdout)]
 
 use glam::DVec3;
 use std::time::Instant;
 use steradian_base::Task;
 use steradian_light::{DiskLight, Environment, Lights};
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 /// A noisy sky with windows and a sun of a few texels.
@@ -28,7 +28,7 @@ fn environment(w: usize, h: usize) -> SphereImage {
     image
 }
 
-fn points(degrees: f64) -> Vec<JudgePoint> {
+fn points(degrees: f64) -> Vec<ReferencePoint> {
     (0..8)
         .map(|k| {
             let a = f64::from(k) * 2.399;
@@ -37,7 +37,7 @@ fn points(degrees: f64) -> Vec<JudgePoint> {
             let frame = Frame::from_normal(DVec3::new(r * a.cos(), y, r * a.sin()));
             let (s, c) = degrees.to_radians().sin_cos();
             let wo = frame.to_world(DVec3::new(s * (0.3 * a).cos(), s * (0.3 * a).sin(), c));
-            JudgePoint { frame, wo, position: None }
+            ReferencePoint { frame, wo, position: None }
         })
         .collect()
 }
@@ -80,7 +80,7 @@ fn main() {
         radiance: [3e4; 3],
     });
     let start = Instant::now();
-    let judge = match Judge::new(&lights, Lookup::Constant, &Task::quiet()) {
+    let reference = match Reference::new(&lights, Lookup::Constant, &Task::quiet()) {
         Ok(j) => j,
         Err(e) => return println!("{e}"),
     };
@@ -94,7 +94,8 @@ fn main() {
         for angle in [0.0, 60.0, 85.0] {
             let points = points(angle);
             let start = Instant::now();
-            let out = judge.radiance_batch(brdf.as_ref(), &points, 1e-4, &Task::quiet()).unwrap_or_default();
+            let out =
+                reference.radiance_batch(brdf.as_ref(), &points, 1e-4, &Task::quiet()).unwrap_or_default();
             let ms = start.elapsed().as_secs_f64() * 1e3 / points.len() as f64;
             let evaluations = out.iter().map(|e| e.evaluations).sum::<u64>() / points.len() as u64;
             let error = out.iter().map(|e| e.error).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
-//! The judge: adaptive quadrature of the lighting integral ([`Judge`]), and path tracing where there is
+//! The reference: adaptive quadrature of the lighting integral ([`Reference`]), and path tracing where there is
 //! visibility ([`path`]).
 
-mod judge;
 pub mod path;
+mod quadrature;
 
-pub use judge::{Estimate, Judge, JudgeError, JudgePoint, Lookup, MAX_EVALUATIONS};
+pub use quadrature::{Estimate, Lookup, MAX_EVALUATIONS, Reference, ReferenceError, ReferencePoint};

@@ -1,4 +1,4 @@
-//! The path tracer against closed forms and against the judge, by Z-tests.
+//! The path tracer against closed forms and against the reference, by Z-tests.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -7,8 +7,8 @@ use steradian_base::Task;
 use steradian_brdf::SharedBrdf;
 use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_reference::path::{PathEstimate, PathOptions, PathPoint, PathScene, trace_image, trace_points};
-use steradian_reference::{Judge, Lookup};
-use steradian_scene::{Bvh, Camera, Mesh, Surface, shapes};
+use steradian_reference::{Lookup, Reference};
+use steradian_scene::{Bvh, Camera, Framing, Mesh, Surface, shapes};
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 fn sky(w: usize, h: usize, f: impl Fn(usize, usize) -> f32) -> SphereImage {
@@ -33,8 +33,15 @@ fn agrees(e: &PathEstimate, truth: [f64; 3], label: &str) {
     }
 }
 
+/// A camera that sees the cube from −1 to 1.
+fn cube_seen() -> Camera {
+    let corner = |i: u32| glam::Vec3::from([i & 1, i >> 1 & 1, i >> 2].map(|b| 2.0 * b as f32 - 1.0));
+    let points: Vec<_> = (0..8).map(corner).collect();
+    Framing { fov_y: 0.6, ..Framing::default() }.camera(&points).expect("points")
+}
+
 #[test]
-fn an_open_point_agrees_with_the_judge() {
+fn an_open_point_agrees_with_the_reference() {
     let mut lights = Lights::from(Environment { image: sky(64, 32, |i, j| ((i * 7 + j * 3) % 11) as f32) });
     lights.disks.push(DiskLight {
         direction: DVec3::new(0.3, 0.8, 0.2).normalize(),
@@ -58,7 +65,7 @@ fn an_open_point_agrees_with_the_judge() {
         lights: &lights,
         offset: PathScene::OFFSET,
     };
-    let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
+    let reference = Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
     let frame = Frame::from_normal(DVec3::new(0.2, 1.0, -0.3).normalize());
     for spec in ["lambert:albedo=0.8/0.5/0.2", "ggx:alpha=0.3", "ggx:alpha=0.05", "ward:ax=0.1,ay=0.4"] {
         for degrees in [10.0_f64, 75.0] {
@@ -68,7 +75,7 @@ fn an_open_point_agrees_with_the_judge() {
             let point = PathPoint { position: DVec3::ZERO, frame, wo, brdf: brdf.as_ref() };
             let options = PathOptions { bounces: 1, samples: 20_000, seed: 5 };
             let e = trace_points(&scene, &[point], options, &Task::quiet()).expect("nobody cancels");
-            let truth = judge.radiance(brdf.as_ref(), &frame, wo, Some(DVec3::ZERO), 1e-5);
+            let truth = reference.radiance(brdf.as_ref(), &frame, wo, Some(DVec3::ZERO), 1e-5);
             agrees(&e[0], truth.rgb, &format!("{spec} {degrees}"));
         }
     }
@@ -132,7 +139,7 @@ fn a_white_furnace_hides_what_reflects_everything() {
         lights: &lights,
         offset: PathScene::OFFSET,
     };
-    let camera = Camera::framing(glam::Vec3::splat(-1.0), glam::Vec3::ONE, 0.6, 1.0);
+    let camera = cube_seen();
     let options = PathOptions { bounces: 60, samples: 64, seed: 2 };
     let image = trace_image(&scene, &camera, 12, 12, options, &Task::quiet()).expect("nobody cancels");
     let mean = image.pixels.iter().map(|p| p.rgb[0]).sum::<f64>() / 144.0;
@@ -155,7 +162,7 @@ fn threads_and_seeds() {
         lights: &lights,
         offset: PathScene::OFFSET,
     };
-    let camera = Camera::framing(glam::Vec3::splat(-1.0), glam::Vec3::ONE, 0.6, 1.0);
+    let camera = cube_seen();
     let trace = |seed| {
         trace_image(&scene, &camera, 6, 5, PathOptions { bounces: 3, samples: 4, seed }, &Task::quiet())
             .expect("nobody cancels")

@@ -1,14 +1,14 @@
-//! A sunless map and its disks light surfaces as the original does, by the judge.
+//! A sunless map and its disks light surfaces as the original does, by the reference.
 
 use glam::DVec3;
 use steradian_base::Task;
 use steradian_light::suns::{SunOptions, extract};
 use steradian_light::{Environment, Lights};
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::Frame;
 
 /// Points that look into the sun's highlight, beside it, and away from it.
-fn points(sun: DVec3) -> Vec<JudgePoint> {
+fn points(sun: DVec3) -> Vec<ReferencePoint> {
     let mut out = Vec::new();
     for k in 0..12 {
         let y = 1.0 - (2.0 * f64::from(k) + 1.0) / 12.0;
@@ -18,7 +18,7 @@ fn points(sun: DVec3) -> Vec<JudgePoint> {
         let across = wo.any_orthonormal_vector();
         let n = ((sun + wo).normalize_or(across) + across * (0.08 * f64::from(k % 6))).normalize();
         if n.dot(wo) > 0.05 {
-            out.push(JudgePoint { frame: Frame::from_normal(n), wo, position: None });
+            out.push(ReferencePoint { frame: Frame::from_normal(n), wo, position: None });
         }
     }
     out
@@ -37,13 +37,13 @@ fn sunless_and_disks_light_as_the_original() {
         let e = extract(&environment.image, &SunOptions::default());
         let sun = e.suns[0].direction;
         let split = Lights { disks: e.suns, ..Lights::from(Environment { image: e.sunless }) };
-        let judge = |l: &Lights| Judge::new(l, Lookup::Constant, &task).expect("sound");
-        let (original, split) = (judge(&environment.into()), judge(&split));
+        let reference = |l: &Lights| Reference::new(l, Lookup::Constant, &task).expect("sound");
+        let (original, split) = (reference(&environment.into()), reference(&split));
         let points = points(sun);
         assert!(points.len() > 6);
         for alpha in [0.1, 0.2, 0.4, 0.7, 1.0] {
             let brdf = steradian_brdf::parse(&format!("ggx:alpha={alpha}")).expect("spec");
-            let run = |j: &Judge| j.radiance_batch(&*brdf, &points, 1e-4, &task).expect("nobody cancels");
+            let run = |j: &Reference| j.radiance_batch(&*brdf, &points, 1e-4, &task).expect("nobody cancels");
             let (mut off, mut whole) = (0.0, 0.0);
             for (a, b) in run(&original).into_iter().zip(run(&split)) {
                 for c in 0..3 {

@@ -5,6 +5,7 @@ pub mod film;
 pub mod material;
 pub mod metrics;
 pub mod picture;
+pub mod plot;
 pub mod scenefile;
 pub mod sheet;
 pub mod tone;
@@ -13,7 +14,10 @@ pub use background::{Backdrop, Background};
 pub use film::{Display, Film};
 pub use material::{FileMaterial, MIN_ALPHA};
 pub use metrics::{Errors, errors};
-pub use picture::{BakeShader, DirectShader, JudgeShader, Settings, Shader, Stage, Surface, render};
+pub use picture::{
+    BakeShader, DirectShader, PathShader, PathStage, ReferenceShader, Settings, Shader, Stage, Surface,
+    render,
+};
 pub use scenefile::{SceneError, SceneFile};
 pub use sheet::{Cell, Row, Sheet};
 pub use steradian_scene::surface::{Maps, NormalFiltering, NormalMap, Texture};

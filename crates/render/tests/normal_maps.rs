@@ -89,8 +89,8 @@ fn error(got: &Film, truth: &Film) -> f64 {
 
 fn shader(slug: &str, spec: &str) -> Arc<dyn Shader> {
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
-    let room = find(slug).expect("a room");
-    let bake = room.bake(&lights::studio(), &material, None, &ParamValues::default(), &Task::quiet());
+    let technique = find(slug).expect("a technique");
+    let bake = technique.bake(&lights::studio(), &material, None, &ParamValues::default(), &Task::quiet());
     Arc::new(BakeShader(bake.expect("a bake")))
 }
 

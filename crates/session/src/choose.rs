@@ -5,10 +5,10 @@ use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Ses
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use steradian_base::{Known, Task};
+use steradian_base::{Evidence, Task};
 use steradian_brdf::Brdf;
-use steradian_reference::{Judge, Lookup};
-use steradian_render::{Background, Film, JudgeShader, Maps, Settings, Stage, Surface, errors, render};
+use steradian_reference::{Lookup, Reference};
+use steradian_render::{Background, Film, Maps, ReferenceShader, Settings, Stage, Surface, errors, render};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
@@ -38,10 +38,12 @@ pub struct Chosen {
     pub technique: &'static str,
     /// The reflectance.
     pub brdf: String,
-    /// Relative RMS error over normals and views, as certified.
+    /// Relative RMS error over normals and views, or over points of the mesh, as certified.
     pub error: f64,
+    /// Was it baked at sites of the mesh?
+    pub sites: bool,
     /// How that is known.
-    pub known: Known,
+    pub known: Evidence,
     /// Relative RMS error over points of this picture, where it was measured.
     pub picture: Option<f64>,
     /// Was it the session that chose?
@@ -52,12 +54,14 @@ impl std::error::Error for Chosen {}
 
 impl std::fmt::Display for Chosen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { technique, brdf, error, known, picture, automatic } = self;
+        let Self { technique, brdf, error, sites, known, picture, automatic } = self;
         write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
         if let Some(p) = picture {
             write!(f, "{:.2} % in this picture (at a sample of its points), ", 100.0 * p)?;
         }
-        write!(f, "{:.2} % over all normals and views ({})", 100.0 * error, known.word())?;
+        let over =
+            if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
+        write!(f, "{:.2} % {over} ({})", 100.0 * error, known.word())?;
         if *automatic && picture.unwrap_or(*error) > VISIBLE {
             write!(f, "; --technique reference is exact, and slow")?;
         }
@@ -87,12 +91,14 @@ impl<'a> Sample<'a> {
             return Ok(sample);
         }
         let task = session.task.clone().without_progress().with_deadline(Instant::now() + LOOK);
-        let truth =
-            Judge::new(&scene.lights, Lookup::Bilinear, &task).map_err(Error::from).and_then(|judge| {
-                let judge = Arc::new(judge.with_budget(SAMPLE_EVALUATIONS));
-                let shader = Arc::new(JudgeShader::new(judge, material.brdf.clone(), SAMPLE_TOLERANCE));
+        let truth = Reference::new(&scene.lights, Lookup::Bilinear, &task).map_err(Error::from).and_then(
+            |reference| {
+                let reference = Arc::new(reference.with_budget(SAMPLE_EVALUATIONS));
+                let shader =
+                    Arc::new(ReferenceShader::new(reference, material.brdf.clone(), SAMPLE_TOLERANCE));
                 sample.film(&Surface { shader, base_colour: None, maps: Maps::default() }, &task)
-            });
+            },
+        );
         sample.truth = match truth {
             Ok(film) => Some(film),
             Err(e) if e.is_cancelled() => {
@@ -125,6 +131,10 @@ impl<'a> Sample<'a> {
     /// The relative RMS error of `prepared` at the points.
     fn error(&self, prepared: &Prepared, task: &Task) -> Result<Option<f64>, Error> {
         let Some(truth) = &self.truth else { return Ok(None) };
+        // The reference sees no shadows.
+        if matches!(&prepared.method, Method::Technique(t) if t.card().needs.sites) {
+            return Ok(None);
+        }
         let film = self.film(&prepared.surface, &task.clone().without_progress())?;
         let e = errors(&film, truth, |i| truth.alpha[i] > 0.999);
         Ok((e.pixels > 0 && e.relative_rms.is_finite()).then_some(e.relative_rms))
@@ -156,7 +166,7 @@ impl Session {
         bvh: &Bvh,
         camera: Camera,
     ) -> Result<Vec<Prepared>, Error> {
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance };
+        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
         let mut out: Vec<Prepared> = Vec::new();
         for m in &scene.materials {
             if let Some(done) = out.iter().find(|p| m.shades_like(p)) {
@@ -187,6 +197,7 @@ impl Session {
             technique: t.card().slug,
             brdf: p.material.brdf.spec(),
             error: c.error,
+            sites: t.card().needs.sites,
             known: c.known,
             picture: p.picture_error,
             automatic: p.material.method.is_none(),

@@ -14,6 +14,9 @@ use steradian_scene::{Bvh, Camera};
 pub struct Plan {
     /// Relative error of the reference at each sample.
     pub reference_tolerance: f64,
+    /// Is the reference the path tracer ([`Session::paths`]), with shadows and light from surface to surface? Its noise is
+    /// taken off relative RMS errors.
+    pub paths: bool,
     /// Exposure value on top of the automatic one.
     pub ev: f32,
 }
@@ -95,7 +98,8 @@ impl Session {
         renderers: &[Renderer],
         plan: &Plan,
     ) -> Result<Vec<Answer>, Error> {
-        let camera = scene.camera_or_framed(None)?;
+        let camera = scene.camera_or_framed()?;
+        let scene = &*scene.grounded(&camera);
         let case = &Subject {
             scene,
             bvh: Bvh::build(&scene.mesh),
@@ -103,11 +107,19 @@ impl Session {
             background: background(scene, &camera),
             settings: Settings { inner: 1, share: true, ..scene.settings },
         };
-        let exact = self.prepare_by(case, &Method::Reference, plan)?;
-        let (reference, _, seconds) = self.film_of(case, &exact, &Renderer::Cpu)?;
+        let start = Instant::now();
+        let (reference, certificate) = if plan.paths {
+            let traced = self.trace(scene, camera, &case.background, case.settings, self.paths)?;
+            let certificate = traced.certificate();
+            (traced.film, Some(certificate))
+        } else {
+            let exact = self.prepare_by(case, &Method::Reference, plan)?;
+            (self.film_of(case, &exact, &Renderer::Cpu)?.0, None)
+        };
+        let seconds = start.elapsed().as_secs_f64();
         let ev = plan.ev + auto_exposure(&reference);
         let develop = Develop { ev, mapper: scene.tone_mapper };
-        let truth = Truth { display: develop.film(&reference), film: reference, develop };
+        let truth = Truth { display: develop.film(&reference), film: reference, develop, certificate };
         let mut out = vec![Answer::Rendered(Box::new(truth.rendering(seconds)))];
         for method in methods {
             match self.prepare_by(case, method, plan) {
@@ -142,7 +154,10 @@ impl Session {
             if renderers.len() > 1 && backend == "cpu" {
                 on_cpu = Some(picture.clone());
             }
-            let (e, flip, difference) = differences(&film, &picture, &truth.film, &truth.display);
+            let (mut e, flip, difference) = differences(&film, &picture, &truth.film, &truth.display);
+            // The noise of the reference is no error of the technique: both are independent, and squares add.
+            let noise = truth.certificate.as_ref().map_or(0.0, |c| c.error);
+            e.relative_rms = (e.relative_rms.powi(2) - noise.powi(2)).max(0.0).sqrt();
             out.push(Answer::Rendered(Box::new(Rendering {
                 label: method.label(),
                 backend,
@@ -171,7 +186,8 @@ impl Session {
                 // What is given for several techniques goes to those that have it.
                 m.params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
             }
-            let under = Under { lights: &case.scene.lights, camera: &case.camera, tolerance };
+            let under =
+                Under { lights: &case.scene.lights, camera: &case.camera, tolerance, scene: case.scene };
             let prepared = self.prepare(&m, method, under, &self.task)?;
             self.tell_left_out(&prepared);
             Ok::<_, Error>(prepared)
@@ -227,18 +243,20 @@ struct Truth {
     film: Film,
     display: Display,
     develop: Develop,
+    /// Of paths: their noise.
+    certificate: Option<Certificate>,
 }
 
 impl Truth {
     fn rendering(&self, shade_seconds: f64) -> Rendering {
         Rendering {
-            label: Method::Reference.label(),
+            label: if self.certificate.is_some() { Method::Path } else { Method::Reference }.label(),
             backend: Renderer::Cpu.name(),
             picture: self.display.clone(),
             errors: None,
             difference: None,
             flip_to_cpu: None,
-            certificate: None,
+            certificate: self.certificate.clone(),
             bake_seconds: 0.0,
             shade_seconds,
             bytes: 0,

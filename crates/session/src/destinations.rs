@@ -2,6 +2,8 @@
 
 use crate::Error;
 use std::path::{Path, PathBuf};
+use steradian_base::{Input, without_folders};
+use steradian_formats::{Container, Limits};
 
 /// The destinations of one command.
 #[derive(Default)]
@@ -64,6 +66,30 @@ impl Destinations {
         self.files.push((option.into(), spot));
         Ok(())
     }
+}
+
+/// Under which key a texture says what light it was made from.
+pub const LIGHT_KEY: &str = "steradian.light";
+
+/// What stands for a light in the metadata of what is made from it: its name, and of a file the hash of what it holds.
+pub fn light_mark(spec: &str) -> String {
+    let path = Path::new(spec);
+    let hashed = if path.is_file() { Input::of_file(path).ok() } else { None };
+    hashed.map_or_else(|| without_folders(spec), |i| format!("{} sha256:{}", i.name, i.sha256))
+}
+
+/// Refuses to replace the texture at `path` where it was made from another light than `mark` stands for, or does not say
+/// from which. A file that is not there is not replaced.
+pub fn check_replaced(path: &Path, mark: &str, limits: &Limits) -> Result<(), Error> {
+    let Some(container) = Container::of_file(path) else { return Ok(()) };
+    let texture = container.read(path, limits)?;
+    let (from, what) = match texture.get(LIGHT_KEY) {
+        Some(m) if m == mark => return Ok(()),
+        Some(m) => (m.split(" sha256:").next().unwrap_or(m).to_string(), "was made from"),
+        None => ("of what light it is".into(), "does not say"),
+    };
+    let why = format!("{what} {from}, and would be replaced: give --name, or another folder");
+    Err(Error::usage(format!("{}: {why}", path.display())))
 }
 
 fn unwritable(path: &Path, why: impl std::fmt::Display) -> Error {

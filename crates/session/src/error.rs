@@ -8,9 +8,10 @@ use steradian_engines::EngineError;
 use steradian_formats::FormatError;
 use steradian_light::LightError;
 use steradian_light::sky::SkyError;
-use steradian_reference::JudgeError;
+use steradian_reference::ReferenceError;
 use steradian_render::SceneError;
 use steradian_techniques::{BakeError, SavedError};
+use steradian_transfer::TransferError;
 
 /// Why a request fails; displays as one line that says what to do. [`Error::kind`] sorts it.
 #[derive(Debug, thiserror::Error)]
@@ -51,9 +52,12 @@ pub enum Error {
     /// A saved bake.
     #[error(transparent)]
     Saved(#[from] SavedError),
+    /// Transfer.
+    #[error(transparent)]
+    Transfer(TransferError),
     /// The reference.
     #[error(transparent)]
-    Reference(#[from] JudgeError),
+    Reference(#[from] ReferenceError),
     /// An engine's files.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -108,6 +112,9 @@ impl Error {
             Self::Spec(_) => Kind::Usage,
             Self::Input(_) | Self::Scene(_) => Kind::Input,
             Self::Missed(_) => Kind::Missed,
+            Self::Transfer(TransferError::NoTriangles | TransferError::Site { .. }) => Kind::Input,
+            Self::Transfer(TransferError::Setting(_)) => Kind::Usage,
+            Self::Transfer(_) => Kind::Failed,
             Self::Failed(_) | Self::Cancelled(_) => Kind::Failed,
             Self::Format(e) => of_code(e.exit_code()),
             Self::Light(e) => of_code(e.exit_code()),
@@ -115,7 +122,7 @@ impl Error {
             Self::Saved(SavedError::Format(e)) => of_code(e.exit_code()),
             Self::Saved(SavedError::Invalid { .. }) => Kind::Input,
             Self::Saved(SavedError::Bake { source, .. }) => of_code(source.exit_code()),
-            Self::Reference(JudgeError::Cancelled(_)) => Kind::Failed,
+            Self::Reference(ReferenceError::Cancelled(_)) => Kind::Failed,
             Self::Reference(_) => Kind::Input,
             Self::Engine(EngineError::Request(_)) => Kind::Usage,
             Self::Engine(EngineError::Format(e)) => of_code(e.exit_code()),
@@ -131,7 +138,7 @@ impl Error {
             self,
             Self::Cancelled(_)
                 | Self::Bake(BakeError::Cancelled(_))
-                | Self::Reference(JudgeError::Cancelled(_))
+                | Self::Reference(ReferenceError::Cancelled(_))
                 | Self::Engine(EngineError::Cancelled(_))
         )
     }

@@ -1,5 +1,6 @@
 //! Radiance at points.
 
+use crate::paths;
 use crate::saved::for_any_mesh;
 use crate::{Error, Method, Outcome, Session};
 use glam::{DVec3, Vec3};
@@ -7,10 +8,11 @@ use std::sync::Arc;
 use steradian_base::{Certificate, ParamValues};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
-use steradian_reference::{Judge, JudgePoint, Lookup};
-use steradian_scene::Mesh;
+use steradian_reference::path::PathScene;
+use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_scene::{Bvh, Mesh};
 use steradian_sphere::Frame;
-use steradian_techniques::direct::{Direct, split};
+use steradian_techniques::direct::{Direct, Shadows, split};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
 };
@@ -91,6 +93,7 @@ impl Session {
     pub fn eval(&mut self, request: &Request, points: &Points) -> Result<Outcome<Answers>, Error> {
         let answers = match &request.method {
             Method::Reference => reference(request, points, self)?,
+            Method::Path => paths::points(request, points, self.paths, self)?,
             _ if request.lookup.is_some() => {
                 return Err(Error::usage(
                     "--lookup belongs to --technique reference; techniques fix their own lookup",
@@ -110,16 +113,16 @@ fn reference(r: &Request, q: &Points, session: &Session) -> Result<Answers, Erro
     if !r.params.0.is_empty() {
         return Err(Error::usage("the reference takes no --param"));
     }
-    let judge = Judge::new(&r.lights, r.lookup.unwrap_or(Lookup::Constant), &session.task)?;
-    let points: Vec<JudgePoint> = (0..q.n.len())
-        .map(|i| JudgePoint {
+    let reference = Reference::new(&r.lights, r.lookup.unwrap_or(Lookup::Constant), &session.task)?;
+    let points: Vec<ReferencePoint> = (0..q.n.len())
+        .map(|i| ReferencePoint {
             frame: Frame { n: q.n[i], t: q.t[i], b: q.n[i].cross(q.t[i]) },
             wo: q.wo[i],
             position: q.p.as_ref().map(|p| p[i]),
         })
         .collect();
     let tolerance = r.tolerance.unwrap_or(REFERENCE_TOLERANCE);
-    let estimates = judge.radiance_batch(&*r.brdf, &points, tolerance, &session.task)?;
+    let estimates = reference.radiance_batch(&*r.brdf, &points, tolerance, &session.task)?;
     let rows: Vec<_> = estimates.into_iter().map(|e| (e.rgb, e.error)).collect();
     let error = rows.iter().map(|a| a.1).fold(0.0, f64::max);
     Ok(Answers { rows, error, certificate: None })
@@ -137,7 +140,12 @@ fn baked(
     let (baked, direct) = split(&r.lights, session.suns);
     let material = Material::new(r.brdf.clone());
     let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &r.params, &task)?;
-    Ok(answers(&mut *bake, &View::default(), Some((&r.brdf, &direct)), q))
+    let shadows = match &r.mesh {
+        Some(mesh) if session.shadows.under(technique) && !direct.is_empty() => Some(Bvh::build(mesh)),
+        _ => None,
+    };
+    let beside = Beside { brdf: &r.brdf, lights: &direct, shadows: shadows.as_ref() };
+    Ok(answers(&mut *bake, &View::default(), Some(beside), q))
 }
 
 /// Shades by a bake from a file.
@@ -148,12 +156,15 @@ fn saved(file: &SavedBake, q: &Points) -> Result<Answers, Error> {
     Ok(answers(&mut *bake, &view, None, q))
 }
 
-fn answers(
-    bake: &mut dyn AnyBake,
-    view: &View,
-    direct: Option<(&SharedBrdf, &Direct)>,
-    q: &Points,
-) -> Answers {
+/// Lights that are shaded with the exact reflectance beside a bake.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    brdf: &'a SharedBrdf,
+    lights: &'a Direct,
+    shadows: Option<&'a Bvh>,
+}
+
+fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<Beside<'_>>, q: &Points) -> Answers {
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
     bake.frame(view);
     for (view, points) in batches(bake, view, q) {
@@ -165,7 +176,7 @@ fn answers(
             (0..3).for_each(|c| rgb[c][i] = part[c][k]);
         }
     }
-    let lit = direct.is_some_and(|(_, lights)| !lights.is_empty());
+    let lit = direct.is_some_and(|d| !d.lights.is_empty());
     let c = bake.certificate().clone();
     let c = if lit { c.beside_exact_lights() } else { c };
     let error = |i: usize| c.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
@@ -202,12 +213,7 @@ fn seen_along(wo: DVec3, view: &View) -> View {
     View { eye: (FAR * wo).as_vec3(), forward: -wo.as_vec3(), ..*view }
 }
 
-fn shade(
-    bake: &dyn AnyBake,
-    direct: Option<(&SharedBrdf, &Direct)>,
-    q: &Points,
-    points: &[usize],
-) -> [Vec<f32>; 3] {
+fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[usize]) -> [Vec<f32>; 3] {
     let mut buf = PointsBuf::with_capacity(points.len());
     for &i in points {
         let p = q.p.as_ref().map_or(Vec3::ZERO, |p| p[i].as_vec3());
@@ -223,8 +229,9 @@ fn shade(
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&all, &mut Radiance::of(&mut rgb));
-    if let Some((brdf, direct)) = direct {
-        direct.add(&**brdf, &all, &mut Radiance::of(&mut rgb));
+    if let Some(d) = direct {
+        let shadows = d.shadows.map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
+        d.lights.add_behind(shadows, &**d.brdf, &all, &mut Radiance::of(&mut rgb));
     }
     rgb
 }

@@ -11,8 +11,8 @@ use steradian_brdf::{Files, SharedBrdf, parse_noting};
 use steradian_formats::{Container, Raster, ReadOptions, TextureLevels, read_image, read_image_with};
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
 use steradian_light::{Lamp, Lights, adjust as placed};
-use steradian_prefilter::source::add_beams;
-use steradian_prefilter::{Beam, Cosine, Zonal};
+use steradian_prefilter::source::add_small_lights;
+use steradian_prefilter::{Cosine, SmallLight, Zonal};
 use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
@@ -146,9 +146,13 @@ pub fn coefficients(lights: &Lights, order: usize) -> ShRgb {
         Some(e) => sh::project(&e.image, order),
         None => ShRgb::zero(order),
     };
-    let beams: Vec<Beam> =
-        lights.disks.iter().map(Beam::from).chain(lights.directionals.iter().map(Beam::from)).collect();
-    add_beams(&mut sh, &beams);
+    let small_lights: Vec<SmallLight> = lights
+        .disks
+        .iter()
+        .map(SmallLight::from)
+        .chain(lights.directionals.iter().map(SmallLight::from))
+        .collect();
+    add_small_lights(&mut sh, &small_lights);
     sh
 }
 
@@ -160,8 +164,10 @@ pub fn cosine(bands: usize) -> Vec<f64> {
 /// A technique of the registry, a saved bake of one, or the reference.
 #[derive(Clone)]
 pub enum Method {
-    /// The reference.
+    /// The reference: the integral without shadows, by quadrature.
     Reference,
+    /// The reference with shadows and light from surface to surface, by paths ([`crate::Session::paths`]).
+    Path,
     /// A technique.
     Technique(&'static dyn AnyTechnique),
     /// A technique's saved bake: light and reflectance are what it was made of.
@@ -174,20 +180,24 @@ impl Method {
         if slug == "reference" {
             return Ok(Self::Reference);
         }
+        if slug == "path" {
+            return Ok(Self::Path);
+        }
         let found = steradian_techniques::find(slug).map(Self::Technique);
         found.ok_or_else(|| Error::usage(unknown("technique", slug, &Self::slugs())))
     }
 
-    /// Every slug, the reference first.
+    /// Every slug, the references first.
     pub fn slugs() -> Vec<&'static str> {
         let all = steradian_techniques::registry().iter().map(|t| t.card().slug);
-        std::iter::once("reference").chain(all).collect()
+        ["reference", "path"].into_iter().chain(all).collect()
     }
 
     /// Its slug.
     pub fn slug(&self) -> &'static str {
         match self {
             Self::Reference => "reference",
+            Self::Path => "path",
             Self::Technique(t) => t.card().slug,
             Self::File(f) => f.technique.card().slug,
         }

@@ -3,14 +3,16 @@
 use crate::{Error, Method, Notice, Session};
 use std::sync::Arc;
 use std::time::Instant;
-use steradian_base::{Certificate, ParamValues, Task};
-use steradian_brdf::SharedBrdf;
+use steradian_base::{Cancelled, Certificate, ParamValues, Task};
+use steradian_brdf::{Form, SharedBrdf};
 use steradian_light::Lights;
-use steradian_reference::{Judge, Lookup};
-use steradian_render::{BakeShader, DirectShader, JudgeShader, Maps, Shader, Surface, Texture};
-use steradian_scene::Camera;
+use steradian_reference::{Lookup, Reference};
+use steradian_render::{BakeShader, DirectShader, Maps, ReferenceShader, Shader, Surface, Texture};
+use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
-use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Varies, View};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, Sites, Varies, View,
+};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
 const PICTURE_TOLERANCE: f64 = 2e-3;
@@ -63,7 +65,7 @@ pub struct Prepared {
     /// The technique's statement of its error; `None` for the reference.
     pub certificate: Option<Certificate>,
     /// The reference, which says its error once it has shaded.
-    pub reference: Option<Arc<JudgeShader>>,
+    pub reference: Option<Arc<ReferenceShader>>,
     /// What of the surface's maps it shades with.
     pub varies: Varies,
     /// Are there lights beside the technique's data, which know no maps but the mean normal?
@@ -76,6 +78,9 @@ pub struct Prepared {
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(feature = "gpu")]
     pub(crate) direct: (SharedBrdf, Direct),
+    /// Do rays shadow these lights?
+    #[cfg(feature = "gpu")]
+    pub(crate) shadowed: bool,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
@@ -87,6 +92,29 @@ impl Prepared {
     pub fn error(&self) -> f64 {
         let judged = self.reference.as_ref().map_or(0.0, |j| j.worst());
         self.certificate.as_ref().map_or(judged, |c| c.error)
+    }
+
+    /// A material of a scene that the path tracer has rendered.
+    pub(crate) fn by_paths(material: &Material, certificate: Certificate) -> Self {
+        Self {
+            material: material.clone(),
+            method: Method::Path,
+            // Nothing is left to shade.
+            surface: surface(material, Arc::new(Black)),
+            certificate: Some(certificate),
+            reference: None,
+            varies: Varies::NONE,
+            lit: false,
+            picture_error: None,
+            #[cfg(feature = "gpu")]
+            bake: None,
+            #[cfg(feature = "gpu")]
+            direct: (material.brdf.clone(), Direct::default()),
+            #[cfg(feature = "gpu")]
+            shadowed: false,
+            bytes: 0,
+            seconds: 0.0,
+        }
     }
 
     /// How the error is known.
@@ -132,6 +160,28 @@ pub(crate) struct Under<'a> {
     pub lights: &'a Lights,
     pub camera: &'a Camera,
     pub tolerance: Option<f64>,
+    /// What techniques with sites bake on.
+    pub scene: &'a crate::Scene,
+}
+
+impl Under<'_> {
+    /// The mesh with the materials of its slots, where a technique bakes on it: the mean of a base colour multiplies the
+    /// albedo of what reflects.
+    fn geometry(&self, technique: &dyn AnyTechnique) -> Option<Geometry> {
+        let slot = |m: &Material| {
+            let plain = steradian_techniques::Material::new(m.brdf.clone());
+            let (Form::Lambert { albedo: a }, Some(t)) = (m.brdf.form(), &m.base_colour) else {
+                return plain;
+            };
+            let [r, g, b] = t.mean().map(|x| f64::from(x).clamp(0.0, 1.0));
+            let spec = format!("lambert:albedo={}/{}/{}", a[0] * r, a[1] * g, a[2] * b);
+            steradian_brdf::parse(&spec).map_or(plain, steradian_techniques::Material::new)
+        };
+        technique.card().needs.sites.then(|| Geometry {
+            materials: self.scene.materials.iter().map(slot).collect(),
+            ..Geometry::new(Arc::new(self.scene.mesh.clone()), Sites::Vertices)
+        })
+    }
 }
 
 impl Session {
@@ -147,13 +197,20 @@ impl Session {
         let mut view = view(under.camera);
         let (bake, direct) = match method {
             Method::Reference => return reference(material, under, task),
+            Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
             Method::Technique(t) => link(*t, material, self.suns, under, task)?,
             Method::File(file) => {
                 view.light_rotation = file.turn;
                 (file.open()?, Direct::default())
             }
         };
-        let prepared = framed(material, method, bake, direct, &view);
+        let shadows = match method {
+            Method::Technique(t) if self.shadows.under(*t) && !direct.is_empty() => {
+                Some(Arc::new(Bvh::build(&under.scene.mesh)))
+            }
+            _ => None,
+        };
+        let prepared = framed(material, method, bake, (direct, shadows), &view);
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
 
@@ -164,7 +221,7 @@ impl Session {
         materials: Vec<Prepared>,
         camera: Camera,
     ) -> Result<Vec<Prepared>, Error> {
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance };
+        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
         let again = |p: Prepared| match &p.method {
             Method::Technique(t) if t.card().needs.view => {
                 self.prepare(&p.material, &p.method, under, &self.task)
@@ -189,25 +246,37 @@ impl Session {
 /// The reference, which needs no bake but hierarchies of the lights.
 fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
     let start = Instant::now();
-    let judge = Arc::new(Judge::new(under.lights, Lookup::Bilinear, task)?);
+    let reference = Arc::new(Reference::new(under.lights, Lookup::Bilinear, task)?);
     let tolerance = under.tolerance.unwrap_or(PICTURE_TOLERANCE);
-    let shader = Arc::new(JudgeShader::new(judge, material.brdf.clone(), tolerance));
+    let shader = Arc::new(ReferenceShader::new(reference, material.brdf.clone(), tolerance));
     Ok(Prepared {
         material: material.clone(),
         method: Method::Reference,
         surface: surface(material, shader.clone()),
         certificate: None,
-        reference: Some(shader),
-        varies: Varies::NONE,
+        reference: Some(shader.clone()),
+        varies: shader.varies(),
         lit: false,
         picture_error: None,
         #[cfg(feature = "gpu")]
         bake: None,
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), Direct::default()),
+        #[cfg(feature = "gpu")]
+        shadowed: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// No radiance.
+struct Black;
+
+impl Shader for Black {
+    fn shade(&self, _: &Points<'_>, out: &mut Radiance<'_>, _: &Task) -> Result<(), Cancelled> {
+        out.rgb.iter_mut().for_each(|plane| plane.fill(0.0));
+        Ok(())
+    }
 }
 
 /// A technique's bake, and the lights that are no part of it.
@@ -222,9 +291,10 @@ fn link(
     // Only what is part of a technique's data is filtered by maps.
     let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
     let of = steradian_techniques::Material::new(material.brdf.clone());
+    let geometry = under.geometry(technique);
     let with = |suns: Suns| {
         let (baked, direct) = split(under.lights, suns);
-        technique.bake(&baked, &of, None, &material.params, &task).map(|b| (b, direct))
+        technique.bake(&baked, &of, geometry.as_ref(), &material.params, &task).map(|b| (b, direct))
     };
     match with(suns) {
         Err(BakeError::Light { .. }) if suns != usual => Ok(with(usual)?),
@@ -237,7 +307,7 @@ fn framed(
     material: &Material,
     method: &Method,
     mut bake: Box<dyn AnyBake>,
-    direct: Direct,
+    (direct, shadows): (Direct, Option<Arc<Bvh>>),
     view: &View,
 ) -> Prepared {
     bake.frame(view);
@@ -246,10 +316,13 @@ fn framed(
         certificate = certificate.beside_exact_lights();
     }
     let bake = Arc::new(BakeShader(bake));
+    #[cfg(feature = "gpu")]
+    let shadowed = shadows.is_some();
     let shader: Arc<dyn Shader> = if direct.is_empty() {
         bake.clone()
     } else {
-        Arc::new(DirectShader { bake: bake.clone(), direct: direct.clone(), brdf: material.brdf.clone() })
+        let (bake, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
+        Arc::new(DirectShader { bake, direct, brdf, shadows })
     };
     Prepared {
         material: material.clone(),
@@ -264,6 +337,8 @@ fn framed(
         bake: Some(bake),
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), direct),
+        #[cfg(feature = "gpu")]
+        shadowed,
         bytes,
         seconds: 0.0,
     }

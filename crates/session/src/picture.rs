@@ -19,6 +19,8 @@ pub struct Picture {
     pub backend: &'static str,
     /// Seconds of rendering, without bakes.
     pub seconds: f64,
+    /// Of paths: the estimated variance of each pixel's radiance, per channel.
+    pub variance: Option<[Vec<f32>; 3]>,
 }
 
 impl Picture {
@@ -46,7 +48,15 @@ impl Session {
         scene: &Scene,
         renderer: Option<Renderer>,
     ) -> Result<Outcome<Picture>, Error> {
-        let (camera, bvh) = (scene.camera_or_framed(None)?, Bvh::build(&scene.mesh));
+        let camera = scene.camera_or_framed()?;
+        let scene = &*scene.grounded(&camera);
+        if by_paths(scene)? {
+            let picture = self.traced(scene, camera)?;
+            let error = picture.error();
+            self.note_error(format!("relative noise {error:.3e}"));
+            return Ok(Outcome::new(picture, Some(self.paths.noise), error));
+        }
+        let bvh = Bvh::build(&scene.mesh);
         let materials = self.prepare_all(scene, &bvh, camera)?;
         let renderer = self.renderer_for(&materials, renderer)?;
         let picture = self.shoot(scene, &bvh, camera, materials, &renderer)?;
@@ -64,10 +74,11 @@ impl Session {
         renderer: Option<Renderer>,
         mut each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
     ) -> Result<Outcome<Option<Picture>>, Error> {
-        let (camera, bvh) = (scene.camera_or_framed(None)?, Bvh::build(&scene.mesh));
-        let mut materials = self.prepare_all(scene, &bvh, camera)?;
+        let camera = scene.camera_or_framed()?;
+        let mut scene = scene.grounded(&camera).into_owned();
+        let bvh = Bvh::build(&scene.mesh);
+        let mut materials = self.prepare_all(&scene, &bvh, camera)?;
         let renderer = self.renderer_for(&materials, renderer)?;
-        let mut scene = scene.clone();
         let mut last = None;
         for k in 0..frames {
             let camera = turned(camera, std::f32::consts::TAU * k as f32 / frames as f32);
@@ -114,7 +125,34 @@ impl Session {
         let seconds = start.elapsed().as_secs_f64();
         let ev = scene.exposure.unwrap_or_else(|| auto_exposure(&film));
         let develop = Develop { ev, mapper: scene.tone_mapper };
-        Ok(Picture { film, develop, materials, backend, seconds })
+        Ok(Picture { film, develop, materials, backend, seconds, variance: None })
+    }
+
+    /// The picture by paths.
+    fn traced(&self, scene: &Scene, camera: Camera) -> Result<Picture, Error> {
+        let start = Instant::now();
+        let background = background(scene, &camera);
+        let traced = self.trace(scene, camera, &background, scene.settings, self.paths)?;
+        let ev = scene.exposure.unwrap_or_else(|| auto_exposure(&traced.film));
+        let materials = scene.materials.iter().map(|m| Prepared::by_paths(m, traced.certificate())).collect();
+        Ok(Picture {
+            develop: Develop { ev, mapper: scene.tone_mapper },
+            materials,
+            backend: Renderer::Cpu.name(),
+            seconds: start.elapsed().as_secs_f64(),
+            variance: Some(traced.variance),
+            film: traced.film,
+        })
+    }
+}
+
+/// Does the path tracer shade the scene?
+fn by_paths(scene: &Scene) -> Result<bool, Error> {
+    let path = |m: &crate::Material| matches!(m.method, Some(Method::Path));
+    match scene.materials.iter().filter(|m| path(m)).count() {
+        0 => Ok(false),
+        n if n == scene.materials.len() => Ok(true),
+        _ => Err(Error::usage("path shades all materials of a scene, or none")),
     }
 }
 

@@ -8,7 +8,7 @@ use steradian_formats::{Container, Raster, ReadOptions, read_image_with, read_te
 use steradian_light::load::{self, FileLayout, LoadOptions, Profile};
 use steradian_sphere::SphereImage;
 use steradian_verify::laws::Consumer;
-use steradian_verify::{Coefficients, Family, Input, Kernel, Report, check, factor};
+use steradian_verify::{Coefficients, Family, Fault, Input, Kernel, Report, check};
 
 /// Bytes that a text beside images may have.
 const TEXT: u64 = 4 << 20;
@@ -71,18 +71,31 @@ pub struct Verified {
     pub irradiance: Option<Coefficients>,
 }
 
-/// Irradiance coefficients are off where they err by more than this.
+/// Irradiance coefficients are off where they err by more than this, …
 const COEFFICIENTS: f64 = 0.02;
+/// … and scaled where their factor is off by more than this.
+const FACTOR: f64 = 0.01;
+
+/// One thing that is wrong with a file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Finding {
+    /// With its levels.
+    Levels(Fault),
+    /// A factor lies on its irradiance coefficients.
+    IrradianceScale(f64),
+    /// Its irradiance coefficients are off by this, relative RMS.
+    Irradiance(f64),
+}
 
 impl Verified {
-    /// One sentence for each fault.
-    pub fn faults(&self) -> Vec<String> {
-        let mut out: Vec<String> = self.report.faults.iter().map(ToString::to_string).collect();
+    /// What is wrong; empty where all is as expected.
+    pub fn findings(&self) -> Vec<Finding> {
+        let mut out: Vec<Finding> = self.report.faults.iter().cloned().map(Finding::Levels).collect();
         if let Some(sh) = self.irradiance {
-            if let Some(f) = factor(sh.scale) {
-                out.push(format!("irradiance coefficients: factor {f}"));
+            if (sh.scale - 1.0).abs() >= FACTOR {
+                out.push(Finding::IrradianceScale(sh.scale));
             } else if sh.fitted_rms > COEFFICIENTS {
-                out.push(format!("irradiance coefficients: {:.1} % off", 100.0 * sh.fitted_rms));
+                out.push(Finding::Irradiance(sh.fitted_rms));
             }
         }
         out

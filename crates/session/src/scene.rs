@@ -1,12 +1,14 @@
 //! Everything that a picture is made of.
 
 use crate::inputs::DEFAULT_SKY;
-use crate::{Adjust, Error, Material, Model, Session};
+use crate::model::complete;
+use crate::{Adjust, Error, Material, Model, Session, ground};
 use glam::Vec3;
+use std::borrow::Cow;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
-use steradian_scene::{Camera, Mesh};
+use steradian_scene::{Camera, Framing, Mesh};
 
 /// A mesh with its materials, lights, camera, and how its picture is made.
 #[derive(Clone)]
@@ -15,6 +17,8 @@ pub struct Scene {
     pub mesh: Mesh,
     /// One per slot.
     pub materials: Vec<Material>,
+    /// What a plane under the mesh is made of, which reaches to the horizon.
+    pub ground: Option<Material>,
     /// The lights.
     pub lights: Lights,
     /// The camera; `None` sees the whole mesh.
@@ -32,7 +36,7 @@ pub struct Scene {
 }
 
 /// Vertical field of view of cameras that are not given, degrees.
-const FOV: f32 = 32.0;
+pub const FOV: f32 = 32.0;
 
 impl Scene {
     /// `mesh` under `lights`, 512 × 512 pixels, seen whole before its environment.
@@ -40,6 +44,7 @@ impl Scene {
         Self {
             mesh,
             materials,
+            ground: None,
             lights,
             camera: None,
             settings: Settings::new(512, 512),
@@ -69,79 +74,31 @@ impl Scene {
         Ok(Self::new(mesh, all, session.light(light, &Adjust::default())?))
     }
 
-    /// The camera, or one that sees the whole mesh with a vertical field of view of `fov` degrees.
-    pub fn camera_or_framed(&self, fov: Option<f32>) -> Result<Camera, Error> {
-        if let Some(camera) = self.camera {
-            return Ok(camera);
-        }
-        let bounds = self.mesh.bounds().ok_or_else(|| Error::input("the mesh has no triangles"))?;
+    /// The camera, or one that sees the whole mesh, without the ground, with +Y up and [`FOV`].
+    pub fn camera_or_framed(&self) -> Result<Camera, Error> {
+        self.camera.map_or_else(|| self.framed(FOV, Vec3::Y), Ok)
+    }
+
+    /// A camera that sees the whole mesh, without the ground, with a vertical field of view of `fov` degrees.
+    pub fn framed(&self, fov: f32, up: Vec3) -> Result<Camera, Error> {
         let aspect = self.settings.width as f32 / self.settings.height as f32;
-        Ok(framed(&self.mesh.positions, bounds, fov.unwrap_or(FOV).to_radians(), aspect))
+        let framing = Framing { up, fov_y: fov.to_radians(), aspect, ..Framing::default() };
+        let camera = self.mesh.bounds().and_then(|_| framing.camera(&self.mesh.positions));
+        camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
-}
 
-/// The part of the frame's width or height that an object fills.
-const FILLED: f32 = 0.7;
-/// Where cameras stand that are not given, as seen from the object: in front, to the right, little above eye level.
-const FROM: Vec3 = Vec3::new(0.55, 0.18, 1.0);
-/// Points of a mesh that are looked at, at most.
-const MOST_POINTS: usize = 1 << 16;
-
-/// A pinhole that sees the points from [`FROM`] so near that they fill [`FILLED`] of the frame.
-fn framed(points: &[Vec3], (low, high): (Vec3, Vec3), fov_y: f32, aspect: f32) -> Camera {
-    let radius = (0.5 * (high - low).length()).max(1e-6);
-    let axis = FROM.normalize();
-    let camera =
-        |at: Vec3, distance: f32| Camera::Pinhole { from: at + axis * distance, at, up: Vec3::Y, fov_y };
-    let tan = (0.5 * fov_y).tan();
-    // Extent on the film, in half frames: right, left, up, down of its centre.
-    let extent = |at: Vec3, distance: f32| {
-        let [right, up, forward] = camera(at, distance).axes();
-        let from = at + axis * distance;
-        let step = points.len().div_ceil(MOST_POINTS);
-        points.iter().step_by(step).fold([f32::MIN; 4], |e, p| {
-            let v = *p - from;
-            let depth = v.dot(forward).max(1e-3 * radius) * tan;
-            let (x, y) = (v.dot(right) / (depth * aspect), v.dot(up) / depth);
-            [e[0].max(x), e[1].max(-x), e[2].max(y), e[3].max(-y)]
-        })
-    };
-    let (mut at, mut distance) = (0.5 * (low + high), 2.0 * radius / (tan * aspect.min(1.0)));
-    for _ in 0..6 {
-        // What is seen is moved to the middle, then the distance is set by what it fills.
-        let [right, up, _] = camera(at, distance).axes();
-        let [e, w, n, s] = extent(at, distance);
-        at += (0.5 * (e - w) * aspect * right + 0.5 * (n - s) * up) * (distance * tan);
-        let fills = (0.5 * (e + w)).max(0.5 * (n + s)).max(1e-6);
-        distance = (distance * fills / FILLED).max(1.05 * radius);
-    }
-    camera(at, distance)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use steradian_scene::shapes;
-
-    #[test]
-    fn objects_fill_the_frame_and_stand_in_its_middle() {
-        for name in ["sphere", "teapot", "torus", "knot", "plane"] {
-            let mesh = shapes::by_name(name).expect("a shape");
-            let bounds = mesh.bounds().expect("triangles");
-            for aspect in [0.5, 1.0, 2.0] {
-                let c = framed(&mesh.positions, bounds, 0.56, aspect);
-                let [r, u, f] = c.axes();
-                let Camera::Pinhole { from, fov_y, .. } = c else { panic!("a pinhole") };
-                let mut e = [0.0f32; 2];
-                for p in &mesh.positions {
-                    let v = *p - from;
-                    let t = (0.5 * fov_y).tan() * v.dot(f);
-                    assert!(t > 0.0);
-                    e = [e[0].max((v.dot(r) / (t * aspect)).abs()), e[1].max((v.dot(u) / t).abs())];
-                }
-                let most = e[0].max(e[1]);
-                assert!((0.6..0.8).contains(&most), "{name} {aspect}: {most}");
-            }
-        }
+    /// The scene with its ground as part of the mesh, for a camera.
+    pub(crate) fn grounded(&self, camera: &Camera) -> Cow<'_, Self> {
+        let Some(material) = &self.ground else { return Cow::Borrowed(self) };
+        let mut scene = self.clone();
+        scene.ground = None;
+        let slot = scene.materials.len() as u32;
+        scene.materials.push(material.clone());
+        scene.mesh.materials.resize(scene.mesh.triangles.len(), 0);
+        let plane = ground::under(&self.mesh, camera, self.settings.height).with_material(slot);
+        let mut parts = [std::mem::take(&mut scene.mesh), plane];
+        complete(&mut parts);
+        scene.mesh = Mesh::merged(&parts);
+        Cow::Owned(scene)
     }
 }

@@ -48,10 +48,12 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
         .materials
         .iter()
         .map(|m| material(&file, m, &folder, overrides, session))
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<Vec<_>, _>>()?;
+    let ground = file.ground.map(|i| materials[i].clone());
     let output = &file.output;
     let scene = Scene::new(mesh, materials, lights(&file, &folder, overrides, session)?);
     Ok(Scene {
+        ground,
         camera: file.camera,
         settings: Settings { edge: output.samples, ..Settings::new(output.width, output.height) },
         exposure: output.exposure,

@@ -1,11 +1,12 @@
 //! The session: limits, progress, provenance, and who is told what happens.
 
-use crate::{Error, Notice};
+use crate::{Error, Notice, Paths};
 use std::path::Path;
 use std::sync::Arc;
 use steradian_base::{Input, Provenance, Task};
 use steradian_formats::Limits;
 use steradian_light::load::Negative;
+use steradian_techniques::AnyTechnique;
 use steradian_techniques::direct::Suns;
 
 /// Where pictures are computed.
@@ -32,6 +33,29 @@ pub enum GpuPath {
     Compute,
 }
 
+/// What shadows the lights that are shaded beside a technique's data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shadows {
+    /// Rays under techniques that know shadows, nothing under the others.
+    #[default]
+    Auto,
+    /// Nothing.
+    Off,
+    /// Rays through the mesh.
+    Ray,
+}
+
+impl Shadows {
+    /// Are rays traced beside `technique`?
+    pub fn under(self, technique: &dyn AnyTechnique) -> bool {
+        match self {
+            Self::Auto => technique.card().capabilities.self_shadowing,
+            Self::Off => false,
+            Self::Ray => true,
+        }
+    }
+}
+
 /// Who is told what happens.
 type Listener = Arc<dyn Fn(&Notice) + Send + Sync>;
 
@@ -48,6 +72,10 @@ pub struct Session {
     pub backend: Backend,
     /// How a GPU shades them.
     pub gpu_path: GpuPath,
+    /// What is asked of the path tracer.
+    pub paths: Paths,
+    /// What shadows lights beside a technique's data.
+    pub shadows: Shadows,
     provenance: Provenance,
     notes: Vec<(String, String)>,
     listener: Option<Listener>,
@@ -68,6 +96,8 @@ impl Session {
             suns: Suns::Fold,
             backend: Backend::default(),
             gpu_path: GpuPath::default(),
+            paths: Paths::default(),
+            shadows: Shadows::default(),
             provenance: Provenance::new([]),
             notes: Vec::new(),
             listener: None,

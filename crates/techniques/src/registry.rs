@@ -1,12 +1,13 @@
-//! Every room, one line each.
+//! Every technique, one line each.
 
 use crate::rooms::{
-    banks_env, diffuse_map, factored_lighting, lafortune_env, lobe_maps, mirror_map, paraboloid_filter,
-    phong_diffuse_maps, reflection_space_ibr, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
+    ambient, banks_env, diffuse_map, factored_lighting, lafortune_env, lobe_maps, mirror_map,
+    paraboloid_filter, phong_diffuse_maps, prt_diffuse, reflection_space_ibr, sh_irradiance, shrm,
+    shrm_global, shrm_slices, split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
-const ROOMS: &[&dyn AnyTechnique] = &[
+const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<mirror_map::MirrorMap>::new(),
     &Erased::<sh_irradiance::ShIrradiance>::new(),
     &Erased::<diffuse_map::DiffuseMap>::new(),
@@ -21,11 +22,13 @@ const ROOMS: &[&dyn AnyTechnique] = &[
     &Erased::<shrm::Shrm>::new(),
     &Erased::<shrm_global::ShrmGlobal>::new(),
     &Erased::<shrm_slices::ShrmSlices>::new(),
+    &Erased::<ambient::Ambient>::new(),
+    &Erased::<prt_diffuse::PrtDiffuse>::new(),
 ];
 
 /// Every technique, in the order of menus.
 pub fn registry() -> &'static [&'static dyn AnyTechnique] {
-    ROOMS
+    TECHNIQUES
 }
 
 /// The technique called `slug`; `-` and `_` are the same.

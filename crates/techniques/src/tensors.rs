@@ -1,6 +1,6 @@
-//! Bakes as tensors: a head (room, parameters, certificate) in the metadata, parts as named tensors.
+//! Bakes as tensors: a head (technique, parameters, certificate) in the metadata, parts as named tensors.
 
-use steradian_base::{Certificate, Elevation, Known, ParamInfo, ParamValues, Spread};
+use steradian_base::{Certificate, Elevation, Evidence, ParamInfo, ParamValues, Spread};
 pub use steradian_formats::TensorFile;
 use steradian_formats::{Tensor, TensorData};
 
@@ -98,8 +98,8 @@ fn optional(t: &TensorFile, key: &str) -> Result<Option<f64>, PartError> {
     if t.metadata.contains_key(key) { number(t, key).map(Some) } else { Ok(None) }
 }
 
-fn known(word: &str) -> Option<Known> {
-    [Known::Proved, Known::Estimated, Known::Measured].into_iter().find(|k| k.word() == word)
+fn known(word: &str) -> Option<Evidence> {
+    [Evidence::Proved, Evidence::Estimated, Evidence::Measured].into_iter().find(|k| k.word() == word)
 }
 
 fn elevation(row: &str) -> Option<Elevation> {

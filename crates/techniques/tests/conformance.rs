@@ -1,7 +1,7 @@
-//! The checks that every registered room gets without asking, as its Card's claims make them meaningful.
+//! The checks that every registered technique gets without asking, as its Card's claims make them meaningful.
 //!
 //! What a Card waives is printed with its reason. `STERADIAN_BLESS=1 cargo test -p steradian-techniques --test
-//! conformance` records the error table anew; `STERADIAN_ROOMS=split_sum,shrm` puts these rooms alone to most checks.
+//! conformance` records the error table anew; `STERADIAN_TECHNIQUES=split_sum,shrm` puts these techniques alone to most checks.
 
 #![expect(clippy::print_stdout, reason = "tests report what they leave out and what they measure")]
 
@@ -32,7 +32,7 @@ fn slugs_are_unique_module_names_and_both_spellings_find_them() {
     slugs.sort_unstable();
     slugs.dedup();
     assert_eq!(slugs.len(), registry().len());
-    assert!(find("no such room").is_none());
+    assert!(find("no such technique").is_none());
 }
 
 /// Specimens are taken, and defaults are in their ranges.
@@ -56,7 +56,7 @@ fn cards_keep_their_word() {
 #[test]
 fn white_furnace() {
     let points = points(24);
-    for t in rooms(Check::Furnace) {
+    for t in techniques(Check::Furnace) {
         let light = lights::furnace();
         for spec in t.card().specimens {
             let b = shared(t, "furnace", spec);
@@ -70,7 +70,7 @@ fn white_furnace() {
 #[test]
 fn linearity_in_the_light() {
     let points = points(64);
-    for t in rooms(Check::Linearity) {
+    for t in techniques(Check::Linearity) {
         let spec = t.card().specimens[0];
         let [a, b] = [lights::sunny(), lights::studio()];
         let of = |l: &Lights| shade(&*bake(t, l, spec, &[]), &points);
@@ -92,7 +92,7 @@ fn turning_light_and_frame_together_changes_nothing() {
     let points = points(64);
     let moved = turned(&points, r);
     let mut worst = 0.0_f64;
-    for t in rooms(Check::Rotation) {
+    for t in techniques(Check::Rotation) {
         let spec = t.card().specimens[0];
         let light = lights::smooth();
         let made = shared(t, "smooth", spec);
@@ -115,7 +115,7 @@ fn turning_light_and_frame_together_changes_nothing() {
 fn exact_where_the_card_says_so() {
     let points = points(24);
     let mut failures = Vec::new();
-    for t in rooms(Check::ExactWhen) {
+    for t in techniques(Check::ExactWhen) {
         for c in t.card().exact_when {
             let light = (c.light)();
             let got = shade(&*bake(t, &light, c.brdf, c.params), &points);
@@ -138,14 +138,14 @@ const RECORDED: usize = 64;
 #[test]
 fn errors_are_the_recorded_ones() {
     let mut lines = Vec::new();
-    for t in rooms(Check::ErrorBound) {
+    for t in techniques(Check::ErrorBound) {
         for name in ["smooth", "studio", "sunny"] {
             let light = light(name);
             for spec in t.card().specimens {
                 let b = shared(t, name, spec);
-                let found = against_judge(b, &light, spec, RECORDED, 0.37);
+                let found = against_reference(b, &light, spec, RECORDED, 0.37);
                 let line = table::Line::new(t.card().slug, spec, name, found, b.certificate().error);
-                lines.push(line.doubted(|| against_judge(b, &light, spec, 16 * RECORDED, 0.37)));
+                lines.push(line.doubted(|| against_reference(b, &light, spec, 16 * RECORDED, 0.37)));
             }
         }
     }

@@ -111,6 +111,11 @@ impl Kernel {
         })
     }
 
+    /// Phong's exponent.
+    pub fn exponent(&self) -> Option<f64> {
+        (self.family == Family::Phong).then_some(self.width)
+    }
+
     /// Perceptual roughness, where the family has one; 0 for a mirror.
     pub fn roughness(self) -> Option<f64> {
         match self.family {

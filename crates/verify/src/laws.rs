@@ -29,8 +29,7 @@ impl Consumer {
     /// A profile that writes engines' files, or another tool's convention.
     pub fn find(name: &str) -> Option<Self> {
         if let Some(e) = Engine::find(name) {
-            let profile = Profile::find(e.recorded())?;
-            return Some(Self { name: e.name, profile, law: Law::Roughness(e.curve) });
+            return Some(Self { name: e.name, profile: e.profile(), law: Law::Roughness(e.curve) });
         }
         let profile = Profile::find(name)?;
         let law = match profile.name {
@@ -43,7 +42,8 @@ impl Consumer {
 
     /// Every name.
     pub fn names() -> Vec<&'static str> {
-        ENGINES.iter().map(|e| e.name).chain(PROFILES.iter().map(|p| p.name)).collect()
+        let others = PROFILES.iter().map(|p| p.name).filter(|n| Engine::find(n).is_none());
+        ENGINES.iter().map(|e| e.name).chain(others).collect()
     }
 
     /// The kernel of level `m` of levels 0 … `last`.
@@ -59,41 +59,87 @@ impl Consumer {
     }
 }
 
-/// Curves that files are compared with: name, and perceptual roughness of level m of 0 … last.
-pub type Named = (&'static str, fn(usize, usize) -> f64);
+/// From levels to perceptual roughness, as files have it that are not as they should be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// A curve that some consumer has.
+    Curve(Curve),
+    /// Perceptual roughness of a curve was taken for alpha.
+    RoughnessAsAlpha(Curve),
+    /// Alpha of a curve was taken for the perceptual roughness.
+    AlphaAsRoughness(Curve),
+    /// The expected curve, with the levels counted wrongly.
+    Counted(Slip),
+}
 
-/// Every curve.
-pub const LAWS: [Named; 8] = [
-    ("linear (r = m/L: Bevy, glTF, Khronos)", |m, l| Curve::Linear.roughness(m, l)),
-    ("sqrt (r = 1 - sqrt(1 - m/L): Filament, three.js)", |m, l| Curve::Sqrt.roughness(m, l)),
-    ("alpha = m/L: the perceptual roughness of linear taken for alpha", |m, l| {
-        Curve::Linear.roughness(m, l).sqrt()
-    }),
-    ("alpha = 1 - sqrt(1 - m/L): the perceptual roughness of sqrt taken for alpha", |m, l| {
-        Curve::Sqrt.roughness(m, l).sqrt()
-    }),
-    ("r = (m/L)^2: alpha of linear taken for the perceptual roughness", |m, l| {
-        Curve::Linear.roughness(m, l).powi(2)
-    }),
-    ("r = (1 - sqrt(1 - m/L))^2: alpha of sqrt taken for the perceptual roughness", |m, l| {
-        Curve::Sqrt.roughness(m, l).powi(2)
-    }),
-    ("log2 (Unreal)", |m, l| Curve::Log2.roughness(m, l)),
-    ("unity (m = L r (1.7 - 0.7 r))", |m, l| Curve::Unity.roughness(m, l)),
-];
+/// Ways to count levels wrongly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slip {
+    /// The list of one more level without its last one.
+    OneMoreWithoutLast,
+    /// The list of one more level without its first one.
+    OneMoreWithoutFirst,
+    /// The list of two more levels without the last two.
+    TwoMoreWithoutLast,
+    /// Each level holds what the next one should.
+    AsNext,
+    /// Each level holds what the one before should.
+    AsBefore,
+    /// The list of two more levels without first and last.
+    TwoMoreWithoutEnds,
+}
 
-/// A wrong list: its name, and the roughness of level m of 0 … last by a curve.
-pub type Slip = (&'static str, fn(Shape, usize, usize) -> f64);
+impl Slip {
+    /// Every way.
+    pub const ALL: [Self; 6] = [
+        Self::OneMoreWithoutLast,
+        Self::OneMoreWithoutFirst,
+        Self::TwoMoreWithoutLast,
+        Self::AsNext,
+        Self::AsBefore,
+        Self::TwoMoreWithoutEnds,
+    ];
 
-/// Lists that come of counting levels wrongly, of a curve r(m, L).
-pub const SLIPS: [Slip; 6] = [
-    ("the list of one more level without its last one", |r, m, l| r(m, l + 1)),
-    ("the list of one more level without its first one", |r, m, l| r(m + 1, l + 1)),
-    ("the list of two more levels without the last two", |r, m, l| r(m, l + 2)),
-    ("each level holds what the next one should (off by one)", |r, m, l| r((m + 1).min(l), l)),
-    ("each level holds what the one before should (off by one)", |r, m, l| r(m.saturating_sub(1), l)),
-    ("the list of two more levels without first and last", |r, m, l| r(m + 1, l + 2)),
-];
+    /// Perceptual roughness of level m of 0 … last by the curve r.
+    fn roughness(self, r: Shape, m: usize, last: usize) -> f64 {
+        match self {
+            Self::OneMoreWithoutLast => r(m, last + 1),
+            Self::OneMoreWithoutFirst => r(m + 1, last + 1),
+            Self::TwoMoreWithoutLast => r(m, last + 2),
+            Self::AsNext => r((m + 1).min(last), last),
+            Self::AsBefore => r(m.saturating_sub(1), last),
+            Self::TwoMoreWithoutEnds => r(m + 1, last + 2),
+        }
+    }
+}
+
+impl Rule {
+    /// Every rule that files are compared with.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let curves = [
+            Self::Curve(Curve::Linear),
+            Self::Curve(Curve::Sqrt),
+            Self::RoughnessAsAlpha(Curve::Linear),
+            Self::RoughnessAsAlpha(Curve::Sqrt),
+            Self::AlphaAsRoughness(Curve::Linear),
+            Self::AlphaAsRoughness(Curve::Sqrt),
+            Self::Curve(Curve::Log2),
+            Self::Curve(Curve::Unity),
+            Self::Curve(Curve::Babylon),
+        ];
+        curves.into_iter().chain(Slip::ALL.map(Self::Counted))
+    }
+
+    /// Perceptual roughness of level m of 0 … last; `expected` is the curve that the file should follow.
+    pub fn roughness(self, expected: Shape, m: usize, last: usize) -> f64 {
+        match self {
+            Self::Curve(c) => c.roughness(m, last),
+            Self::RoughnessAsAlpha(c) => c.roughness(m, last).sqrt(),
+            Self::AlphaAsRoughness(c) => c.roughness(m, last).powi(2),
+            Self::Counted(slip) => slip.roughness(expected, m, last),
+        }
+    }
+}
 
 /// Perceptual roughness of level m of 0 … last.
 pub type Shape = fn(usize, usize) -> f64;
@@ -106,6 +152,7 @@ impl Law {
             Self::Roughness(Curve::Sqrt) => |m, l| Curve::Sqrt.roughness(m, l),
             Self::Roughness(Curve::Log2) => |m, l| Curve::Log2.roughness(m, l),
             Self::Roughness(Curve::Unity) => |m, l| Curve::Unity.roughness(m, l),
+            Self::Roughness(Curve::Babylon) => |m, l| Curve::Babylon.roughness(m, l),
             Self::Gloss => return None,
         })
     }

@@ -21,14 +21,12 @@ mod scale;
 mod search;
 mod texture;
 pub mod turn;
-mod words;
 
 pub use kernel::{Family, Kernel};
 pub use light::{Alteration, Reading};
 pub use measure::{Coefficients, Error};
 pub use report::{Encoding, Fault, Level, Nearest, Report};
 pub use scale::Scale;
-pub use words::factor;
 
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;

@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::collections::HashMap;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
-use steradian_prefilter::{Beam, Tree};
+use steradian_prefilter::{SmallLight, Tree};
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 
@@ -161,7 +161,7 @@ impl Prepared {
         reading: Reading,
         view: &View<'_>,
         task: &Task,
-    ) -> Result<(Self, SphereImage, Vec<Beam>), Cancelled> {
+    ) -> Result<(Self, SphereImage, Vec<SmallLight>), Cancelled> {
         let black = || SphereImage::new(Layout::LatLong, 4, 2);
         let image = lights.environment.as_ref().map_or_else(black, |e| e.image.clone());
         let image = if image.height > MAX_ROWS {
@@ -170,8 +170,8 @@ impl Prepared {
         } else {
             image
         };
-        let mut suns: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
-        suns.extend(lights.directionals.iter().map(Beam::from));
+        let mut suns: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
+        suns.extend(lights.directionals.iter().map(SmallLight::from));
         let finer = if image.height <= READ_ROWS { read(&image, reading) } else { None };
         let cells = divided(finer.as_ref().unwrap_or(&image));
         let tree = Tree::new(Some(cells.as_ref().or(finer.as_ref()).unwrap_or(&image)), &[], task)?;
@@ -247,7 +247,7 @@ fn read(image: &SphereImage, reading: Reading) -> Option<SphereImage> {
 }
 
 /// Ways to take the light unfiltered: means over the texels, and values at their centres.
-fn mirrors(image: &SphereImage, suns: &[Beam], view: &View<'_>, m: usize) -> Vec<Column> {
+fn mirrors(image: &SphereImage, suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<Column> {
     let (level, directions) = (&view.levels[m], view.directions(m));
     let of = |v: [f32; 3]| v.map(f64::from);
     let mut all: Vec<Column> = vec![
@@ -300,7 +300,7 @@ fn supersampled(image: &SphereImage, view: &View<'_>, m: usize) -> Column {
 }
 
 /// What suns beside the image add to the samples whose texels they cover.
-fn sun_shares(suns: &[Beam], view: &View<'_>, m: usize) -> Vec<(usize, [f64; 3])> {
+fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f64; 3])> {
     const RINGS: usize = 6;
     let (level, samples) = (&view.levels[m], &view.samples[m]);
     let at: HashMap<_, _> = samples.texels.iter().enumerate().map(|(k, t)| (*t, k)).collect();

@@ -8,8 +8,8 @@ use steradian_light::Lights;
 use steradian_prefilter::{Sampled, Zonal, filter_image, mirror_image};
 use steradian_sphere::SphereImage;
 
-/// Relative RMS error of the filter that files are compared with.
-const EXACT: f64 = 1e-3;
+/// Relative RMS error of the filter that files are compared with: half of what a right file may be off by.
+const EXACT: f64 = 2e-3;
 
 /// How far an image is from another.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

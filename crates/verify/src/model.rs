@@ -1,6 +1,7 @@
 //! A hypothesis of how the file was made, and what it costs to believe it.
 
 use crate::kernel::Kernel;
+use crate::laws::Rule;
 use crate::light::Alteration;
 use crate::report::{Encoding, Fault};
 use crate::scale::{Scale, Score};
@@ -12,7 +13,7 @@ pub enum List {
     /// The expected ones.
     Expected,
     /// Those of another curve.
-    Curve(String),
+    Curve(Rule),
     /// Fitted ones: `free` numbers.
     Fitted {
         /// How many widths were fitted.
@@ -113,7 +114,7 @@ impl Hypothesis {
         }
         match &self.list {
             List::Expected => {}
-            List::Curve(name) => out.push(Fault::Curve(name.clone())),
+            List::Curve(rule) => out.push(Fault::Curve(*rule)),
             List::Fitted { .. } => {
                 let pairs = self.kernels.iter().zip(expected).enumerate();
                 out.push(Fault::Kernels(

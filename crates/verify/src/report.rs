@@ -1,6 +1,7 @@
 //! What was found, as data.
 
 use crate::kernel::Kernel;
+use crate::laws::Rule;
 use crate::light::{Alteration, Reading};
 use crate::measure::Error;
 use crate::scale::Scale;
@@ -10,12 +11,12 @@ use steradian_sphere::Layout;
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
-    /// Every level is turned; in words, what other convention of the light that comes of.
+    /// Every level is turned; names of conventions of the light that it comes of.
     Turned(Turn, Vec<&'static str>),
     /// Channel c of the file holds channel `.0[c]` of the light.
     Channels([usize; 3]),
     /// The levels follow another curve.
-    Curve(String),
+    Curve(Rule),
     /// Levels hold other kernels: level and what it holds.
     Kernels(Vec<(usize, Kernel)>),
     /// The light was altered before it was filtered.

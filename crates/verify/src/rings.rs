@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
-use steradian_prefilter::{Beam, Tree, Zonal};
+use steradian_prefilter::{SmallLight, Tree, Zonal};
 
 /// The first node, radians; what is nearer counts there.
 const FIRST: f64 = 5e-4;
@@ -20,7 +20,7 @@ const FAR_STEP: f64 = 0.012;
 /// Parts of the light are this small beside their distance, and at most as for this angle.
 const FINENESS: f64 = 0.8;
 const COARSEST: f64 = 0.8;
-/// Points that stand for a beam's disk.
+/// Points that stand for a small light's disk.
 const POINTS: usize = 16;
 
 /// The nodes and what even light gives them.
@@ -124,7 +124,7 @@ pub struct Rings {
 
 impl Rings {
     /// Rings of the image of `tree` and of suns, around `directions`; parts nearer than about `finest` are not divided.
-    pub fn new(tree: &Tree, suns: &[Beam], directions: &[DVec3], finest: f64) -> Self {
+    pub fn new(tree: &Tree, suns: &[SmallLight], directions: &[DVec3], finest: f64) -> Self {
         let angles = &nodes().angles;
         let points: Vec<(DVec3, [f64; 3])> = suns.iter().flat_map(points).collect();
         let places = Places::table();
@@ -160,8 +160,8 @@ impl Rings {
     }
 }
 
-/// Points of equal flux on a beam's disk, along a spiral.
-fn points(b: &Beam) -> Vec<(DVec3, [f64; 3])> {
+/// Points of equal flux on a small light's disk, along a spiral.
+fn points(b: &SmallLight) -> Vec<(DVec3, [f64; 3])> {
     let n = if b.radius == 0.0 { 1 } else { POINTS };
     let flux = b.flux.map(|f| f / n as f64);
     let side = b.direction.any_orthonormal_vector();

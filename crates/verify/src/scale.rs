@@ -175,7 +175,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Judges a form of factors; `None` where it does not apply.
+    /// References a form of factors; `None` where it does not apply.
     pub fn new(
         form: Form,
         halves: &[[Moments; 2]],

@@ -24,9 +24,7 @@ const COLUMNS: [Column; 11] = [
 
 /// `docs/techniques.md`. Writes to a `String` cannot fail, hence the ignored results.
 pub fn page() -> String {
-    let mut out = String::from(
-        "# Techniques\n\nEach technique is a room; its chapter is the README in its folder.\n\n",
-    );
+    let mut out = String::from("# Techniques\n\nEach technique has a chapter, the README in its folder.\n\n");
     out.push_str(
         "| technique | light | reflectance | parameters (default) | chapter |\n|---|---|---|---|---|\n",
     );

@@ -2,8 +2,8 @@
 
 use super::theta::Polar;
 use super::{Argument, CentralError, Lpq, Slices};
-use crate::linear;
 use std::f64::consts::PI;
+use steradian_numerics::dense::Cholesky;
 
 /// A factor by elevation, usually the albedo, that multiplies a fitted series; linear between its knots, constant
 /// beyond them.
@@ -162,7 +162,7 @@ impl Samples {
 /// The normal equations of one q: Gram matrix of f_pq and its Cholesky factor.
 struct Normal {
     gram: Vec<Vec<f64>>,
-    factor: Vec<Vec<f64>>,
+    factor: Cholesky,
 }
 
 impl Normal {
@@ -175,7 +175,7 @@ impl Normal {
         let gram: Vec<Vec<f64>> = (0..n).map(|a| (0..n).map(|b| entry(a, b)).collect()).collect();
         let used = samples.weight.iter().filter(|w| **w > 0.0).count();
         let few = CentralError::TooFew { slices: used, terms: n };
-        let factor = linear::cholesky(&gram).filter(|_| used >= n).ok_or(few)?;
+        let factor = Cholesky::new(&gram).filter(|_| used >= n).ok_or(few)?;
         Ok(Self { gram, factor })
     }
 
@@ -197,7 +197,7 @@ impl Normal {
 
     /// G⁻¹ b.
     fn solve(&self, b: Vec<f64>) -> Vec<f64> {
-        linear::solve(&self.factor, b)
+        self.factor.solve(b)
     }
 
     /// k less its fit, at each slice.

@@ -19,11 +19,12 @@ use crate::draw::{self, Draw};
 use crate::math::above;
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError, linear};
+use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamInfo;
+use steradian_numerics::dense::Cholesky;
 
 /// The page.
 pub static INFO: Info = Info {
@@ -151,15 +152,15 @@ fn attempt(
         let rough = (mode.n * (mode.n + 2) + mode.m * (mode.m + 2)) as f64;
         matrix[i][i] += lambda * ((rough / (2 * ORDER * (ORDER + 2)) as f64).powi(2) + 1e-6);
     }
-    let factor = linear::cholesky(&matrix)?;
-    let leverage: Vec<f64> = rows.iter().map(|r| dot(r, &linear::solve(&factor, r.to_vec()))).collect();
+    let factor = Cholesky::new(&matrix)?;
+    let leverage: Vec<f64> = rows.iter().map(|r| dot(r, &factor.solve(r.to_vec()))).collect();
     let (mut left_out, mut square, mut modes) = (0.0, 0.0, Vec::new());
     for values in channels {
         let mut b = vec![0.0; MODES];
         for (r, f) in rows.iter().zip(values) {
             b.iter_mut().zip(r).for_each(|(b, h)| *b += h * f);
         }
-        let a = linear::solve(&factor, b);
+        let a = factor.solve(b);
         for ((r, f), h) in rows.iter().zip(values).zip(&leverage) {
             let residual = f - dot(r, &a);
             square += residual * residual;

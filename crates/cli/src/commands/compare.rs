@@ -1,15 +1,22 @@
 //! `steradian compare`: techniques side by side against the reference.
 
+mod chart;
 mod forms;
+mod resume;
+mod sweep;
 
+use crate::commands::inspect::plot;
 use crate::commands::render::{size, tone_mapper};
 use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs};
+use crate::inputs::{self, AdjustArgs, PathArgs};
 use clap::Args;
 use forms::{csv, document, html, latex, sheet, table};
+use glam::Vec3;
+use resume::Kept;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
@@ -20,6 +27,8 @@ use steradian_session::{
     for_any_mesh, light_as_baked,
 };
 use steradian_techniques::SavedBake;
+use steradian_techniques::direct::Suns;
+use sweep::{Of, Sweep};
 
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
@@ -55,12 +64,29 @@ pub struct Options {
     /// The table as .csv, or as .tex (LaTeX, booktabs)
     #[arg(long, value_name = "OUT.csv|OUT.tex")]
     table: Option<PathBuf>,
+    /// Varies a parameter of --brdf, as brdf:alpha=0.05..0.5:8 (8 values by equal steps, with :log at the end by equal
+    /// factors), or of the techniques that have it, as param:NAME=A..B:N
+    #[arg(long, value_name = "SPEC", value_parser = Sweep::parse)]
+    sweep: Option<Sweep>,
+    /// Chart of the sweep, .svg or .png: error, bytes and seconds of baking against its parameter
+    #[arg(long, value_name = "OUT.svg|OUT.png", requires = "sweep")]
+    plot: Option<PathBuf>,
+    /// File that keeps the numbers of each finished row, by a digest of inputs, specs, options and version; rows that it
+    /// holds are not computed again. It holds no pictures: not with --output and --html
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["output", "html"])]
+    resume: Option<PathBuf>,
     /// Size of each picture, pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     size: (usize, usize),
     /// Relative error of the reference at each point
     #[arg(long, value_name = "T", default_value_t = 5e-3, allow_negative_numbers = true, value_parser = inputs::positive)]
     reference_tolerance: f64,
+    /// Compare with paths, which know shadows and light from surface to surface, instead of the integral without them; suns
+    /// are shaded exactly then, and shadowed by rays under techniques that know shadows
+    #[arg(long)]
+    path: bool,
+    #[command(flatten)]
+    paths: PathArgs,
     /// Exit 4 where a technique's relative RMS error is larger
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
@@ -73,6 +99,9 @@ pub struct Options {
 struct Finding {
     environment: String,
     brdf: String,
+    /// The reflectance without what a sweep sets, and the value that it sets.
+    base: String,
+    value: Option<f64>,
     answers: Vec<Answer>,
 }
 
@@ -85,7 +114,17 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             places.file("--output", path)?;
         }
     }
+    if let Some(path) = &o.plot {
+        check_output(path, &["svg", "png"])?;
+        places.file("--plot", path)?;
+    }
+    if let Some(path) = &o.resume {
+        places.file("--resume", path)?;
+    }
     let findings = compare(&o, context)?;
+    if let (Some(path), Some(sweep)) = (&o.plot, &o.sweep) {
+        plot::write(&chart::drawing(&findings, sweep), path, context)?;
+    }
     if let Some(path) = &o.output {
         context.write_display(path, &sheet(&o, &findings).draw(), Vec::new())?;
     }
@@ -107,26 +146,69 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
     let bakes = bakes(o, context)?;
     let methods = methods(o, &bakes)?;
-    let plan = Plan { reference_tolerance: o.reference_tolerance, ev: 0.0 };
+    context.paths = o.paths.get(o.path)?;
+    if o.path {
+        // Suns beside techniques that know shadows are shadowed by rays, as paths are.
+        context.suns = Suns::Exact;
+    }
+    let plan = Plan { reference_tolerance: o.reference_tolerance, paths: o.path, ev: 0.0 };
     let renderers = renderers(context)?;
     let scenes = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         scenes(o, context)?
     } else {
         meshes(o, &bakes, context)?
     };
-    let mut findings = Vec::new();
-    for (environment, brdf, mut scene) in scenes {
+    let mut kept = o.resume.as_deref().map(Kept::open).transpose()?;
+    let (mut findings, mut reused) = (Vec::new(), 0);
+    for Case { environment, brdf, base, value, mark, mut scene } in scenes {
+        let keys = keys(o, &mark, &methods, &renderers);
+        if let Some(answers) = resume::whole(kept.as_ref(), &keys) {
+            findings.push(Finding { environment, brdf, base, value, answers });
+            reused += 1;
+            continue;
+        }
         scene.settings = Settings::new(o.size.0, o.size.1);
         scene.tone_mapper = o.tone_mapper.unwrap_or_default();
         scene.tolerance = o.tolerance;
         if scene.mesh.bounds().is_none() {
             return Err(Failure::input(format!("{}: has no triangles", o.mesh)));
         }
-        scene.camera = Some(scene.camera_or_framed(Some(FOV))?);
+        let framed = || scene.framed(FOV, Vec3::Y);
+        scene.camera = Some(scene.camera.map_or_else(framed, Ok)?);
         let answers = context.compare(&scene, &methods, &renderers, &plan)?;
-        findings.push(Finding { environment, brdf, answers });
+        let finding = Finding { environment, brdf, base, value, answers };
+        if let Some(kept) = &mut kept {
+            kept.add(finding.results(&keys))?;
+        }
+        findings.push(finding);
+    }
+    if let Some(path) = o.resume.as_ref().filter(|_| reused > 0) {
+        context.say(format_args!("{reused} of {} rows are those of {}", findings.len(), path.display()));
     }
     Ok(findings)
+}
+
+/// The keys of a row's results: the reference's, then each method's on each renderer.
+fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> Vec<String> {
+    let number = |v: Option<f64>| v.map_or_else(|| "-".into(), |v| v.to_string());
+    let common = [
+        env!("CARGO_PKG_VERSION").to_string(),
+        sweep::mark(&o.mesh),
+        mark.into(),
+        format!("{:?}", o.adjust),
+        format!("{:?}", o.params),
+        format!("{}x{}", o.size.0, o.size.1),
+        format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
+        o.tone_mapper.unwrap_or_default().name().into(),
+    ];
+    let one = |label: String, backend: &str| resume::key(&[&common[..], &[label, backend.into()]].concat());
+    let file = |m: &Method| match m {
+        Method::File(f) => sweep::mark(&f.path.display().to_string()),
+        _ => m.label(),
+    };
+    let answers = methods.iter().flat_map(|m| renderers.iter().map(move |r| (file(m), r.name())));
+    let reference = (Method::Reference.label(), Renderer::Cpu.name());
+    [reference].into_iter().chain(answers).map(|(label, backend)| one(label, backend)).collect()
 }
 
 /// Vertical field of view, degrees.
@@ -166,9 +248,11 @@ fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure
     } else {
         o.technique.iter().map(String::as_str).collect()
     };
-    let all = slugs.into_iter().map(Method::find).filter(|m| !matches!(m, Ok(Method::Reference)));
+    let all =
+        slugs.into_iter().map(Method::find).filter(|m| !matches!(m, Ok(Method::Reference | Method::Path)));
     let mut out: Vec<Method> = all.collect::<Result<_, _>>()?;
-    for (name, _) in &o.params {
+    let swept = o.sweep.iter().filter(|s| s.of == Of::Param).map(|s| &s.key);
+    for name in o.params.iter().map(|p| &p.0).chain(swept) {
         let has = |m: &Method| matches!(m, Method::Technique(t) if t.params().iter().any(|p| p.name == name));
         if !out.iter().any(has) {
             return Err(Failure::usage(format!("--param {name}: no technique that is compared has it")));
@@ -178,8 +262,40 @@ fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure
     Ok(out)
 }
 
-/// What is compared, with the names of its light and its materials.
-type Named = (String, String, Scene);
+/// What is compared.
+struct Case {
+    environment: String,
+    brdf: String,
+    base: String,
+    value: Option<f64>,
+    /// Light and materials with the contents of their files.
+    mark: String,
+    scene: Scene,
+}
+
+/// Materials of a mesh.
+struct Look {
+    name: String,
+    base: String,
+    value: Option<f64>,
+    mark: String,
+    materials: Vec<Material>,
+}
+
+/// The specs that a sweep makes of one, each with its value and the parameters of the techniques.
+fn swept(o: &Options, spec: &str) -> Result<Vec<(String, Option<f64>, ParamValues)>, Failure> {
+    let params = inputs::parameters(&o.params)?;
+    let Some(sweep) = &o.sweep else { return Ok(vec![(spec.into(), None, params)]) };
+    let one = |value: f64| match sweep.of {
+        Of::Brdf => (sweep.spec(spec, value), Some(value), params.clone()),
+        Of::Param => {
+            let mut params = params.clone();
+            params.0.insert(sweep.key.clone(), value.into());
+            (spec.to_string(), Some(value), params)
+        }
+    };
+    Ok(sweep.values.iter().map(|v| one(*v)).collect())
+}
 
 fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
     if list.is_empty() { default.to_vec() } else { list.iter().map(String::as_str).collect() }
@@ -187,31 +303,55 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
-fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Named>, Failure> {
+fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Case>, Failure> {
     let Model { mesh, materials } = context.model(&o.mesh)?;
-    let params = inputs::parameters(&o.params)?;
-    let material =
-        |brdf, base_colour, maps| Material { brdf, method: None, params: params.clone(), base_colour, maps };
-    let mut looks: Vec<(String, Vec<Material>)> = Vec::new();
+    if o.sweep.is_some() && (o.brdf.is_empty() || !bakes.is_empty()) {
+        return Err(Failure::usage(
+            "--sweep varies a reflectance or its techniques: give --brdf, and no --bake",
+        ));
+    }
+    let material = |brdf, params: &ParamValues, base_colour, maps| Material {
+        brdf,
+        method: None,
+        params: params.clone(),
+        base_colour,
+        maps,
+    };
+    let mut looks: Vec<Look> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
-        let own = materials.iter().map(|m| Ok(material(m.brdf()?, m.tint(true), m.maps(true))));
-        looks.push(("the file's materials".into(), own.collect::<Result<_, Failure>>()?));
+        let params = inputs::parameters(&o.params)?;
+        let own = materials.iter().map(|m| Ok(material(m.brdf()?, &params, m.tint(true), m.maps(true))));
+        let materials = own.collect::<Result<_, Failure>>()?;
+        let name = String::from("the file's materials");
+        looks.push(Look { base: name.clone(), value: None, mark: name.clone(), name, materials });
     } else {
-        let own: Vec<(&str, SharedBrdf)> = match bakes.first() {
-            Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?],
+        let specs: Vec<String> = match bakes.first() {
+            Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?.0.into()],
             _ => given(&o.brdf, &["lambert:albedo=0.6", "ggx:alpha=0.2"])
                 .into_iter()
-                .map(|spec| Ok((spec, context.brdf(spec)?)))
-                .collect::<Result<_, Failure>>()?,
+                .map(String::from)
+                .collect(),
         };
-        for (spec, brdf) in own {
-            bakes.iter().for_each(|file| context.tell_other_brdf(file, &brdf.spec()));
-            let of_file = materials.iter().map(|m| material(brdf.clone(), m.tint(false), m.maps(false)));
-            let mut all: Vec<_> = of_file.collect();
-            if all.is_empty() {
-                all.push(material(brdf, None, Maps::default()));
+        for base in &specs {
+            for (spec, value, params) in swept(o, base)? {
+                let brdf = match bakes.first() {
+                    Some(file) if o.brdf.is_empty() => baked_brdf(file)?.1,
+                    _ => context.brdf(&spec)?,
+                };
+                bakes.iter().for_each(|file| context.tell_other_brdf(file, &brdf.spec()));
+                let of_file =
+                    materials.iter().map(|m| material(brdf.clone(), &params, m.tint(false), m.maps(false)));
+                let mut all: Vec<_> = of_file.collect();
+                if all.is_empty() {
+                    all.push(material(brdf, &params, None, Maps::default()));
+                }
+                let mut name = short(&spec);
+                if let (Some(s), Some(v)) = (o.sweep.as_ref().filter(|s| s.of == Of::Param), value) {
+                    name += &format!(" [{}={v}]", s.key);
+                }
+                let mark = format!("{} {name}", sweep::mark(&spec));
+                looks.push(Look { name, base: short(base), value, mark, materials: all });
             }
-            looks.push((short(spec), all));
         }
     }
     let mut out = Vec::new();
@@ -224,10 +364,17 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
             }
             None => context.light(environment, &o.adjust.get())?,
         };
-        for (name, materials) in &looks {
-            let mut scene = Scene::new(mesh.clone(), materials.clone(), lights.clone());
+        for look in &looks {
+            let mut scene = Scene::new(mesh.clone(), look.materials.clone(), lights.clone());
             scene.background = SceneBackground::Environment(BLUR);
-            out.push((short(environment), name.clone(), scene));
+            out.push(Case {
+                environment: short(environment),
+                brdf: look.name.clone(),
+                base: look.base.clone(),
+                value: look.value,
+                mark: format!("{} {}", sweep::mark(environment), look.mark),
+                scene,
+            });
         }
     }
     Ok(out)
@@ -251,7 +398,11 @@ fn baked_light(file: &SavedBake, o: &Options, context: &mut Context) -> Result<L
 }
 
 /// A scene file, under its own light or those of the command line.
-fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
+fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
+    if o.sweep.is_some() || o.resume.is_some() {
+        // What a scene file refers to is not part of its digest.
+        return Err(Failure::usage("--sweep and --resume belong to a mesh or shape, not to a scene file"));
+    }
     if !(o.brdf.is_empty() && o.bake.is_empty() && o.params.is_empty()) {
         let why = "--brdf, --param and --bake belong to a mesh; a scene file has materials";
         return Err(Failure::usage(why));
@@ -266,7 +417,9 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Named>, Failure> {
             *blur = blur.max(BLUR);
         }
         let light = environment.map_or_else(|| "the scene's light".into(), |e| short(e));
-        out.push((light, short(&o.mesh), scene));
+        let brdf = short(&o.mesh);
+        let (base, mark) = (brdf.clone(), String::new());
+        out.push(Case { environment: light, brdf, base, value: None, mark, scene });
     }
     Ok(out)
 }

@@ -4,6 +4,7 @@ use crate::commands::render::tone_mapper;
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs};
+use crate::names;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -45,9 +46,7 @@ pub struct Options {
     /// Write an .exr or a texture in half floats
     #[arg(long)]
     half: bool,
-    /// Texels of a texture: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h, bc6h-signed [default: rgba32f, or rgba16f with
-    /// --half]
-    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, conflicts_with = "half")]
+    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, conflicts_with = "half", help = format!("Texels of a texture: {} [default: 32-bit floats, or 16-bit ones with --half]", names::formats()))]
     format: Option<TexelFormat>,
 }
 

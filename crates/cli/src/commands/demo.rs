@@ -44,7 +44,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let scene = scene(usize::from(o.size), context)?;
     let methods: Vec<Method> =
         TECHNIQUES.iter().map(|(slug, _)| Method::find(slug)).collect::<Result<_, _>>()?;
-    let plan = Plan { reference_tolerance: TOLERANCE, ev: 0.0 };
+    let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
     let answers = context.compare(&scene, &methods, &[Renderer::Cpu], &plan)?;
     context.write_display(&o.output, &sheet(&answers).draw(), Vec::new())?;
     let seconds = start.elapsed().as_secs_f64();

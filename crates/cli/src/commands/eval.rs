@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights};
+use crate::inputs::{self, AdjustArgs, ExtraLights, PathArgs};
 use crate::report::points_json;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -48,7 +48,9 @@ pub struct Options {
     /// How the reference reads texels [default: constant]
     #[arg(long, value_enum)]
     lookup: Option<Reading>,
-    /// Mesh for techniques that bake transfer
+    #[command(flatten)]
+    paths: PathArgs,
+    /// Mesh for path and for techniques that bake transfer
     #[arg(long, value_name = "FILE|SHAPE")]
     mesh: Option<String>,
     /// Output CSV [default: standard output]
@@ -97,6 +99,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         Some(path) => Method::File(Arc::new(context.saved_bake(path, &adjust)?)),
         None => Method::find(o.technique.as_deref().unwrap_or("reference"))?,
     };
+    context.paths = o.paths.get(matches!(method, Method::Path))?;
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
         return Err(Failure::usage(
             "--lookup belongs to --technique reference; techniques fix their own lookup",

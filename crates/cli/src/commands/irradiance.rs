@@ -10,6 +10,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use shape::WindowSpec;
 use std::path::{Path, PathBuf};
+use steradian_brdf::dfg::text::Language;
+use steradian_engines::irradiance_source;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::Arrangement;
 use steradian_prefilter::{Cosine, Sampled, filter_image};
@@ -39,7 +41,7 @@ pub struct Options {
     /// Add ZH3 to the JSON document: linear coefficients and one zonal number per channel, stored and hallucinated
     #[arg(long)]
     zh3: bool,
-    /// Coefficients as .csv, .txt or .json; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻²
+    /// Coefficients as .csv, .txt or .json; 9 of them as shader text with a function irradiance(n), .wgsl or .glsl; or, as .exr .hdr .pfm .png .ktx2, the map of irradiance E over normals in W m⁻²
     /// (no 1/π), beside the coefficients on standard output [default: coefficients on standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
@@ -61,7 +63,7 @@ impl Options {
 }
 
 /// Extensions of coefficients.
-const TEXTS: [&str; 3] = ["csv", "json", "txt"];
+const TEXTS: [&str; 5] = ["csv", "json", "txt", "wgsl", "glsl"];
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let map = match o.output.as_deref().filter(|p| *p != Path::new("-")) {
@@ -89,9 +91,23 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if o.zh3 && !json {
         return Err(Failure::usage("--zh3 belongs to a JSON document: give --json or -o FILE.json"));
     }
+    let extension =
+        o.output.as_deref().and_then(|p| p.extension()).map(|e| e.to_string_lossy().to_lowercase());
+    let language = extension.as_deref().and_then(Language::of_extension).filter(|_| map.is_none());
+    if language.is_some() && o.bands() != 3 {
+        return Err(Failure::usage("shader text is of 9 coefficients: leave --bands out"));
+    }
     let c = coefficients(&o, context)?;
+    if let Some(source) = language.and_then(|l| irradiance_source(&c.radiance, l, &notes(context))) {
+        return context.write_text(o.output.as_deref(), &source);
+    }
     let text = if json { context.json_text(c.json(&o)) } else { table(&c.radiance, &c.irradiance) };
     context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
+}
+
+/// What made a text, for the comment above it.
+fn notes(context: &Context) -> Vec<String> {
+    context.provenance_pairs().into_iter().map(|(k, v)| format!("{k}: {v}")).collect()
 }
 
 /// What is written as numbers.

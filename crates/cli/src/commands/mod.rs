@@ -11,6 +11,8 @@ mod lut;
 mod prefilter;
 pub mod render;
 mod sample;
+mod techniques;
+mod transfer;
 mod verify;
 
 use crate::context::{Backend, Context};
@@ -38,6 +40,9 @@ pub enum Command {
     Prefilter(Box<prefilter::Options>),
     /// What a prefiltered file of any tool really holds, level by level, and how far off it is
     Verify(Box<verify::Options>),
+    /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
+    /// or given point
+    Transfer(transfer::Options),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
@@ -46,6 +51,8 @@ pub enum Command {
     Convert(Box<convert::Options>),
     /// Values of a map along given directions
     Sample(sample::Options),
+    /// The techniques, and the works that they come from as BibTeX
+    Techniques(techniques::Options),
 }
 
 impl Command {
@@ -65,6 +72,8 @@ impl Command {
             Self::Inspect(o) => inspect::run(o, context),
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),
+            Self::Techniques(o) => techniques::run(o, context),
+            Self::Transfer(o) => transfer::run(o, context),
         }
     }
 

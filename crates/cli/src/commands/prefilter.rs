@@ -4,7 +4,7 @@ mod report;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs;
+use crate::{inputs, names};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use std::time::Instant;
 use steradian_engines::{Engine, Filtered, MethodChoice, Request, kernel_name};
 use steradian_formats::TexelFormat;
 use steradian_light::load::{FileLayout, Profile};
-use steradian_session::{Adjust, Destinations, expand_lights, is_sky};
+use steradian_session::{Adjust, Destinations, LIGHT_KEY, check_replaced, expand_lights, is_sky, light_mark};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
@@ -24,24 +24,17 @@ pub struct Options {
     /// of theirs; {} in a file's name stands for the input's
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// ggx, beckmann, charlie, phong, blinn-phong, lambert, gaussian (of the angle), spherical-gaussian, or
-    /// brdf:SPEC for any isotropic reflectance as it is seen at normal incidence
-    #[arg(long, value_name = "NAME|brdf:SPEC", default_value = "ggx", value_parser = kernel_name)]
+    #[arg(long, value_name = "NAME|brdf:SPEC", default_value = Request::KERNEL, value_parser = kernel_name, help = names::kernels())]
     kernel: String,
-    /// Perceptual roughness of ggx, beckmann and charlie, 0 to 1; 0 is a mirror
-    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = unit)]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = unit, help = names::kernel_parameter("Perceptual roughness, 0 (a mirror) to 1,", "perceptual-roughness"))]
     perceptual_roughness: Option<f64>,
-    /// Width of ggx, beckmann and charlie: perceptual roughness squared
-    #[arg(long, value_name = "A", allow_negative_numbers = true, value_parser = unit, conflicts_with = "perceptual_roughness")]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, value_parser = unit, conflicts_with = "perceptual_roughness", help = names::kernel_parameter("Perceptual roughness squared", "alpha"))]
     alpha: Option<f64>,
-    /// Exponent of phong and blinn-phong
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = inputs::positive)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = inputs::positive, help = names::kernel_parameter("Exponent", "exponent"))]
     exponent: Option<f64>,
-    /// Standard deviation of gaussian and spherical-gaussian, degrees
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive, help = names::kernel_parameter("Standard deviation in degrees", "sigma"))]
     sigma: Option<f64>,
-    /// Files of an engine: bevy, three, filament, gltf, khronos, godot, unreal, blender or raw; several, separated by commas
-    #[arg(long, value_name = "NAME", value_parser = Engine::parse, value_delimiter = ',')]
+    #[arg(long, value_name = "NAME", value_parser = Engine::parse, value_delimiter = ',', help = format!("Files of an engine: {}; several, separated by commas", names::engines()))]
     profile: Vec<&'static Engine>,
     /// Side of level 0; of a lat-long image the width, or WIDTHxHEIGHT [default: 256, or the profile's]
     #[arg(long, value_name = "N|WxH", value_parser = super::render::size)]
@@ -49,8 +42,7 @@ pub struct Options {
     /// Levels of a chain, from a mirror to perceptual roughness 1 [default: one, or the profile's]
     #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=16))]
     levels: Option<u8>,
-    /// Texels of a cube: rgba16f, rgba32f, rgb9e5, r11g11b10, bc6h or bc6h-signed [default: rgba32f, or the profile's]
-    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse)]
+    #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, help = format!("Texels of a cube: {} [default: 32-bit floats, or the profile's]", names::formats()))]
     format: Option<TexelFormat>,
     /// Relative RMS error [default: 2e-3]; with it a miss exits with 4, the rounding of the file's texels included
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
@@ -59,9 +51,7 @@ pub struct Options {
     /// where the level is bright
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64)]
     check: u16,
-    /// A way to prefilter by name, for comparison: auto, brute, truncated-angular, hierarchical, lat-long-angular,
-    /// per-face, box-mip, dual-paraboloid or frequency
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = MethodChoice::parse)]
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = MethodChoice::parse, help = names::methods())]
     method: MethodChoice,
     /// Takes suns and lamps out of the light before it is filtered, and writes them to this file as disk lights: the flux, direction and
     /// size of their texels, not their outline, which lobes as sharp as a texel show beside the sun
@@ -77,8 +67,7 @@ pub struct Options {
     /// Arrangement of the input: latlong, cross, strip, angular, … [default: by its shape]
     #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     layout: Option<FileLayout>,
-    /// Convention of the input: openexr, cmgen, usd, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse, help = format!("Convention of the input: {} [default: steradian, or what the file says]", names::profiles()))]
     input_profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = inputs::finite)]
@@ -174,11 +163,15 @@ fn request(o: &Options, job: &Job, context: &mut Context) -> Result<Request, Fai
         check: o.check.into(),
         method: o.method,
         dump: o.dump_levels.is_some(),
+        suns: Vec::new(),
     };
     request.brdf = request.brdf_spec().map(|spec| context.brdf(spec)).transpose()?;
     // Refused before any work.
     request.plan(context.common.max_memory)?;
     destinations(o, job)?;
+    if let Some(file) = request.fixed_file() {
+        check_replaced(&file, &light_mark(&job.environment), &context.limits())?;
+    }
     Ok(request)
 }
 
@@ -206,13 +199,22 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     for job in &jobs {
         request(&o, job, context)?;
     }
-    for job in &jobs {
+    if let Some(bars) = context.bars().filter(|_| several) {
+        bars.begin_batch(jobs.len() as u64);
+    }
+    for (k, job) in jobs.iter().enumerate() {
         if several {
             context.say(format_args!("{}: {}", job.environment, job.output.display()));
+            if let Some(bars) = context.bars() {
+                bars.next_of_batch(&job.name, k as u64);
+            }
         }
         let (document, miss) = one(&o, job, context)?;
         documents.push(document);
         missed = missed.or(miss);
+    }
+    if let Some(bars) = context.bars().filter(|_| several) {
+        bars.end_batch();
     }
     if context.common.json {
         let document = if several { json!({ "outputs": documents }) } else { documents.remove(0) };
@@ -225,7 +227,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<String>), Failure> {
     let start = Instant::now();
     context.begin_output();
-    let request = request(o, job, context)?;
+    let mut request = request(o, job, context)?;
     if let Some(folder) = job.output.parent().filter(|_| job.engine.is_some() && o.profile.len() > 1) {
         std::fs::create_dir_all(folder)
             .map_err(|e| Failure::failed(format!("{}: cannot write: {e}", folder.display())))?;
@@ -240,6 +242,7 @@ fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<S
     let suns = o.extract_sun.as_ref().map(|_| steradian_light::suns::take(&mut lights));
     if let Some(taken) = &suns {
         context.note(taken.metadata());
+        request.suns = taken.suns.clone();
     }
     let mut clock = report::Clock::new(start, "reading");
     let mut made = Filtered::new(request, lights, &context.task)?;
@@ -251,7 +254,11 @@ fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<S
     };
     context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
     clock.parts(&made.seconds);
-    let metadata = context.provenance_pairs();
+    if let Some(beyond) = &made.beyond {
+        context.warn(report::beyond(&made, beyond));
+    }
+    let mut metadata = context.provenance_pairs();
+    metadata.push((LIGHT_KEY.into(), light_mark(&job.environment)));
     let written = made.write(&metadata)?;
     written.iter().for_each(|w| context.tell_lost(Path::new(&w.name), w.report));
     clock.lap("writing");

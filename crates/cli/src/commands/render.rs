@@ -2,19 +2,20 @@
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights};
+use crate::inputs::{self, AdjustArgs, ExtraLights, PathArgs};
 use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use steradian_formats::{Raster, WriteOptions};
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Maps, NormalFiltering, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    Backend, DEFAULT_SKY, Material, Method, Model, Picture, Prepared, Renderer, Scene, SceneOverrides,
-    check_output, for_any_mesh, make_tangents,
+    Backend, DEFAULT_SKY, FOV, Material, Method, Model, Picture, Prepared, Renderer, Scene, SceneOverrides,
+    Shadows, check_output, for_any_mesh, make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -68,6 +69,15 @@ pub struct Options {
     /// work) or none (highlights of distant bumps alias) [default: covariance]
     #[arg(long, value_name = "HOW", value_parser = normal_filtering)]
     normal_filtering: Option<NormalFiltering>,
+    #[command(flatten)]
+    paths: PathArgs,
+    /// With path: the variance of each pixel's radiance
+    #[arg(long, value_name = "FILE.exr|FILE.pfm")]
+    variance: Option<PathBuf>,
+    /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
+    /// know shadows) [default: auto]
+    #[arg(long, value_name = "HOW", value_parser = shadows)]
+    shadows: Option<Shadows>,
     /// Leave out the materials of the mesh file
     #[arg(long)]
     plain: bool,
@@ -93,6 +103,10 @@ pub struct Options {
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     from: Option<[f64; 3]>,
+    /// A plane of this reflectance under the mesh, as far as the horizon; path alone lets them shadow one another.
+    /// --technique shades it too where it takes its reflectance; else one is chosen [default of the SPEC: lambert:albedo=0.4]
+    #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
+    ground: Option<String>,
     /// Upward direction of the camera [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     up: Option<[f64; 3]>,
@@ -144,6 +158,15 @@ fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
     NormalFiltering::from_name(text).ok_or_else(|| steradian_base::unknown("way", text, &names))
 }
 
+fn shadows(text: &str) -> Result<Shadows, String> {
+    match text {
+        "auto" => Ok(Shadows::Auto),
+        "none" => Ok(Shadows::Off),
+        "ray" => Ok(Shadows::Ray),
+        _ => Err(steradian_base::unknown("shadows", text, &["auto", "none", "ray"])),
+    }
+}
+
 fn background(text: &str) -> Result<SceneBackground, String> {
     match text {
         "environment" => Ok(SceneBackground::Environment(0.0)),
@@ -158,6 +181,14 @@ fn background(text: &str) -> Result<SceneBackground, String> {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png", "exr", "hdr", "pfm"])?;
+    let traced = o.technique.as_deref() == Some(Method::Path.slug());
+    context.paths = o.paths.get(traced)?;
+    if let Some(path) = &o.variance {
+        check_output(path, &["exr", "pfm"])?;
+        if !traced || o.orbit.is_some() {
+            return Err(Failure::usage("--variance belongs to one picture by --technique path"));
+        }
+    }
     let scene = scene(&o, context)?;
     // What is asked for by name fails before the work.
     let renderer = (context.backend != Backend::Auto).then(|| Renderer::open(context)).transpose()?;
@@ -166,6 +197,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let (mut picture, missed) = context.render_on(&scene, renderer)?.even_if_missed();
     let film = std::mem::take(&mut picture.film);
+    if let (Some(path), Some(variance)) = (&o.variance, picture.variance.take()) {
+        context.write_image(
+            path,
+            &Raster::rgb(film.width, film.height, variance),
+            WriteOptions::default(),
+        )?;
+    }
     context.write_film(&o.output, film, picture.develop)?;
     report(&o, &scene, &picture, context)?;
     missed.map_or(Ok(()), |m| Err(m.into()))
@@ -201,6 +239,7 @@ fn orbit(
 
 fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     context.suns = o.lights.suns();
+    context.shadows = o.shadows.unwrap_or_default();
     let mut scene = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         context.scene_file(Path::new(&o.input), &overrides(o)?)?
     } else {
@@ -229,7 +268,21 @@ fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         scene.materials.iter_mut().for_each(|m| m.maps.filtering = filtering);
     }
     camera(o, &mut scene)?;
+    if let Some(spec) = &o.ground {
+        scene.ground = Some(ground(o, spec, context)?);
+    }
     Ok(scene)
+}
+
+/// The technique of the mesh shades the ground too where it takes its reflectance; else one is chosen.
+fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Failure> {
+    let brdf = context.brdf(spec)?;
+    let named = o.technique.as_deref().map(Method::find).transpose()?;
+    let method = named.filter(|m| match m {
+        Method::Technique(t) => (t.card().materials)(&*brdf).is_ok(),
+        _ => true,
+    });
+    Ok(Material { method, ..Material::new(brdf) })
 }
 
 /// What the command line changes in a scene file.
@@ -379,7 +432,8 @@ fn camera(o: &Options, scene: &mut Scene) -> Outcome {
         return Err(Failure::usage("--fov must be below 180 degrees"));
     }
     let vector = |v: [f64; 3]| Vec3::from(v.map(|c| c as f32));
-    scene.camera = Some(match scene.camera_or_framed(fov)? {
+    let framed = || scene.framed(fov.unwrap_or(FOV), o.up.map_or(Vec3::Y, vector));
+    scene.camera = Some(match scene.camera.map_or_else(framed, Ok)? {
         Camera::Pinhole { from, at, up, fov_y } => Camera::Pinhole {
             from: o.from.map_or(from, vector),
             at: o.at.map_or(at, vector),

@@ -1,10 +1,11 @@
 //! `steradian verify`: what a prefiltered file of any tool really holds, level by level.
 
 mod report;
+mod words;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs;
+use crate::{inputs, names};
 use clap::Args;
 use report::Summary;
 use steradian_base::unknown;
@@ -20,14 +21,12 @@ pub struct Options {
     /// Texture (.ktx2, .ktx, .dds), image, pattern with {}, .gltf with a light, or folder of levels
     #[arg(value_name = "FILE")]
     file: String,
-    /// Whose file: bevy, three, filament, gltf, khronos, godot, unreal, blender, raw, cmgen or cmft
-    #[arg(short, long, value_name = "NAME", value_parser = consumer)]
+    #[arg(short, long, value_name = "NAME", value_parser = consumer, help = format!("Whose file: {}", names::listed(&Consumer::names())))]
     profile: Consumer,
     /// The light that it was made from: image or sky spec
     #[arg(short, long, value_name = "ENV")]
     environment: String,
-    /// What it should hold: ggx, lambert, charlie, phong, beckmann [default: what file and name say, else the profile's]
-    #[arg(long, value_name = "NAME", value_parser = family)]
+    #[arg(long, value_name = "NAME", value_parser = family, help = format!("What it should hold: {} [default: what file and name say, else the profile's]", names::listed(&Family::ALL.map(Family::name))))]
     kernel: Option<Family>,
     /// Perceptual roughness of a file of one level [default: what the file says, else 0]
     #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = roughness)]
@@ -42,8 +41,7 @@ pub struct Options {
     /// Arrangement of the light [default: by its shape]
     #[arg(long, value_name = "NAME", value_parser = FileLayout::parse)]
     light_layout: Option<FileLayout>,
-    /// Convention of the light: openexr, cmgen, usd, … [default: steradian, or what the file says]
-    #[arg(long, value_name = "NAME", value_parser = Profile::parse)]
+    #[arg(long, value_name = "NAME", value_parser = Profile::parse, help = format!("Convention of the light: {} [default: steradian, or what the file says]", names::profiles()))]
     light_profile: Option<&'static Profile>,
     /// Rotation of the light about +Y, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = inputs::finite)]
@@ -91,7 +89,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     } else {
         context.print(&summary.text())?;
     }
-    let faults = found.faults();
+    let faults: Vec<String> = found.findings().iter().map(words::finding).collect();
     if !faults.is_empty() {
         return Err(Failure::missed(faults.join("; ")));
     }

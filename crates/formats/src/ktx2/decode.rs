@@ -3,7 +3,7 @@
 use super::{HEADER_BYTES, IDENTIFIER, LEVEL_BYTES, TextureLevels};
 use crate::image::{not_empty, read_bytes};
 use crate::texel::TexelFormat;
-use crate::{FormatError, Limits};
+use crate::{FormatError, Limits, Texels};
 use half::f16;
 use std::borrow::Cow;
 use std::io::Read;
@@ -129,6 +129,23 @@ impl Format {
         }
         out
     }
+}
+
+/// How the texels of a file that begins with `head` are stored.
+pub(crate) fn texels(head: &[u8]) -> Result<Texels, String> {
+    let h = Header::parse(head)?;
+    let format = match h.format {
+        Format::Packed(f) => f.name().into(),
+        Format::Floats { components, half } => {
+            format!("{}{}", &"rgba"[..components], if half { "16f" } else { "32f" })
+        }
+    };
+    let compression = match h.scheme {
+        2 => Some("Zstandard"),
+        3 => Some("ZLIB"),
+        _ => None,
+    };
+    Ok(Texels { format, compression })
 }
 
 impl Header {

@@ -11,7 +11,7 @@ mod decode;
 mod encode;
 
 pub use array::{TextureArray, decode_ktx2_array, read_ktx2_array, write_ktx2_array};
-pub(crate) use decode::{DAMAGED, key_values};
+pub(crate) use decode::{DAMAGED, key_values, texels};
 pub use decode::{decode_ktx2, read_ktx2};
 pub use encode::{Supercompression, write_ktx2, write_ktx2_as};
 pub(crate) use encode::{check, check_levels};

@@ -5,7 +5,7 @@ use crate::layout::{bytes, filled};
 use crate::{Gpu, GpuError};
 use glam::DVec3;
 use steradian_light::Lights;
-use steradian_prefilter::{Beam, EdgeCube};
+use steradian_prefilter::{EdgeCube, SmallLight};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::{Frame, Layout, SphereImage, sh};
 
@@ -15,7 +15,7 @@ pub struct Surroundings {
     pub(super) texels: wgpu::Buffer,
     /// 0 lat-long or 1 faces, width, height, angle of a texel.
     shape: [f32; 4],
-    suns: Vec<Beam>,
+    suns: Vec<SmallLight>,
     positive: bool,
 }
 
@@ -29,8 +29,8 @@ impl Surroundings {
         let black = SphereImage::new(Layout::LatLong, 4, 2);
         let image = lights.environment.as_ref().map_or(&black, |e| &e.image);
         let mut out = Self::from_image(gpu, image)?;
-        out.suns.extend(lights.disks.iter().map(Beam::from));
-        out.suns.extend(lights.directionals.iter().map(Beam::from));
+        out.suns.extend(lights.disks.iter().map(SmallLight::from));
+        out.suns.extend(lights.directionals.iter().map(SmallLight::from));
         Ok(out)
     }
 
@@ -127,7 +127,7 @@ pub(super) fn fits(gpu: &Gpu, size: u64) -> Result<(), GpuError> {
 
 /// Directions and fluxes whose sum over a kernel that varies over `width` is that over the disk: Gauss–Legendre in the
 /// height 1 − cos θ, in which the area is uniform, and equal steps around.
-fn points(sun: &Beam, width: f64) -> Vec<(DVec3, [f64; 3])> {
+fn points(sun: &SmallLight, width: f64) -> Vec<(DVec3, [f64; 3])> {
     let ratio = sun.radius / width;
     if ratio < 1.0 / 32.0 {
         return vec![(sun.direction, sun.flux)];

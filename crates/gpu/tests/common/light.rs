@@ -6,7 +6,7 @@ use glam::DVec3;
 use steradian_base::Task;
 use steradian_gpu::refilter::Level;
 use steradian_light::{DiskLight, Environment, Lights};
-use steradian_prefilter::{Beam, EdgeCube, Tree, angular, edge_cube};
+use steradian_prefilter::{EdgeCube, SmallLight, Tree, angular, edge_cube};
 use steradian_sphere::{Layout, SphereImage};
 
 /// A graded sky with a bright window whose edges cross a corner of the cube, and a small lamp.
@@ -29,7 +29,7 @@ pub fn with_sun(mut lights: Lights) -> Lights {
 
 /// The light's hierarchy, suns beside it.
 pub fn tree(lights: &Lights) -> Tree {
-    let suns: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
+    let suns: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
     Tree::new(lights.environment.as_ref().map(|e| &e.image), &suns, &Task::quiet()).expect("nobody cancels")
 }
 

@@ -138,6 +138,26 @@ pub static PROFILES: &[Profile] = &[
         cube: DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y),
         ..OWN
     },
+    Profile {
+        name: "babylon",
+        doc: "Babylon.js in a right-handed scene: lat-long as ours; cubes are looked up with (x, y, -z)",
+        cube: diagonal(1.0, 1.0, -1.0),
+        ..OWN
+    },
+    Profile {
+        name: "playcanvas",
+        doc: "PlayCanvas: lat-long u = 0.5 + atan2(-x, z)/2pi, so that the centre looks to +Z; cubes are looked up with (-x, y, z)",
+        latlong: CENTRE_Z,
+        cube: diagonal(-1.0, 1.0, 1.0),
+        ..OWN
+    },
+    Profile {
+        name: "unity",
+        doc: "Unity with (X, Y, Z) = (-x, y, z) of our world: lat-long u = 0.5 - atan2(Z, X)/2pi, so that the centre looks to -X; cubes are looked up with (-x, y, z)",
+        latlong: diagonal(-1.0, 1.0, -1.0),
+        cube: diagonal(-1.0, 1.0, 1.0),
+        ..OWN
+    },
 ];
 
 impl Profile {
@@ -193,6 +213,28 @@ impl Profile {
         }
         let (layout, w, h) = (image.layout, image.width, image.height);
         SphereImage::from_fn(layout, w, h, |d| moved(&image, axes * d))
+    }
+
+    /// The reverse of [`Self::import`] for tools whose texels lie at the centres of cells: an image over our world as
+    /// the tool's file holds it. Texels change places only (of a lat-long image where its width is a multiple of four).
+    pub fn export(&self, image: &SphereImage) -> SphereImage {
+        let (layout, w, h) = (image.layout, image.width, image.height);
+        let (axes, slots) = match layout {
+            Layout::LatLong => (self.latlong, OWN.slots),
+            Layout::Cube => (self.cube, self.slots),
+            _ => return image.clone(),
+        };
+        let back = axes.transpose();
+        let out = if axes == DMat3::IDENTITY {
+            image.clone()
+        } else if layout == Layout::Cube || w % 4 == 0 {
+            SphereImage::from_fn(layout, w, h, |d| image.nearest(back * d))
+        } else {
+            image.rotate(axes)
+        };
+        let mut places = OWN.slots;
+        slots.iter().enumerate().for_each(|(k, &slot)| places[slot] = k);
+        reorder(out, places)
     }
 
     /// Does [`Self::import`] make texels from several ones?

@@ -64,7 +64,7 @@ pub struct Extraction {
 const MOST_CHANGE: f64 = 0.05;
 
 /// Luminance of linear Rec. 709.
-fn luminance(v: [f64; 3]) -> f64 {
+pub fn luminance(v: [f64; 3]) -> f64 {
     0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]
 }
 

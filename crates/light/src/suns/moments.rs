@@ -3,6 +3,7 @@
 use crate::DiskLight;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
+use steradian_numerics::dense;
 use steradian_sphere::SphereImage;
 
 /// ∫ L dω and ∫ L ω dω of one channel.
@@ -181,31 +182,10 @@ impl Grid {
         }
         let d = wanted.minus(&now);
         let missing = [d.flux, d.vector.x, d.vector.y, d.vector.z];
-        if missing == [0.0; 4] { Some([0.0; 4]) } else { solve(m, missing) }
-    }
-}
-
-/// Gauss's elimination with pivots; `None` where the matrix is singular.
-fn solve(mut m: [[f64; 4]; 4], mut b: [f64; 4]) -> Option<[f64; 4]> {
-    let largest = m.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
-    for k in 0..4 {
-        let pivot = (k..4).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
-        if m[pivot][k].abs() <= 1e-9 * largest {
-            return None;
+        if missing == [0.0; 4] {
+            return Some([0.0; 4]);
         }
-        m.swap(k, pivot);
-        b.swap(k, pivot);
-        for i in k + 1..4 {
-            let f = m[i][k] / m[k][k];
-            for j in k..4 {
-                m[i][j] -= f * m[k][j];
-            }
-            b[i] -= f * b[k];
-        }
+        let x = dense::solve(m.map(Vec::from).into(), missing.map(|x| vec![x]).into(), 1e-9)?;
+        Some(std::array::from_fn(|k| x[k][0]))
     }
-    for k in (0..4).rev() {
-        let known: f64 = (k + 1..4).map(|j| m[k][j] * b[j]).sum();
-        b[k] = (b[k] - known) / m[k][k];
-    }
-    Some(b)
 }

@@ -36,20 +36,33 @@ pub fn take(lights: &mut Lights) -> Taken {
     out
 }
 
+/// A disk in a file of lights.
+fn entry(d: &DiskLight) -> Value {
+    let area = std::f64::consts::PI * d.angular_radius.sin().powi(2);
+    json!({
+        "kind": "disk",
+        "direction": d.direction.to_array(),
+        "angular_radius_degrees": d.angular_radius.to_degrees(),
+        "solid_angle": d.solid_angle(),
+        "irradiance": d.radiance.map(|l| l * area),
+        "radiance": d.radiance,
+    })
+}
+
+impl DiskLight {
+    /// The document of a file of these disks that [`crate::Lamp::read`] reads.
+    pub fn document(disks: &[Self]) -> Value {
+        json!({ "lights": disks.iter().map(entry).collect::<Vec<_>>() })
+    }
+}
+
 impl Taken {
     /// The document of a file that [`crate::Lamp::read`] reads.
     pub fn json(&self) -> Value {
         let light = |(d, share): (&DiskLight, &f64)| {
-            let area = std::f64::consts::PI * d.angular_radius.sin().powi(2);
-            json!({
-                "kind": "disk",
-                "direction": d.direction.to_array(),
-                "angular_radius_degrees": d.angular_radius.to_degrees(),
-                "solid_angle": d.solid_angle(),
-                "irradiance": d.radiance.map(|l| l * area),
-                "radiance": d.radiance,
-                "share_of_flux": share,
-            })
+            let mut entry = entry(d);
+            entry["share_of_flux"] = json!(share);
+            entry
         };
         json!({
             "lights": self.suns.iter().zip(&self.shares).map(light).collect::<Vec<_>>(),

@@ -5,7 +5,7 @@
 //! needs no border. (Kautz's course notes 2006 show the seams of the ordinary layout.) Faces are in the Khronos
 //! order and orientation.
 
-use crate::Beam;
+use crate::SmallLight;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -167,10 +167,10 @@ impl EdgeCube {
 
     /// Adds a small light: its flux goes to the samples as bilinear lookup weighs them, divided by the solid
     /// angle that each stands for, so the integral of lookups grows by the flux.
-    pub fn add(&mut self, beam: &Beam) {
+    pub fn add(&mut self, small_light: &SmallLight) {
         let mut shares: BTreeMap<Lattice, f64> = BTreeMap::new();
-        let rings = (4.0 * beam.radius / spacing(self.size)).ceil().clamp(1.0, 64.0) as usize;
-        beam.nodes(rings, 4 * rings, |d, w| {
+        let rings = (4.0 * small_light.radius / spacing(self.size)).ceil().clamp(1.0, 64.0) as usize;
+        small_light.nodes(rings, 4 * rings, |d, w| {
             for (p, share) in self.shares(d) {
                 *shares.entry(p).or_default() += w * share;
             }
@@ -179,7 +179,7 @@ impl EdgeCube {
             let w = w / solid_angle(self.size, p);
             for (face, (i, j)) in (0..6).filter_map(|f| Some((f, on_face(self.size, f, p)?))) {
                 let texel = &mut self.texels[(face * (self.size + 1) + j) * (self.size + 1) + i];
-                (0..3).for_each(|c| texel[c] += (beam.flux[c] * w) as f32);
+                (0..3).for_each(|c| texel[c] += (small_light.flux[c] * w) as f32);
             }
         }
     }
@@ -349,7 +349,12 @@ mod tests {
             [(DVec3::new(1.0, 1.0, 1.0), 0.0), (DVec3::new(1.0, 0.2, 0.99), 0.1), (DVec3::Y, 0.6)]
         {
             let mut cube = EdgeCube::from_fn(16, |_| [0.0; 3]);
-            cube.add(&Beam { direction: direction.normalize(), radius, flux: [2.0, 1.0, 0.0], cell: None });
+            cube.add(&SmallLight {
+                direction: direction.normalize(),
+                radius,
+                flux: [2.0, 1.0, 0.0],
+                cell: None,
+            });
             let n = 200_000;
             let mut flux = 0.0;
             for k in 0..n {

@@ -6,7 +6,7 @@
 
 use super::edge_cube::{self, EdgeCube};
 use crate::image::{Row, at_points};
-use crate::{Beam, Source, Tree, Zonal, angular, probe};
+use crate::{SmallLight, Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
@@ -23,7 +23,7 @@ pub enum Size {
 
 /// How a map was filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
+pub enum CubeMethod {
     /// By spherical harmonics.
     Frequency {
         /// Highest band used.
@@ -39,7 +39,7 @@ pub struct Filtered {
     /// ∫ L(wi) K(d·wi) dwi over d.
     pub cube: EdgeCube,
     /// How.
-    pub way: Way,
+    pub way: CubeMethod,
     /// Bound of the relative RMS error by the bands left out; of the angular way, about its error.
     pub tail: f64,
     /// Estimate of the relative RMS error of bilinear lookup.
@@ -64,14 +64,20 @@ pub fn filter(
     let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
     if tail > tolerance.max(angular::ERROR) {
         let cube = EdgeCube::try_from_fn(size, task, |d| angular::convolve_at(tree, kernel, d))?;
-        return Ok(Filtered { cube, way: Way::Angular, tail: angular::ERROR, interpolation, clipped: 0.0 });
+        return Ok(Filtered {
+            cube,
+            way: CubeMethod::Angular,
+            tail: angular::ERROR,
+            interpolation,
+            clipped: 0.0,
+        });
     }
     task.check()?;
     let (mut cube, clipped) = synthesized(source, &k[..=order], size, !source.negative && !kernel.signed());
-    if !source.beams.is_empty() {
-        cube = add_beams(source, kernel, &cube);
+    if !source.small_lights.is_empty() {
+        cube = add_small_lights(source, kernel, &cube);
     }
-    Ok(Filtered { cube, way: Way::Frequency { order }, tail, interpolation, clipped })
+    Ok(Filtered { cube, way: CubeMethod::Frequency { order }, tail, interpolation, clipped })
 }
 
 /// The smallest order whose tail bound is at most `tolerance` (or the whole spectrum), and that bound.
@@ -162,9 +168,10 @@ fn clipped(cube: &EdgeCube) -> (EdgeCube, f64) {
 }
 
 /// Texels' cells a row of the cube at a time, disks one by one.
-fn add_beams(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
+fn add_small_lights(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
     let n = cube.size() + 1;
-    let (cells, disks): (Vec<Beam>, Vec<Beam>) = source.beams.iter().partition(|b| b.cell.is_some());
+    let (cells, disks): (Vec<SmallLight>, Vec<SmallLight>) =
+        source.small_lights.iter().partition(|b| b.cell.is_some());
     let mut texels = cube.texels().to_vec();
     texels.par_chunks_mut(n).enumerate().for_each_init(Row::default, |row, (r, texels)| {
         let at = |i: usize| edge_cube::direction(n - 1, r / n, i, r % n);
@@ -178,7 +185,7 @@ fn add_beams(source: &Source, kernel: &dyn Zonal, cube: &EdgeCube) -> EdgeCube {
     EdgeCube::from_texels(n - 1, texels).unwrap_or_default()
 }
 
-fn disks_at(disks: &[Beam], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+fn disks_at(disks: &[SmallLight], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let beyond = (kernel.support().min(3.2)).cos();
     for b in disks {

@@ -6,5 +6,5 @@ pub mod filter;
 mod stack;
 
 pub use edge_cube::EdgeCube;
-pub use filter::{Filtered, Size, Way};
-pub use stack::{Stack, stack};
+pub use filter::{CubeMethod, Filtered, Size};
+pub use stack::{CubeStack, stack};

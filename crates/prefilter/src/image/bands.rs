@@ -34,11 +34,11 @@ pub(crate) fn order(light: &Sampled, k: &[f64], whole: &[f64], limit: f64) -> (u
 }
 
 /// Part of the tolerance that the bright texels' bands left out may use.
-pub(crate) const SPARKS: f64 = 0.01;
+pub(crate) const BRIGHT_TEXELS: f64 = 0.01;
 
 /// Should the bright texels go through the series of `k` as well? The order that this takes, if it costs less than
 /// summing them directly; else `f` and no. Errors are relative to the result of the kernel `whole`.
-pub(crate) fn with_sparks(
+pub(crate) fn with_bright_texels(
     light: &Sampled,
     k: &[f64],
     whole: &[f64],
@@ -48,14 +48,14 @@ pub(crate) fn with_sparks(
 ) -> (usize, bool) {
     let mut flux2 = 0.0;
     for c in 0..3 {
-        flux2 += light.sparks().iter().map(|b| b.flux[c].abs()).sum::<f64>().powi(2);
+        flux2 += light.bright_texels().iter().map(|b| b.flux[c].abs()).sum::<f64>().powi(2);
     }
     if flux2 == 0.0 {
         return (f, true);
     }
     let result: f64 = light.base_bands().iter().zip(whole).map(|(b, k)| b * k * k).sum();
     // All bright texels in one place is the worst that they can be: flux² Σ_{l>F} (2l+1)/4π k_l².
-    let allowed = (SPARKS * tolerance).powi(2) * result;
+    let allowed = (BRIGHT_TEXELS * tolerance).powi(2) * result;
     let mut left = 0.0;
     let mut needed = k.len();
     for l in (0..k.len()).rev() {
@@ -67,8 +67,8 @@ pub(crate) fn with_sparks(
     }
     let needed = needed.max(f);
     let more = cost::series(needed, texels) - cost::series(f, texels)
-        + cost::coefficients(needed, light.sparks().len());
-    if needed <= MAX_ORDER && more <= cost::values(light.sparks().len(), texels) {
+        + cost::coefficients(needed, light.bright_texels().len());
+    if needed <= MAX_ORDER && more <= cost::values(light.bright_texels().len(), texels) {
         (needed, true)
     } else {
         (f, false)
@@ -89,13 +89,13 @@ pub(crate) mod cost {
     }
 
     /// The harmonics of so many directions.
-    pub(crate) fn coefficients(order: usize, beams: usize) -> f64 {
-        3.0 * beams as f64 * (order as f64).powi(2)
+    pub(crate) fn coefficients(order: usize, small_lights: usize) -> f64 {
+        3.0 * small_lights as f64 * (order as f64).powi(2)
     }
 
-    /// One kernel evaluation for each beam and texel.
-    pub(crate) fn values(beams: usize, texels: usize) -> f64 {
-        12.0 * (beams * texels) as f64
+    /// One kernel evaluation for each small light and texel.
+    pub(crate) fn values(small_lights: usize, texels: usize) -> f64 {
+        12.0 * (small_lights * texels) as f64
     }
 
     /// The direct sum over what is near, at so many texels of a map; those of the image are `ratio` times as wide as

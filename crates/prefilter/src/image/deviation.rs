@@ -2,7 +2,7 @@
 
 use super::texels::{Scratch, Texels};
 use crate::Zonal;
-use crate::light::sampled::{Sampled, beams_at};
+use crate::light::sampled::{Sampled, small_lights_at};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_sphere::SphereImage;
@@ -36,7 +36,7 @@ pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: us
     let sums = Texels::new(&light.image);
     let compare = |scratch: &mut Scratch, p: &Pick| {
         let (sum, suns) =
-            (sums.all(kernel, p.direction, scratch), beams_at(light.suns(), kernel, p.direction));
+            (sums.all(kernel, p.direction, scratch), small_lights_at(light.suns(), kernel, p.direction));
         std::array::from_fn(|c| sum[c] + suns[c])
     };
     let picks = picks(image, n);

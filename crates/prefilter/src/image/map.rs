@@ -2,7 +2,7 @@
 //!
 //! Nothing is resampled from another filtered map. In frequency space (Ramamoorthi & Hanrahan 2002, 5.4) where the
 //! analysis has all bands that the kernel passes; for sharper kernels, and where it costs less, only what lies far from
-//! each direction, and the texels near it are summed ([`Way::Near`]). The brightest texels are summed exactly where
+//! each direction, and the texels near it are summed ([`ImageMethod::Near`]). The brightest texels are summed exactly where
 //! the series would ring. Where neither is sure to meet the tolerance all texels are summed, if they are few.
 
 use super::measure::finish;
@@ -10,8 +10,8 @@ use super::rows::for_rows;
 use super::synthesize;
 use super::texels::{Scratch, Texels};
 use super::ways::{self, Frequency, Near, Plan};
-use crate::light::sampled::{Sampled, beams_at};
-use crate::{Beam, Zonal};
+use crate::light::sampled::{Sampled, small_lights_at};
+use crate::{SmallLight, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
@@ -19,7 +19,7 @@ use steradian_sphere::{Layout, SphereImage};
 
 /// How an image was filtered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Way {
+pub enum ImageMethod {
     /// Resampled by areas: a mirror.
     Area,
     /// By spherical harmonics.
@@ -27,7 +27,7 @@ pub enum Way {
         /// Highest band.
         order: usize,
         /// Bright texels and suns that were summed directly.
-        beams: usize,
+        small_lights: usize,
     },
     /// Near texels directly, the rest by spherical harmonics.
     Near {
@@ -40,7 +40,7 @@ pub enum Way {
     All,
 }
 
-impl Way {
+impl ImageMethod {
     /// One word.
     pub fn name(self) -> &'static str {
         match self {
@@ -66,7 +66,7 @@ pub struct FilteredImage {
     /// ∫ L K at texel centres.
     pub image: SphereImage,
     /// How.
-    pub way: Way,
+    pub way: ImageMethod,
     /// Bound of the relative RMS error by the bands left out.
     pub predicted: f64,
     /// Flux added by raising negative values to zero, relative to all.
@@ -102,7 +102,7 @@ pub fn filter_image(
     let (mut image, way, predicted) = match plan {
         Plan::Frequency(p) => by_frequency(light, kernel, &k, p, shape, tolerance),
         Plan::Near(p) => by_parts(light, kernel, &p, shape, tolerance, task)?,
-        Plan::All => (by_sums(light, kernel, shape, task)?, Way::All, 0.0),
+        Plan::All => (by_sums(light, kernel, shape, task)?, ImageMethod::All, 0.0),
     };
     task.check()?;
     let (energy_out, clipped) = finish(&mut image, !light.has_negative());
@@ -112,7 +112,7 @@ pub fn filter_image(
         way,
         predicted: predicted
             + ROUNDING
-            + if matches!(way, Way::Frequency { beams: 0, .. }) { 0.0 } else { NODES },
+            + if matches!(way, ImageMethod::Frequency { small_lights: 0, .. }) { 0.0 } else { NODES },
         clipped,
         energy_in,
         energy_out,
@@ -126,11 +126,11 @@ fn by_frequency(
     plan: Frequency,
     shape: Shape,
     tolerance: f64,
-) -> (SphereImage, Way, f64) {
+) -> (SphereImage, ImageMethod, f64) {
     let Frequency { order, merged, tail } = plan;
     let k_used = &k[..=order.min(k.len() - 1)];
     let mut image = synthesize(&light.spectrum(order, merged), k_used, shape, tolerance);
-    let direct: &[Beam] = if merged { &[] } else { light.sparks() };
+    let direct: &[SmallLight] = if merged { &[] } else { light.bright_texels() };
     let suns = light.suns();
     if !(direct.is_empty() && suns.is_empty()) {
         for_rows(&mut image, |row, texels| {
@@ -138,14 +138,14 @@ fn by_frequency(
             row.sums(direct, kernel);
             for i in 0..width {
                 let Some(d) = row.direction(i) else { continue };
-                let suns = beams_at(suns, kernel, d);
+                let suns = small_lights_at(suns, kernel, d);
                 for c in 0..3 {
                     texels[c][i] = (f64::from(texels[c][i]) + row.sum(c, i) + suns[c]) as f32;
                 }
             }
         });
     }
-    (image, Way::Frequency { order, beams: direct.len() + suns.len() }, tail)
+    (image, ImageMethod::Frequency { order, small_lights: direct.len() + suns.len() }, tail)
 }
 
 fn by_parts(
@@ -155,12 +155,12 @@ fn by_parts(
     shape: Shape,
     tolerance: f64,
     task: &Task,
-) -> Result<(SphereImage, Way, f64), Cancelled> {
+) -> Result<(SphereImage, ImageMethod, f64), Cancelled> {
     let far = &plan.far[..=plan.order.min(plan.far.len() - 1)];
     let mut image = synthesize(&light.spectrum(plan.order, plan.merged), far, shape, 0.1 * tolerance);
     task.check()?;
     let near = Texels::new(&light.image);
-    let direct: &[Beam] = if plan.merged { &[] } else { light.sparks() };
+    let direct: &[SmallLight] = if plan.merged { &[] } else { light.bright_texels() };
     let scale = 0.25 * plan.split.reach();
     for_texels(&mut image, |scratch, d, texel| {
         let mut sum = near.near(&plan.split, kernel, d, scratch);
@@ -168,12 +168,12 @@ fn by_parts(
             let [w] = b.mean(scale, |wi| [plan.split.far_value(d.dot(wi))]);
             (0..3).for_each(|c| sum[c] += w * b.flux[c]);
         }
-        let suns = beams_at(light.suns(), kernel, d);
+        let suns = small_lights_at(light.suns(), kernel, d);
         for (c, t) in texel.into_iter().enumerate() {
             *t = (f64::from(*t) + sum[c] + suns[c]) as f32;
         }
     });
-    Ok((image, Way::Near { order: plan.order, reach: plan.split.reach() }, plan.predicted))
+    Ok((image, ImageMethod::Near { order: plan.order, reach: plan.split.reach() }, plan.predicted))
 }
 
 fn by_sums(light: &Sampled, kernel: &dyn Zonal, shape: Shape, task: &Task) -> Result<SphereImage, Cancelled> {
@@ -181,7 +181,7 @@ fn by_sums(light: &Sampled, kernel: &dyn Zonal, shape: Shape, task: &Task) -> Re
     let sums = Texels::new(&light.image);
     for_texels(&mut image, |scratch, d, texel| {
         if task.check().is_ok() {
-            let (sum, suns) = (sums.all(kernel, d, scratch), beams_at(light.suns(), kernel, d));
+            let (sum, suns) = (sums.all(kernel, d, scratch), small_lights_at(light.suns(), kernel, d));
             texel.into_iter().enumerate().for_each(|(c, t)| *t = (sum[c] + suns[c]) as f32);
         }
     });
@@ -194,7 +194,7 @@ pub fn mirror_image(light: &Sampled, (layout, width, height): Shape) -> Filtered
     let mut image = light.mirror(layout, width, height);
     let (energy_out, _) = finish(&mut image, false);
     let energy_in = light.flux();
-    FilteredImage { image, way: Way::Area, predicted: 0.0, clipped: 0.0, energy_in, energy_out }
+    FilteredImage { image, way: ImageMethod::Area, predicted: 0.0, clipped: 0.0, energy_in, energy_out }
 }
 
 /// Calls `f(scratch, d, texel)` for every texel in use, rows in parallel.

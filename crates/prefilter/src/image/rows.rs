@@ -2,7 +2,7 @@
 //! time.
 
 use crate::light::cell::{nodes_for, step_scale};
-use crate::{Beam, Zonal};
+use crate::{SmallLight, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -59,9 +59,9 @@ impl Row {
         self.sums[c][i]
     }
 
-    /// Σ flux · mean of K over the beam at every texel; disks as if they were points, cells by the product of two
+    /// Σ flux · mean of K over the small light at every texel; disks as if they were points, cells by the product of two
     /// Gauss–Legendre rules, and one by one where that would take too many nodes.
-    pub(crate) fn sums(&mut self, beams: &[Beam], kernel: &dyn Zonal) {
+    pub(crate) fn sums(&mut self, small_lights: &[SmallLight], kernel: &dyn Zonal) {
         let n = self.x.len();
         for sum in &mut self.sums {
             sum.clear();
@@ -70,16 +70,16 @@ impl Row {
         self.s2.resize(n, 0.0);
         self.weights.resize(n, 0.0);
         let rim = step_scale(kernel);
-        for beam in beams {
-            let size = beam.cell.map_or(0.0, |c| c.size());
+        for small_light in small_lights {
+            let size = small_light.cell.map_or(0.0, |c| c.size());
             let farthest = (0.5 * (kernel.support() + size).min(PI)).sin().powi(2) as f32;
-            self.distances(beam.direction);
+            self.distances(small_light.direction);
             let nearest = self.s2.iter().fold(f32::INFINITY, |m, s2| m.min(*s2));
             if nearest > farthest {
                 continue;
             }
-            let Some(cell) = beam.cell else {
-                self.add(beam.flux, 1.0, kernel);
+            let Some(cell) = small_light.cell else {
+                self.add(small_light.flux, 1.0, kernel);
                 continue;
             };
             let near = 2.0 * f64::from(nearest).sqrt() - 0.75 * size;
@@ -95,13 +95,13 @@ impl Row {
                     self.distances(d);
                     // Beyond every support.
                     self.s2.iter_mut().zip(&alone).filter(|(_, a)| **a).for_each(|(s2, _)| *s2 = 1.0);
-                    self.add(beam.flux, w, kernel);
+                    self.add(small_light.flux, w, kernel);
                 });
             }
             for i in (0..n).filter(|i| alone[*i]) {
                 if let Some(d) = self.direction(i) {
                     let w = cell.integral(kernel, d, rim) / cell.solid_angle();
-                    (0..3).for_each(|c| self.sums[c][i] += w * beam.flux[c]);
+                    (0..3).for_each(|c| self.sums[c][i] += w * small_light.flux[c]);
                 }
             }
         }
@@ -198,27 +198,31 @@ impl Kernel for Squares<'_> {
 mod tests {
     use super::*;
     use crate::Lobe;
-    use crate::light::sampled::beams_at;
+    use crate::light::sampled::small_lights_at;
 
     #[test]
     fn rows_hold_the_directions_and_sums_of_their_texels() {
-        let beams = [DVec3::new(0.3, 0.8, -0.5), DVec3::new(-0.2, -0.7, 0.1)].map(|d| Beam {
+        let small_lights = [DVec3::new(0.3, 0.8, -0.5), DVec3::new(-0.2, -0.7, 0.1)].map(|d| SmallLight {
             direction: d.normalize(),
             radius: 0.0,
             flux: [3.0, 0.2, 1.0],
             cell: None,
         });
-        let beams = [beams[0], beams[1], Beam::cell(crate::Cell::texel(3, 2, 9, 6), [0.3, 2.0, 0.0])];
+        let small_lights = [
+            small_lights[0],
+            small_lights[1],
+            SmallLight::cell(crate::Cell::texel(3, 2, 9, 6), [0.3, 2.0, 0.0]),
+        ];
         for (layout, w, h) in
             [(Layout::Cube, 7, 7), (Layout::Cube, 1, 1), (Layout::LatLong, 8, 4), (Layout::SphereMap, 9, 9)]
         {
             for kernel in [Lobe::ggx(0.2), Lobe::lambert(), Lobe::gaussian(0.5)] {
                 let mut image = SphereImage::new(layout, w, h);
                 for_rows(&mut image, |row, [r, g, b]| {
-                    row.sums(&beams, &kernel);
+                    row.sums(&small_lights, &kernel);
                     for i in 0..w {
                         let Some(d) = row.direction(i) else { continue };
-                        let exact = beams_at(&beams, &kernel, d);
+                        let exact = small_lights_at(&small_lights, &kernel, d);
                         for c in 0..3 {
                             assert!((row.sum(c, i) - exact[c]).abs() < 3e-6 * exact[c].max(0.1));
                         }

@@ -10,8 +10,8 @@
 //! register; long rows are summed in double precision.
 
 use crate::kernel::split::{Split, step};
-use crate::light::beam::rule;
 use crate::light::cell::{nodes_for, step_scale};
+use crate::light::small_light::rule;
 use crate::{Cell, Zonal};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 //! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
 
-use super::bands::{self, cost, with_sparks};
+use super::bands::{self, cost, with_bright_texels};
 use super::texels::Texels;
 use crate::Zonal;
 use crate::kernel::split::Split;
@@ -58,14 +58,15 @@ pub(crate) fn plan<'a>(
     tolerance: f64,
 ) -> Plan<'a> {
     let (f, tail) = bands::order(light, k, k, TAIL * tolerance);
-    let (order, merged) = with_sparks(light, k, k, f, texels, tolerance);
-    let sparks = |merged: bool| if merged { 0 } else { light.sparks().len() };
-    let of_sparks =
-        |merged: bool| if merged && !light.sparks().is_empty() { bands::SPARKS * tolerance } else { 0.0 };
-    let tail = tail + of_sparks(merged);
+    let (order, merged) = with_bright_texels(light, k, k, f, texels, tolerance);
+    let bright_texels = |merged: bool| if merged { 0 } else { light.bright_texels().len() };
+    let of_bright_texels = |merged: bool| {
+        if merged && !light.bright_texels().is_empty() { bands::BRIGHT_TEXELS * tolerance } else { 0.0 }
+    };
+    let tail = tail + of_bright_texels(merged);
     let limit = SHARE * tolerance;
     let enough = tail <= limit;
-    let price = cost::series(order, texels) + cost::values(sparks(merged), texels);
+    let price = cost::series(order, texels) + cost::values(bright_texels(merged), texels);
     let mut best: Option<Near<'a>> = None;
     for (expected, split) in splits(light, kernel, texels) {
         if enough && expected >= price {
@@ -73,8 +74,8 @@ pub(crate) fn plan<'a>(
         }
         let far = split.far(BANDS);
         let (order, rest) = bands::order(light, &far, k, TAIL * tolerance);
-        let (order, merged) = with_sparks(light, &far, k, order, texels, tolerance);
-        let predicted = rest + of_sparks(merged);
+        let (order, merged) = with_bright_texels(light, &far, k, order, texels, tolerance);
+        let predicted = rest + of_bright_texels(merged);
         let within = predicted <= limit;
         if within || best.as_ref().is_none_or(|b| predicted < b.predicted) {
             best = Some(Near { split, far, order, merged, predicted });
@@ -117,7 +118,7 @@ fn splits<'a>(light: &Sampled, kernel: &'a dyn Zonal, texels: usize) -> Vec<(f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Way;
+    use crate::map::ImageMethod;
     use crate::{Lobe, deviation, filter_image};
     use glam::DVec3;
     use std::f64::consts::PI;
@@ -153,7 +154,7 @@ mod tests {
             let kernel = Lobe::ggx(alpha);
             let light = Sampled::new(&lights, &[&kernel], 2e-3, &Task::quiet()).unwrap();
             let got = filter_image(&light, &kernel, (Layout::Cube, 24, 24), 2e-3, &Task::quiet()).unwrap();
-            let Way::Near { reach, .. } = got.way else { panic!("{alpha}: {:?}", got.way) };
+            let ImageMethod::Near { reach, .. } = got.way else { panic!("{alpha}: {:?}", got.way) };
             assert!(reach < 14.0 * PI / rows as f64, "{alpha}: reach {reach}");
             let e = deviation(&light, &kernel, &got.image, 200);
             assert!(got.predicted < 5e-4 && e.rms < got.predicted && e.worst < 1e-2, "{alpha}: {e:?}");

@@ -9,7 +9,7 @@ mod radial;
 pub(crate) mod split;
 pub(crate) mod zonal;
 
-pub use cone::Cone;
+pub use cone::ConeKernel;
 pub use lobes::Lobe;
 pub use radial::Radial;
 pub use zonal::{Cosine, GgxMirror, Power, Zonal, quadrature};

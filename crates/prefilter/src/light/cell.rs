@@ -1,6 +1,6 @@
 //! A texel of a lat-long light: a rectangle in θ and φ, over which the light is constant.
 
-use super::beam::rule;
+use super::small_light::rule;
 use crate::Zonal;
 use glam::DVec3;
 use std::f64::consts::PI;

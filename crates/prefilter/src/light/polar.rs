@@ -1,7 +1,7 @@
 //! Coefficients about the image's pole, y: those of Y(x, z, y). Products per band do not care for the pole, and the
 //! transforms of lat-long grids save the change of basis.
 
-use super::{Beam, source};
+use super::{SmallLight, source};
 use glam::{DMat3, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 use steradian_sphere::sh::{self, Basis, ShRgb};
@@ -10,29 +10,29 @@ use steradian_sphere::sh::{self, Basis, ShRgb};
 const BLOCK: usize = 16;
 
 /// Adds flux · b_l · Y_lm(x, z, y) of every disk, with b_l its spread, and exact integrals over cells.
-pub(crate) fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
-    for (plan, planes) in source::cells(to.order, beams) {
+pub(crate) fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
+    for (plan, planes) in source::cells(to.order, small_lights) {
         let more = plan.analyze_polar(planes.each_ref().map(Vec::as_slice));
         to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
     }
-    let beams: Vec<Beam> = beams.iter().filter(|b| b.cell.is_none()).copied().collect();
-    if beams.is_empty() {
+    let small_lights: Vec<SmallLight> = small_lights.iter().filter(|b| b.cell.is_none()).copied().collect();
+    if small_lights.is_empty() {
         return;
     }
     let (order, basis) = (to.order, Basis::new(to.order));
-    let sums: Vec<ShRgb> = beams
+    let sums: Vec<ShRgb> = small_lights
         .par_chunks(BLOCK)
         .map(|block| {
             let mut sum = ShRgb::zero(order);
             let mut y = vec![0.0; sh::count(order)];
-            for beam in block {
-                basis.eval(order, beam.direction.xzy(), &mut y);
-                if beam.radius > 0.0 {
-                    let spread = beam.spread(order);
+            for small_light in block {
+                basis.eval(order, small_light.direction.xzy(), &mut y);
+                if small_light.radius > 0.0 {
+                    let spread = small_light.spread(order);
                     (0..=order)
                         .for_each(|l| y[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= spread[l]));
                 }
-                for (c, flux) in sum.c.iter_mut().zip(beam.flux) {
+                for (c, flux) in sum.c.iter_mut().zip(small_light.flux) {
                     c.iter_mut().zip(&y).for_each(|(c, y)| *c += flux * y);
                 }
             }
@@ -71,15 +71,15 @@ mod tests {
 
     #[test]
     fn both_bases_hold_the_same_function() {
-        let beams = [
-            Beam {
+        let small_lights = [
+            SmallLight {
                 direction: DVec3::new(0.2, 0.7, -0.5).normalize(),
                 radius: 0.0,
                 flux: [1.0, 0.5, -0.2],
                 cell: None,
             },
-            Beam::cell(crate::Cell::texel(3, 1, 7, 5), [0.3, -1.0, 0.2]),
-            Beam {
+            SmallLight::cell(crate::Cell::texel(3, 1, 7, 5), [0.3, -1.0, 0.2]),
+            SmallLight {
                 direction: DVec3::new(-0.9, 0.1, 0.3).normalize(),
                 radius: 0.3,
                 flux: [0.3, 2.0, 1.0],
@@ -87,9 +87,9 @@ mod tests {
             },
         ];
         let mut polar = ShRgb::zero(9);
-        add_beams(&mut polar, &beams);
+        add_small_lights(&mut polar, &small_lights);
         let mut world = ShRgb::zero(9);
-        source::add_beams(&mut world, &beams);
+        source::add_small_lights(&mut world, &small_lights);
         let back = to_world(&polar);
         for (a, b) in world.c.iter().flatten().zip(back.c.iter().flatten()) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");

@@ -7,7 +7,7 @@
 //! G(γ) = Σ_l (2l + 1)/4π w_l b_l² P_l(cos γ), b_l the disk's own coefficients. At last the fluxes of all disks together
 //! are those of least squares. Nothing is approximated by this: the rest is R less the disks, whatever these are.
 
-use crate::Beam;
+use crate::SmallLight;
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
@@ -50,7 +50,7 @@ impl Pursuit {
         task: &Task,
     ) -> Result<Self, Cancelled> {
         let order = light.order.min(weight.len().saturating_sub(1));
-        let spread = Beam { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(order);
+        let spread = SmallLight { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(order);
         let weight = weight[..=order].to_vec();
         let k: Vec<f64> = weight.iter().zip(&spread).map(|(w, b)| w * b * b).collect();
         let at = |i: usize| {
@@ -124,7 +124,7 @@ impl Pursuit {
 
     /// The first `count` disks with the fluxes that leave the least of `light`; those whose flux would be negative are left
     /// out.
-    pub fn beams(&self, light: &ShRgb, count: usize) -> Vec<Beam> {
+    pub fn small_lights(&self, light: &ShRgb, count: usize) -> Vec<SmallLight> {
         let filtered = self.filtered(light);
         let basis = Basis::new(filtered.order);
         let mut y = vec![0.0; sh::count(filtered.order)];
@@ -144,13 +144,13 @@ impl Pursuit {
             used = kept.map(|(u, _)| *u).collect();
             flux = self.least_squares(&used);
         }
-        let beam = |((direction, _), flux): (&(DVec3, [f64; 3]), [f64; 3])| Beam {
+        let small_light = |((direction, _), flux): (&(DVec3, [f64; 3]), [f64; 3])| SmallLight {
             direction: *direction,
             radius: self.radius,
             flux,
             cell: None,
         };
-        used.iter().zip(flux).map(beam).collect()
+        used.iter().zip(flux).map(small_light).collect()
     }
 
     /// The fluxes of disks at these directions where c has these values: Cholesky's factorisation of G(∠ω_i, ω_j) and
@@ -302,14 +302,14 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::add_beams;
+    use crate::source::add_small_lights;
 
     /// Three small lights over a smooth sky come out as they went in, and nearly nothing of the high bands is left.
     #[test]
     fn small_lights_are_found_with_their_fluxes() {
         let order = 63;
-        let lights: Vec<Beam> = [(0.2, 0.9, -0.3, 3.0), (-0.7, 0.1, 0.6, 1.0), (0.1, -0.5, 0.8, 0.4)]
-            .map(|(x, y, z, f)| Beam {
+        let lights: Vec<SmallLight> = [(0.2, 0.9, -0.3, 3.0), (-0.7, 0.1, 0.6, 1.0), (0.1, -0.5, 0.8, 0.4)]
+            .map(|(x, y, z, f)| SmallLight {
                 direction: DVec3::new(x, y, z).normalize(),
                 radius: 0.004,
                 flux: [f, 0.8 * f, 0.5 * f],
@@ -320,20 +320,21 @@ mod tests {
         for (k, c) in [(0, 9.0), (1, 3.0), (6, 1.0), (11, 0.5)] {
             light.c.iter_mut().for_each(|to| to[k] = c);
         }
-        add_beams(&mut light, &lights);
+        add_small_lights(&mut light, &lights);
         let weight: Vec<f64> =
             (0..=order).map(|l| if l < 8 { 0.0 } else { 1.0 / (2 * l + 1) as f64 }).collect();
         let found = Pursuit::new(&light, &weight, 0.004, 3, &Task::quiet()).expect("not cancelled");
-        let mut beams = found.beams(&light, 3);
-        assert_eq!(beams.len(), 3);
+        let mut small_lights = found.small_lights(&light, 3);
+        assert_eq!(small_lights.len(), 3);
         for l in &lights {
-            let b = beams.iter().find(|b| b.direction.dot(l.direction) > 0.02_f64.cos()).expect("found");
+            let b =
+                small_lights.iter().find(|b| b.direction.dot(l.direction) > 0.02_f64.cos()).expect("found");
             assert!((b.flux[0] / l.flux[0] - 1.0).abs() < 0.05, "{:?} {:?}", b.flux, l.flux);
         }
         let high = |sh: &ShRgb| sh.c[0][64..].iter().map(|x| x * x).sum::<f64>();
         let before = high(&light);
-        beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
-        add_beams(&mut light, &beams);
+        small_lights.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
+        add_small_lights(&mut light, &small_lights);
         assert!(high(&light) < 0.03 * before, "{} {before}", high(&light));
     }
 }

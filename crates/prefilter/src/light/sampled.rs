@@ -5,9 +5,9 @@
 
 use super::cell::step_scale;
 use super::polar;
-use super::source::{self, Statistics, sparks};
+use super::source::{self, Statistics, bright_texels};
 use crate::image::precision;
-use crate::{Beam, Cell, Zonal};
+use crate::{Cell, SmallLight, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -31,7 +31,7 @@ pub struct Sampled {
     /// The image, whole.
     pub image: SphereImage,
     /// Suns and directional lights, then what was taken off the brightest texels.
-    beams: Vec<Beam>,
+    small_lights: Vec<SmallLight>,
     suns: usize,
     /// Spectrum of the image with its brightest texels capped, about the pole y.
     spectrum: ColumnsRgb,
@@ -63,9 +63,9 @@ impl Sampled {
         task: &Task,
     ) -> Result<Self, Cancelled> {
         task.check()?;
-        let mut beams: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
-        beams.extend(lights.directionals.iter().map(Beam::from));
-        let suns = beams.len();
+        let mut small_lights: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
+        small_lights.extend(lights.directionals.iter().map(SmallLight::from));
+        let suns = small_lights.len();
         let mut image = match lights.environment {
             None => SphereImage::new(Layout::LatLong, 4, 2),
             Some(e) if e.image.height > MAX_ROWS => source::reduced(&e.image, MAX_ROWS),
@@ -73,32 +73,32 @@ impl Sampled {
         };
         task.check()?;
         let statistics = Statistics::of(&image);
-        let sparks = sparks(&image, &statistics);
-        let whole: Vec<[f32; 3]> = sparks.iter().map(|s| s.cap(&mut image)).collect();
-        beams.extend(sparks.iter().map(|s| s.beam));
-        let capped = statistics.without(&image, &sparks, &whole);
+        let bright_texels = bright_texels(&image, &statistics);
+        let whole: Vec<[f32; 3]> = bright_texels.iter().map(|s| s.cap(&mut image)).collect();
+        small_lights.extend(bright_texels.iter().map(|s| s.small_light));
+        let capped = statistics.without(&image, &bright_texels, &whole);
         let order = order(&capped, kernels, tolerance);
         let (width, height) = (image.width, image.height);
         let plan = ShTransform::with_precision(order, width, height, Grid::Cells, precision(tolerance));
         let mut spectrum = ColumnsRgb::default();
         plan.analyze_columns(image.planes.each_ref().map(Vec::as_slice), &mut spectrum);
         let bands = spectrum.band_energies().iter().map(|e| e.iter().sum()).collect();
-        for (s, whole) in sparks.iter().zip(whole) {
+        for (s, whole) in bright_texels.iter().zip(whole) {
             (0..3).for_each(|c| image.planes[c][s.k] = whole[c]);
         }
         task.check()?;
         let (flux, negative) = (statistics.flux, statistics.negative);
-        Ok(Self { image, beams, suns, spectrum, bands, energy: capped.energy, flux, negative })
+        Ok(Self { image, small_lights, suns, spectrum, bands, energy: capped.energy, flux, negative })
     }
 
     /// Suns and directional lights.
-    pub fn suns(&self) -> &[Beam] {
-        &self.beams[..self.suns]
+    pub fn suns(&self) -> &[SmallLight] {
+        &self.small_lights[..self.suns]
     }
 
     /// What was taken off the brightest texels.
-    pub fn sparks(&self) -> &[Beam] {
-        &self.beams[self.suns..]
+    pub fn bright_texels(&self) -> &[SmallLight] {
+        &self.small_lights[self.suns..]
     }
 
     /// Highest band of the analysis.
@@ -113,12 +113,12 @@ impl Sampled {
 
     /// Spectrum of the capped image about the pole y: all of the analysis, or with the brightest texels' up to
     /// `order`.
-    pub(crate) fn spectrum(&self, order: usize, with_sparks: bool) -> Cow<'_, ColumnsRgb> {
-        if !with_sparks || self.sparks().is_empty() {
+    pub(crate) fn spectrum(&self, order: usize, with_bright_texels: bool) -> Cow<'_, ColumnsRgb> {
+        if !with_bright_texels || self.bright_texels().is_empty() {
             return Cow::Borrowed(&self.spectrum);
         }
         let mut sh = polar::truncated(&self.spectrum.to_sh(), order);
-        polar::add_beams(&mut sh, self.sparks());
+        polar::add_small_lights(&mut sh, self.bright_texels());
         Cow::Owned(ColumnsRgb::from_sh(&sh))
     }
 
@@ -135,7 +135,7 @@ impl Sampled {
     /// Coefficients of everything, suns included, up to `order` (at most the analysis').
     pub fn coefficients(&self, order: usize) -> ShRgb {
         let mut sh = polar::truncated(&self.spectrum.to_sh(), order.min(self.order()));
-        polar::add_beams(&mut sh, &self.beams);
+        polar::add_small_lights(&mut sh, &self.small_lights);
         polar::to_world(&sh)
     }
 
@@ -208,7 +208,7 @@ impl Sampled {
         }
         Self {
             image,
-            beams: self.beams.clone(),
+            small_lights: self.small_lights.clone(),
             spectrum: self.spectrum.clone(),
             bands: self.bands.clone(),
             ..*self
@@ -218,7 +218,7 @@ impl Sampled {
     /// ∫ L K about `d` by integrals over every texel's cell in double precision; suns beside.
     pub fn brute_force(&self, kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
         let (width, height) = (self.image.width, self.image.height);
-        let mut sum = beams_at(self.suns(), kernel, d);
+        let mut sum = small_lights_at(self.suns(), kernel, d);
         let most = step_scale(kernel);
         for k in 0..width * height {
             let w = Cell::texel(k % width, k / width, width, height).integral(kernel, d, most);
@@ -240,10 +240,10 @@ pub(crate) fn azimuth(i: usize, width: usize) -> [f64; 2] {
     [c, s]
 }
 
-/// Σ flux · mean of K over each beam.
-pub(crate) fn beams_at(beams: &[Beam], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
+/// Σ flux · mean of K over each small light.
+pub(crate) fn small_lights_at(small_lights: &[SmallLight], kernel: &dyn Zonal, d: DVec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
-    for b in beams {
+    for b in small_lights {
         let x = d.dot(b.direction);
         let v = if let Some(cell) = b.cell {
             cell.integral(kernel, d, f64::INFINITY) / cell.solid_angle()
@@ -283,9 +283,9 @@ struct Capped {
 }
 
 impl Statistics {
-    fn without(&self, image: &SphereImage, sparks: &[source::Spark], whole: &[[f32; 3]]) -> Capped {
+    fn without(&self, image: &SphereImage, bright_texels: &[source::Spark], whole: &[[f32; 3]]) -> Capped {
         let mut left = Capped { flux: self.flux, energy: self.energy };
-        for (s, whole) in sparks.iter().zip(whole) {
+        for (s, whole) in bright_texels.iter().zip(whole) {
             let omega = image.layout.solid_angle(image.width, image.height, 0, 0, s.k / image.width);
             for c in 0..3 {
                 let (l, kept) = (f64::from(whole[c]), f64::from(s.kept[c]));

@@ -1,9 +1,9 @@
 //! Distant light prepared for filtering: a base image whose spectrum is known, and small bright lights apart.
 //!
 //! A truncated series rings around a small bright light. So the brightest texels keep only what the others have,
-//! and their excess becomes a [`Beam`] that filters treat exactly, as they treat suns and directional lights.
+//! and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and directional lights.
 
-use crate::{Beam, Cell};
+use crate::{Cell, SmallLight};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
@@ -14,9 +14,9 @@ use steradian_sphere::{Layout, SphereImage};
 
 /// Rows of the image that filters see at most: they blur, so larger images are first reduced, area-exact.
 pub const MAX_HEIGHT: usize = 1024;
-/// At most this many texels become beams.
+/// At most this many texels become small lights.
 const MAX_BEAMS: usize = 256;
-/// A texel becomes a beam where it holds more than this part of all flux …
+/// A texel becomes a small light where it holds more than this part of all flux …
 const BEAM_FLUX: f64 = 1e-4;
 /// … and is this many times brighter than the mean.
 const BEAM_CONTRAST: f64 = 32.0;
@@ -26,12 +26,12 @@ pub struct Source {
     /// What is left of the image; `None` without an environment.
     pub base: Option<SphereImage>,
     /// Suns, directional lights and the excess of the brightest texels.
-    pub beams: Vec<Beam>,
+    pub small_lights: Vec<SmallLight>,
     /// Spectrum of `base` up to the order that was asked for.
     pub spectrum: ShRgb,
     /// ∫ of the square of `base`, all channels.
     pub base_energy: f64,
-    /// Energy per band of the whole light: Σ over channels and m of (base + beams)².
+    /// Energy per band of the whole light: Σ over channels and m of (base + small lights)².
     pub bands: Vec<f64>,
     /// Does the light hold negative texels?
     pub negative: bool,
@@ -41,35 +41,39 @@ impl Source {
     /// Prepares everything in `lights` but its point lights, with a spectrum up to `order`.
     pub fn new(lights: &Lights, order: usize, task: &Task) -> Result<Self, Cancelled> {
         let image = lights.environment.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
-        let mut beams: Vec<Beam> = lights.disks.iter().map(Beam::from).collect();
-        beams.extend(lights.directionals.iter().map(Beam::from));
-        Self::of(image, beams, order, task)
+        let mut small_lights: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
+        small_lights.extend(lights.directionals.iter().map(SmallLight::from));
+        Self::of(image, small_lights, order, task)
     }
 
     /// Prepares an image and small lights beside it.
     pub fn of(
         image: Option<SphereImage>,
-        mut beams: Vec<Beam>,
+        mut small_lights: Vec<SmallLight>,
         order: usize,
         task: &Task,
     ) -> Result<Self, Cancelled> {
         task.check()?;
-        let base = image.map(|i| split(i, &mut beams));
-        Ok(Self::prepared(base, beams, order))
+        let base = image.map(|i| split(i, &mut small_lights));
+        Ok(Self::prepared(base, small_lights, order))
     }
 
-    /// A base image and beams that [`Source::of`] split, as they were saved.
-    pub fn prepared(base: Option<SphereImage>, beams: Vec<Beam>, order: usize) -> Self {
+    /// A base image and small lights that [`Source::of`] split, as they were saved.
+    pub fn prepared(base: Option<SphereImage>, small_lights: Vec<SmallLight>, order: usize) -> Self {
         let spectrum = base.as_ref().map_or_else(|| ShRgb::zero(order), |b| sh::project(b, order));
-        Self::assembled(base, beams, spectrum)
+        Self::assembled(base, small_lights, spectrum)
     }
 
     /// The parts, with the spectrum of `base` known.
-    pub(crate) fn assembled(base: Option<SphereImage>, beams: Vec<Beam>, spectrum: ShRgb) -> Self {
+    pub(crate) fn assembled(
+        base: Option<SphereImage>,
+        small_lights: Vec<SmallLight>,
+        spectrum: ShRgb,
+    ) -> Self {
         let base_energy = base.as_ref().map_or(0.0, energy);
         let negative = base.as_ref().is_some_and(|b| b.planes.iter().flatten().any(|&l| l < 0.0));
-        let bands = bands(&spectrum, &beams);
-        Self { base, beams, spectrum, base_energy, bands, negative }
+        let bands = bands(&spectrum, &small_lights);
+        Self { base, small_lights, spectrum, base_energy, bands, negative }
     }
 
     /// Highest band of the spectrum.
@@ -77,37 +81,37 @@ impl Source {
         self.spectrum.order
     }
 
-    /// Coefficients of base and beams together, up to `order` ≤ the spectrum's.
+    /// Coefficients of base and small lights together, up to `order` ≤ the spectrum's.
     pub fn coefficients(&self, order: usize) -> ShRgb {
         let order = order.min(self.order());
         let mut all =
             ShRgb { order, c: std::array::from_fn(|c| self.spectrum.c[c][..sh::count(order)].to_vec()) };
-        add_beams(&mut all, &self.beams);
+        add_small_lights(&mut all, &self.small_lights);
         all
     }
 }
 
 /// Adds the coefficients of small lights: flux · b_l · Y_lm(centre) of disks, exact integrals over cells.
-pub fn add_beams(to: &mut ShRgb, beams: &[Beam]) {
-    for (plan, planes) in cells(to.order, beams) {
+pub fn add_small_lights(to: &mut ShRgb, small_lights: &[SmallLight]) {
+    for (plan, planes) in cells(to.order, small_lights) {
         let more = plan.analyze(planes.each_ref().map(Vec::as_slice));
         to.c.iter_mut().zip(&more.c).for_each(|(to, c)| to.iter_mut().zip(c).for_each(|(to, c)| *to += c));
     }
     let mut y = vec![0.0; sh::count(to.order)];
-    for beam in beams.iter().filter(|b| b.cell.is_none()) {
-        sh::eval(to.order, beam.direction, &mut y);
-        for (l, b) in beam.spread(to.order).into_iter().enumerate() {
+    for small_light in small_lights.iter().filter(|b| b.cell.is_none()) {
+        sh::eval(to.order, small_light.direction, &mut y);
+        for (l, b) in small_light.spread(to.order).into_iter().enumerate() {
             for k in l * l..(l + 1) * (l + 1) {
-                (0..3).for_each(|c| to.c[c][k] += beam.flux[c] * b * y[k]);
+                (0..3).for_each(|c| to.c[c][k] += small_light.flux[c] * b * y[k]);
             }
         }
     }
 }
 
 /// For each size of image that cells are texels of, a transform and the image that holds those alone.
-pub(crate) fn cells(order: usize, beams: &[Beam]) -> Vec<(ShTransform, [Vec<f64>; 3])> {
+pub(crate) fn cells(order: usize, small_lights: &[SmallLight]) -> Vec<(ShTransform, [Vec<f64>; 3])> {
     let mut images: Vec<([usize; 2], [Vec<f64>; 3])> = Vec::new();
-    for (beam, cell) in beams.iter().filter_map(|b| Some((b, b.cell?))) {
+    for (small_light, cell) in small_lights.iter().filter_map(|b| Some((b, b.cell?))) {
         let whole = |[a, b]: [f64; 2], circle: f64| (circle / (b - a)).round().max(1.0) as usize;
         let size = [whole(cell.phi, 2.0 * PI), whole(cell.theta, PI)];
         let place = |[a, _]: [f64; 2], circle: f64, n: usize| {
@@ -119,15 +123,15 @@ pub(crate) fn cells(order: usize, beams: &[Beam]) -> Vec<(ShTransform, [Vec<f64>
             images.push((size, std::array::from_fn(|_| vec![0.0; size[0] * size[1]])));
         }
         let omega = cell.solid_angle();
-        (0..3).for_each(|c| images[known].1[c][j * size[0] + i] += beam.flux[c] / omega);
+        (0..3).for_each(|c| images[known].1[c][j * size[0] + i] += small_light.flux[c] / omega);
     }
     let plan = |[w, h]: [usize; 2]| ShTransform::new(order, w, h, Grid::Cells);
     images.into_iter().map(|(size, planes)| (plan(size), planes)).collect()
 }
 
-fn bands(spectrum: &ShRgb, beams: &[Beam]) -> Vec<f64> {
+fn bands(spectrum: &ShRgb, small_lights: &[SmallLight]) -> Vec<f64> {
     let mut all = spectrum.clone();
-    add_beams(&mut all, beams);
+    add_small_lights(&mut all, small_lights);
     let band = |l: usize| all.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]).map(|x| x * x).sum();
     (0..=all.order).map(band).collect()
 }
@@ -146,11 +150,11 @@ pub(crate) fn energy(image: &SphereImage) -> f64 {
     Statistics::of(image).energy
 }
 
-/// Caps the brightest texels of `image`; their excess is appended to `beams`.
-pub(crate) fn split(mut image: SphereImage, beams: &mut Vec<Beam>) -> SphereImage {
-    for spark in sparks(&image, &Statistics::of(&image)) {
+/// Caps the brightest texels of `image`; their excess is appended to `small lights`.
+pub(crate) fn split(mut image: SphereImage, small_lights: &mut Vec<SmallLight>) -> SphereImage {
+    for spark in bright_texels(&image, &Statistics::of(&image)) {
         spark.cap(&mut image);
-        beams.push(spark.beam);
+        small_lights.push(spark.small_light);
     }
     image
 }
@@ -252,7 +256,7 @@ pub(crate) struct Spark {
     /// What stays in the image.
     pub kept: [f32; 3],
     /// What is taken off.
-    pub beam: Beam,
+    pub small_light: SmallLight,
 }
 
 impl Spark {
@@ -263,7 +267,7 @@ impl Spark {
 }
 
 /// The brightest texels.
-pub(crate) fn sparks(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
+pub(crate) fn bright_texels(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
     let width = image.width;
     let dimmest = BEAM_CONTRAST * s.positive / (4.0 * PI);
     let omega = |j: usize| image.layout.solid_angle(width, image.height, 0, 0, j);
@@ -289,7 +293,7 @@ fn spark(image: &SphereImage, k: usize, keep: f64) -> Spark {
     let l = image.texel(0, i, j);
     let kept = l.map(|l| if l > 0.0 { (f64::from(l) * keep) as f32 } else { l });
     let flux = std::array::from_fn(|c| f64::from(l[c] - kept[c]) * omega);
-    Spark { k, kept, beam: Beam::cell(cell, flux) }
+    Spark { k, kept, small_light: SmallLight::cell(cell, flux) }
 }
 
 #[cfg(test)]
@@ -299,7 +303,7 @@ mod tests {
     use steradian_light::DiskLight;
 
     #[test]
-    fn bright_texels_become_beams_and_nothing_is_lost() {
+    fn bright_texels_become_small_lights_and_nothing_is_lost() {
         let mut image =
             SphereImage::from_fn(Layout::LatLong, 128, 64, |d| [1.0 + 0.5 * d.y as f32, 1.0, 0.2]);
         let k = image.index(0, 30, 20);
@@ -307,10 +311,10 @@ mod tests {
         image.planes[1][k] = 4000.0;
         let before = image.integral();
         let s = Source::of(Some(image), Vec::new(), 16, &Task::quiet()).unwrap();
-        assert_eq!(s.beams.len(), 1);
+        assert_eq!(s.small_lights.len(), 1);
         let after = s.base.as_ref().unwrap().integral();
         for c in 0..3 {
-            assert!((after[c] + s.beams[0].flux[c] - before[c]).abs() < 1e-5 * before[c]);
+            assert!((after[c] + s.small_lights[0].flux[c] - before[c]).abs() < 1e-5 * before[c]);
         }
         // L_00 is the integral times Y_00.
         let all = s.coefficients(2);
@@ -318,20 +322,20 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_sky_has_no_beams() {
+    fn a_constant_sky_has_no_small_lights() {
         let image = SphereImage::from_fn(Layout::LatLong, 32, 16, |_| [1.0; 3]);
         let s = Source::of(Some(image), Vec::new(), 8, &Task::quiet()).unwrap();
-        assert!(s.beams.is_empty());
+        assert!(s.small_lights.is_empty());
         assert!((s.base_energy - 12.0 * PI).abs() < 1e-5);
         assert!(s.bands[1..].iter().all(|b| *b < 1e-20 * s.bands[0]), "{:?}", s.bands);
     }
 
     #[test]
-    fn suns_are_beams() {
+    fn suns_are_small_lights() {
         let disk = DiskLight { direction: DVec3::Y, angular_radius: 0.1, radiance: [2.0, 1.0, 0.0] };
         let lights = Lights { disks: vec![disk], ..Lights::default() };
         let s = Source::new(&lights, 4, &Task::quiet()).unwrap();
-        assert!((s.beams[0].flux[0] - 2.0 * disk.solid_angle()).abs() < 1e-15);
+        assert!((s.small_lights[0].flux[0] - 2.0 * disk.solid_angle()).abs() < 1e-15);
         assert!(s.coefficients(4).c[0][sh::index(1, -1)] > 0.0);
     }
 }

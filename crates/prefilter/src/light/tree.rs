@@ -5,7 +5,7 @@
 //! as a point where its radius is below `OPENING` times the angle over which the other factor varies there, and
 //! else opened; texels are divided further. With centroids the error is of second order in `OPENING`.
 
-use crate::Beam;
+use crate::SmallLight;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ pub struct Tree {
     /// sin θ, cos θ, solid angle and radius of each row's texels.
     rows: Vec<[f64; 4]>,
     levels: Vec<Level>,
-    beams: Vec<Beam>,
+    small_lights: Vec<SmallLight>,
 }
 
 struct Level {
@@ -57,7 +57,11 @@ fn weight(flux: [f64; 3]) -> f64 {
 
 impl Tree {
     /// The hierarchy of a lat-long image (`None`: black) and of small lights beside it.
-    pub fn new(image: Option<&SphereImage>, beams: &[Beam], task: &Task) -> Result<Self, Cancelled> {
+    pub fn new(
+        image: Option<&SphereImage>,
+        small_lights: &[SmallLight],
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
         let black = SphereImage::new(steradian_sphere::Layout::LatLong, 2, 1);
         let image = image.unwrap_or(&black);
         let (width, height) = (image.width, image.height);
@@ -69,7 +73,7 @@ impl Tree {
             columns,
             rows: (0..height).map(|j| row(j, width, height, 1)).collect(),
             levels: Vec::new(),
-            beams: beams.to_vec(),
+            small_lights: small_lights.to_vec(),
         };
         let (mut w, mut h) = (width, height);
         while w > 4 || h > 2 {
@@ -154,7 +158,7 @@ impl Tree {
             let v = f(d);
             (0..3).for_each(|c| sum[c] += flux[c] * v[c]);
         });
-        for b in &self.beams {
+        for b in &self.small_lights {
             let v = b.mean(scale(b.direction, b.radius), &f);
             (0..3).for_each(|c| sum[c] += b.flux[c] * v[c]);
         }
@@ -164,7 +168,8 @@ impl Tree {
     /// What holds at least `share` of all flux within an angle of about `radius`, the brightest first, at most `most` of
     /// them: suns, lamps, and parts of windows. Each as its direction and its part of all flux.
     pub fn peaks(&self, radius: f64, share: f64, most: usize) -> Vec<(DVec3, f64)> {
-        let mut parts: Vec<(DVec3, f64)> = self.beams.iter().map(|b| (b.direction, weight(b.flux))).collect();
+        let mut parts: Vec<(DVec3, f64)> =
+            self.small_lights.iter().map(|b| (b.direction, weight(b.flux))).collect();
         self.visit(|_, _| radius / OPENING, |flux, d| parts.push((d, weight(flux))));
         let all: f64 = parts.iter().map(|p| p.1).sum();
         parts.retain(|p| p.1 >= share * all && p.1 > 0.0);
@@ -296,7 +301,7 @@ mod tests {
                 [if d.angle_between(lamp) < 0.03 { bright } else { 0.5 }; 3]
             })
         };
-        let sun = Beam { direction: DVec3::Y, radius: 0.005, flux: [4.0; 3], cell: None };
+        let sun = SmallLight { direction: DVec3::Y, radius: 0.005, flux: [4.0; 3], cell: None };
         let tree = Tree::new(Some(&image(200.0)), &[sun], &Task::quiet()).unwrap();
         let peaks = tree.peaks(0.1, 2e-3, 9);
         let flux: f64 = image(200.0).integral()[0];

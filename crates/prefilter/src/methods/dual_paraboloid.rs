@@ -13,7 +13,7 @@
 use super::grid::each;
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, reach};
-use crate::{Beam, Sampled, Zonal};
+use crate::{Sampled, SmallLight, Zonal};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -81,11 +81,11 @@ pub fn dual_paraboloid(
 /// Radiance from a direction.
 pub type Lookup = Box<dyn Fn(DVec3) -> [f32; 3] + Sync>;
 
-/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n, `beams` are small
+/// ∫ L K over d as two paraboloids. `light` gives a lookup in texels like those of a cube of n × n, `small lights` are small
 /// lights beside it, which go to the four texels around each of their parts with their flux kept.
 pub fn paraboloids(
     light: &dyn Fn(usize) -> Lookup,
-    beams: &[Beam],
+    small_lights: &[SmallLight],
     kernel: &dyn Zonal,
     footprint: &Footprint,
     task: &Task,
@@ -99,7 +99,7 @@ pub fn paraboloids(
     let rim = 1.0 + 3.0 * texel.max(target);
     let border = ((angle + rim - 1.0) / texel).ceil() as usize + 2;
     let grid = Grid { texel, side: 2 * ((1.0 / texel).ceil() as usize + border) };
-    let source = grid.source(light, beams);
+    let source = grid.source(light, small_lights);
     let table = Table::new(kernel, angle);
     let stencils: Vec<Stencil> = (0..radii)
         .map(|k| Stencil::new(&table, angle, 2.0 * texel / (1.0 + k as f64 / (radii - 1) as f64)))
@@ -200,20 +200,20 @@ impl Grid {
     }
 
     /// The light at the texels, from a cube map whose texels are as large as the map's are halfway out.
-    fn source(&self, light: &dyn Fn(usize) -> Lookup, beams: &[Beam]) -> [Map; 2] {
+    fn source(&self, light: &dyn Fn(usize) -> Lookup, small_lights: &[SmallLight]) -> [Map; 2] {
         let lookup = light(((4.0 * PI / 6.0).sqrt() / (1.5 * self.texel)).ceil() as usize);
         let mut maps = [1.0, -1.0].map(|sign| {
             let texel = |k: usize| lookup(self.direction(sign, k % self.side, k / self.side));
             (0..self.side * self.side).into_par_iter().map(texel).collect::<Map>()
         });
-        for beam in beams {
-            let rings = (2.0 * beam.radius / self.texel).ceil().clamp(1.0, 64.0) as usize;
-            beam.nodes(rings, 4 * rings, |d, part| {
+        for small_light in small_lights {
+            let rings = (2.0 * small_light.radius / self.texel).ceil().clamp(1.0, 64.0) as usize;
+            small_light.nodes(rings, 4 * rings, |d, part| {
                 for (map, z) in maps.iter_mut().zip([d.z, -d.z]) {
                     self.shares(d, z, |i, j, share| {
                         let l = part * share / self.omega(i, j);
                         let to = &mut map[j * self.side + i];
-                        (0..3).for_each(|c| to[c] += (beam.flux[c] * l) as f32);
+                        (0..3).for_each(|c| to[c] += (small_light.flux[c] * l) as f32);
                     });
                 }
             });

@@ -5,7 +5,7 @@
 //! ones directly, and chooses F by the tolerance.
 
 use super::{Card, Cost, Made, Shape, reach};
-use crate::image::map::Way;
+use crate::image::map::ImageMethod;
 use crate::{Sampled, Zonal, filter_image};
 use steradian_base::{Cancelled, Task};
 
@@ -30,12 +30,12 @@ pub fn frequency(
     let texels = (layout.faces() * width * height) as f64;
     let rows = light.image.height as f64 + (0.5 * texels).sqrt();
     let near = match made.way {
-        Way::Near { reach: angle, .. } => {
+        ImageMethod::Near { reach: angle, .. } => {
             let part = 0.5 * (1.0 - angle.min(reach(kernel, 0.0)).cos());
             texels * part * light.image.planes[0].len() as f64
         }
-        Way::All => texels * light.image.planes[0].len() as f64,
-        Way::Area | Way::Frequency { .. } => 0.0,
+        ImageMethod::All => texels * light.image.planes[0].len() as f64,
+        ImageMethod::Area | ImageMethod::Frequency { .. } => 0.0,
     };
     let products = (made.way.order() as f64 + 1.0).powi(2) * rows;
     Ok(Made { image: made.image, cost: Cost { kernel: near as u64, taps: (products + near) as u64 } })

@@ -9,7 +9,7 @@
 use super::grid::each;
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, reach};
-use crate::light::sampled::{azimuth, beams_at};
+use crate::light::sampled::{azimuth, small_lights_at};
 use crate::{Sampled, Zonal};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ pub fn hierarchical(
     let edge = reach(kernel, 2e-3 * opening * opening);
     let eye = Eye { table: Table::new(kernel, edge), width: kernel.width(), opening };
     each(shape, "filtering hierarchically", task, |d| {
-        let suns = beams_at(light.suns(), kernel, d);
+        let suns = small_lights_at(light.suns(), kernel, d);
         let (sum, weight, cost) = pyramid.sum(&eye, d);
         let nearest = light.image.nearest(d).map(f64::from);
         let mean = |c: usize| if weight > 0.0 { sum[c] / weight } else { nearest[c] };

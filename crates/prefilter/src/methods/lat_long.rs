@@ -14,7 +14,7 @@
 
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, band_limit, reach};
-use crate::light::sampled::beams_at;
+use crate::light::sampled::small_lights_at;
 use crate::{Sampled, Zonal};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -64,7 +64,7 @@ pub fn lat_long_angular(
     };
     if !light.suns().is_empty() {
         let suns = SphereImage::from_fn(layout, width, height, |d| {
-            beams_at(light.suns(), kernel, d).map(|v| v as f32)
+            small_lights_at(light.suns(), kernel, d).map(|v| v as f32)
         });
         for (plane, suns) in image.planes.iter_mut().zip(&suns.planes) {
             plane.iter_mut().zip(suns).for_each(|(v, s)| *v += s);

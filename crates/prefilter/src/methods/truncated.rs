@@ -7,7 +7,7 @@
 use super::grid::each;
 use super::table::Table;
 use super::{Card, Cost, Made, Shape, reach};
-use crate::light::sampled::{azimuth, beams_at};
+use crate::light::sampled::{azimuth, small_lights_at};
 use crate::{Sampled, Zonal};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -32,7 +32,7 @@ pub fn truncated_angular(
     let k0 = kernel.coefficients(0)[0];
     let near = Near::new(light, kernel, reach(kernel, epsilon));
     each(shape, "filtering by angle", task, |d| {
-        let suns = beams_at(light.suns(), kernel, d);
+        let suns = small_lights_at(light.suns(), kernel, d);
         let (sum, weight, taps) = near.sum(d);
         let nearest = light.image.nearest(d).map(f64::from);
         let mean = |c: usize| if weight > 0.0 { sum[c] / weight } else { nearest[c] };

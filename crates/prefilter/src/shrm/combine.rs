@@ -1,6 +1,7 @@
 //! Linear combinations of planes: out_o = Σ_i M_oi in_i, texel by texel.
 
 use rayon::prelude::*;
+use steradian_numerics::dense;
 use steradian_simd::{Arch, Kernel, Vector};
 
 /// Planes that are made together.
@@ -112,31 +113,7 @@ pub(super) fn least_squares(a: &[Vec<f64>], weights: Option<&[f64]>) -> Option<V
             (0..n).for_each(|j| normal[i][j] += w * row[i] * row[j]);
         }
     }
-    solve(normal, right)
-}
-
-/// Gauss and Jordan's elimination with pivots of a symmetric matrix.
-fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    let n = a.len();
-    let scale = a.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if a[pivot][k].is_nan() || a[pivot][k].abs() <= 1e-12 * scale {
-            return None;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        let inverse = a[k][k].recip();
-        a[k].iter_mut().for_each(|x| *x *= inverse);
-        b[k].iter_mut().for_each(|x| *x *= inverse);
-        let (row, right) = (a[k].clone(), b[k].clone());
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = a[i][k];
-            a[i].iter_mut().zip(&row).for_each(|(x, r)| *x -= factor * r);
-            b[i].iter_mut().zip(&right).for_each(|(x, r)| *x -= factor * r);
-        }
-    }
-    Some(b)
+    dense::solve(normal, right, 1e-12)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The judge where there is visibility: a path tracer.
+//! The reference where there is visibility: a path tracer.
 //!
 //! Distant light and reflectance are both sampled at every vertex and combined by the balance heuristic;
 //! directional and point lights are summed. One bounce is direct light. Every pixel and every point has random
@@ -22,7 +22,7 @@ use steradian_sphere::Frame;
 use tracer::{Tracer, Vertex};
 
 /// Base colour at a point of a surface, linear Rec. 709.
-pub type Tint = dyn Fn(&Surface) -> [f64; 3] + Sync;
+pub type Tint<'a> = dyn Fn(&Surface) -> [f64; 3] + Sync + 'a;
 
 /// What is to be lit.
 #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ pub struct PathScene<'a> {
     /// Reflectances by material slot; slots beyond the last take the first.
     pub materials: &'a [SharedBrdf],
     /// Multiplies the net reflectance at a point of the mesh (a base-colour texture).
-    pub tint: Option<&'a Tint>,
+    pub tint: Option<&'a Tint<'a>>,
     /// All light. Environments are lat-long images.
     pub lights: &'a Lights,
     /// How far off the surface rays start, metres; see [`PathScene::OFFSET`].

@@ -1,13 +1,13 @@
 //! The integral once more, by brute force and other code: Gauss–Legendre on small pieces of every texel;
 //! pieces that the horizon crosses are halved many times.
 
-use crate::support::{difference, judge, stormy, view};
+use crate::support::{difference, reference, stormy, view};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DiskLight, Lights};
-use steradian_reference::{Judge, Lookup};
+use steradian_reference::{Lookup, Reference};
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::{Frame, SphereImage};
 
@@ -115,7 +115,7 @@ fn models_at_every_angle() {
             let sky = stormy(48, 24, k as u64 + 1);
             let (frame, wo) = view(DVec3::new(0.3, 0.2 - k as f64 * 0.3, 0.8), angle, 0.9);
             let truth = Brute::new(brdf.as_ref(), frame, wo).sum(&sky, pieces, 7);
-            let e = judge(sky, Lookup::Constant).radiance(brdf.as_ref(), &frame, wo, None, 1e-4);
+            let e = reference(sky, Lookup::Constant).radiance(brdf.as_ref(), &frame, wo, None, 1e-4);
             let d = difference(e.rgb, truth);
             assert!(d <= e.error + 2e-6, "{spec} {angle}: off by {d:.1e}, said {:.1e}", e.error);
             assert!(e.error <= 1.001e-4);
@@ -156,7 +156,7 @@ fn bilinear_lookup() {
             let light = |phi, theta| bilinear(&sky, phi, theta);
             // Cells of half a texel, so that no piece has a crease of L inside.
             let truth = Brute::new(brdf.as_ref(), frame, wo).smooth(&light, 64, 6);
-            let e = judge(sky.clone(), Lookup::Bilinear).radiance(brdf.as_ref(), &frame, wo, None, 1e-5);
+            let e = reference(sky.clone(), Lookup::Bilinear).radiance(brdf.as_ref(), &frame, wo, None, 1e-5);
             let d = difference(e.rgb, truth);
             assert!(d <= e.error + 2e-5, "{spec} {n}: off by {d:.1e}, said {:.1e}", e.error);
         }
@@ -191,8 +191,8 @@ fn suns() {
                 angular_radius: rho,
                 radiance: [1e4; 3],
             });
-            let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
-            let e = judge.radiance(brdf.as_ref(), &frame, wo, None, 1e-4);
+            let reference = Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
+            let e = reference.radiance(brdf.as_ref(), &frame, wo, None, 1e-4);
             let d = (e.rgb[0] / (1e4 * sum) - 1.0).abs();
             assert!(d <= e.error + 1e-9 && e.error <= 1e-4, "{spec} {degrees}: off by {d:.1e}, {e:?}");
         }

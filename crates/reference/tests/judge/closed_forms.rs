@@ -1,12 +1,12 @@
 //! Closed forms.
 
-use crate::support::{centre, difference, image, judge, made, stormy, view};
+use crate::support::{centre, difference, image, made, reference, stormy, view};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::Domain;
 use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight, Unsound};
-use steradian_reference::{Estimate, Judge, JudgeError, JudgePoint, Lookup};
+use steradian_reference::{Estimate, Lookup, Reference, ReferenceError, ReferencePoint};
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 const NORMALS: [DVec3; 6] =
@@ -23,7 +23,7 @@ fn white_furnace() {
     let lobe = made(Domain::Sphere, |wi, wo| mirror(wo).dot(wi).max(0.0).powi(40));
     for (w, h) in [(64, 32), (1024, 512), (7, 3), (1, 1)] {
         for lookup in [Lookup::Constant, Lookup::Bilinear] {
-            let white = judge(image(w, h, |_, _| [1.0, 0.5, 2.0]), lookup);
+            let white = reference(image(w, h, |_, _| [1.0, 0.5, 2.0]), lookup);
             for (k, n) in NORMALS.into_iter().enumerate() {
                 let (frame, wo) = view(n, 15.0 * k as f64, 1.0);
                 let e = white.radiance(&lambert, &frame, wo, None, 1e-6);
@@ -41,8 +41,8 @@ fn white_furnace() {
 #[test]
 fn a_jump_at_the_horizon_is_met_exactly() {
     let step = made(Domain::Hemisphere, |_, _| 1.0);
-    let white = judge(image(128, 64, |_, _| [1.0; 3]), Lookup::Constant);
-    let upper = judge(image(128, 64, |_, j| [f32::from(u8::from(j < 32)); 3]), Lookup::Constant);
+    let white = reference(image(128, 64, |_, _| [1.0; 3]), Lookup::Constant);
+    let upper = reference(image(128, 64, |_, j| [f32::from(u8::from(j < 32)); 3]), Lookup::Constant);
     for n in NORMALS {
         let (frame, wo) = view(n, 30.0, 0.0);
         let e = white.radiance(&step, &frame, wo, None, 1e-6);
@@ -60,7 +60,8 @@ fn one_texel_anywhere() {
     let (w, h) = (64, 32);
     let square = made(Domain::Sphere, |wi, _| wi.z * wi.z);
     for (i, j) in [(0, 0), (63, 0), (31, 31), (0, 16), (63, 15), (20, 7)] {
-        let one = judge(image(w, h, |a, b| [if (a, b) == (i, j) { 5e4 } else { 0.0 }; 3]), Lookup::Constant);
+        let one =
+            reference(image(w, h, |a, b| [if (a, b) == (i, j) { 5e4 } else { 0.0 }; 3]), Lookup::Constant);
         for n in NORMALS {
             let (frame, wo) = view(n, 50.0, 0.4);
             let mut sum = 0.0;
@@ -90,8 +91,8 @@ fn disks_point_and_directional_lights() {
         let direction = frame.to_world(DVec3::new(t.sin(), 0.0, t.cos()));
         let mut lights = Lights::default();
         lights.disks.push(DiskLight { direction, angular_radius: rho, radiance: [3.0, 1.0, 0.0] });
-        let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
-        let e = judge.radiance(&lambert, &frame, wo, None, 1e-7);
+        let reference = Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
+        let e = reference.radiance(&lambert, &frame, wo, None, 1e-7);
         let truth = rho.sin().powi(2) * t.cos();
         assert!(difference(e.rgb, [3.0 * truth, truth, 0.0]) < 1e-7, "{degrees} {rho} {e:?}");
     }
@@ -99,14 +100,14 @@ fn disks_point_and_directional_lights() {
     let rho: f64 = 0.3;
     let mut lights = Lights::default();
     lights.disks.push(DiskLight { direction: frame.t, angular_radius: rho, radiance: [1.0; 3] });
-    let half = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
+    let half = Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
     let e = half.radiance(&lambert, &frame, wo, None, 1e-7);
     assert!((e.rgb[0] * PI / (rho - rho.sin() * rho.cos()) - 1.0).abs() < 1e-6, "{e:?}");
 
     let mut lights = Lights::default();
     lights.directionals.push(DirectionalLight { direction: frame.n, irradiance: [2.0; 3] });
     lights.points.push(PointLight { position: (frame.n * 2.0).as_vec3(), intensity: [8.0, 0.0, 0.0] });
-    let both = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
+    let both = Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound");
     let e = both.radiance(&lambert, &frame, wo, Some(DVec3::ZERO), 1e-4);
     assert!(difference(e.rgb, [4.0 / PI, 2.0 / PI, 2.0 / PI]) < 1e-6, "{e:?}");
     assert_eq!(e.error, 0.0);
@@ -116,10 +117,10 @@ fn disks_point_and_directional_lights() {
 #[test]
 fn nothing_gives_exactly_nothing() {
     let lambert = made(Domain::Hemisphere, |wi, _| wi.z / PI);
-    let dark = judge(image(16, 8, |_, _| [0.0; 3]), Lookup::Constant);
+    let dark = reference(image(16, 8, |_, _| [0.0; 3]), Lookup::Constant);
     let (frame, wo) = view(DVec3::Y, 20.0, 0.0);
     assert_eq!(dark.radiance(&lambert, &frame, wo, None, 1e-4), Estimate::ZERO);
-    let white = judge(image(16, 8, |_, _| [1.0; 3]), Lookup::Constant);
+    let white = reference(image(16, 8, |_, _| [1.0; 3]), Lookup::Constant);
     assert_eq!(white.radiance(&lambert, &frame, -wo, None, 1e-4), Estimate::ZERO);
     assert_eq!(white.radiance(&lambert, &frame, frame.t, None, 1e-4), Estimate::ZERO);
     let broken = made(Domain::Hemisphere, |wi, _| if wi.x > 0.9 { f64::NAN } else { 1.0 });
@@ -130,27 +131,27 @@ fn nothing_gives_exactly_nothing() {
 #[test]
 fn bad_lights_are_refused() {
     let new = |image: SphereImage| {
-        Judge::new(&Lights::from(Environment { image }), Lookup::Constant, &Task::quiet())
+        Reference::new(&Lights::from(Environment { image }), Lookup::Constant, &Task::quiet())
     };
-    assert!(matches!(new(SphereImage::new(Layout::Cube, 4, 4)), Err(JudgeError::Layout(Layout::Cube))));
-    assert!(matches!(new(SphereImage::new(Layout::LatLong, 0, 4)), Err(JudgeError::Size { .. })));
+    assert!(matches!(new(SphereImage::new(Layout::Cube, 4, 4)), Err(ReferenceError::Layout(Layout::Cube))));
+    assert!(matches!(new(SphereImage::new(Layout::LatLong, 0, 4)), Err(ReferenceError::Size { .. })));
     let mut nan = SphereImage::new(Layout::LatLong, 8, 4);
     nan.planes[1][8 + 3] = f32::NAN;
-    assert!(matches!(new(nan), Err(JudgeError::Unsound(Unsound::Texel { i: 3, j: 1, .. }))));
+    assert!(matches!(new(nan), Err(ReferenceError::Unsound(Unsound::Texel { i: 3, j: 1, .. }))));
     let mut lights = Lights::default();
     lights.directionals.push(DirectionalLight { direction: DVec3::ZERO, irradiance: [1.0; 3] });
-    let refused = Judge::new(&lights, Lookup::Constant, &Task::quiet());
-    assert!(matches!(refused, Err(JudgeError::Unsound(Unsound::Light("directional")))));
+    let refused = Reference::new(&lights, Lookup::Constant, &Task::quiet());
+    assert!(matches!(refused, Err(ReferenceError::Unsound(Unsound::Light("directional")))));
 }
 
 #[test]
 fn batches_and_threads_change_nothing() {
-    let sky = judge(stormy(64, 32, 9), Lookup::Bilinear);
+    let sky = reference(stormy(64, 32, 9), Lookup::Bilinear);
     let lobe = made(Domain::Sphere, |wi, wo| mirror(wo).dot(wi).max(0.0).powi(200));
     let points: Vec<_> = (0..6)
         .map(|k| {
             let (frame, wo) = view(NORMALS[k], 12.0 * k as f64, 0.3);
-            JudgePoint { frame, wo, position: None }
+            ReferencePoint { frame, wo, position: None }
         })
         .collect();
     let batch = sky.radiance_batch(&lobe, &points, 1e-4, &Task::quiet()).expect("nobody cancels");
@@ -173,7 +174,7 @@ fn the_seam_is_nowhere() {
         DVec3::new(c * v.x - s * v.z, v.y, s * v.x + c * v.z)
     };
     for lookup in [Lookup::Constant, Lookup::Bilinear] {
-        let (a, b) = (judge(sky.clone(), lookup), judge(turned.clone(), lookup));
+        let (a, b) = (reference(sky.clone(), lookup), reference(turned.clone(), lookup));
         let (frame, wo) = view(DVec3::new(-1.0, 0.3, 0.01), 60.0, 2.0);
         let frame2 = Frame { t: turn(frame.t), b: turn(frame.b), n: turn(frame.n) };
         let e = a.radiance(&lobe, &frame, wo, None, 1e-6);

@@ -1,24 +1,24 @@
 //! Does the stated error bound the true one?
 //!
-//! The truth is the judge's own answer at a far smaller tolerance; `brute` checks that by other code.
+//! The truth is the reference's own answer at a far smaller tolerance; `brute` checks that by other code.
 //! `STERADIAN_FULL=1` runs every case and reports those that come near the bound.
 
-use crate::support::{Noise, SPECS, difference, image, judge, stormy, view};
+use crate::support::{Noise, SPECS, difference, image, reference, stormy, view};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use steradian_base::Task;
 use steradian_brdf::Brdf;
 use steradian_light::{DiskLight, Environment, Lights};
-use steradian_reference::{Judge, Lookup};
+use steradian_reference::{Lookup, Reference};
 use steradian_sphere::Frame;
 
 /// Largest true/stated error over tolerances.
-fn worst_ratio(judge: &Judge, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, label: &str) -> f64 {
+fn worst_ratio(reference: &Reference, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, label: &str) -> f64 {
     let full = steradian_testkit::full();
-    let truth = judge.radiance(brdf, frame, wo, None, if full { 1e-8 } else { 1e-6 });
+    let truth = reference.radiance(brdf, frame, wo, None, if full { 1e-8 } else { 1e-6 });
     let mut worst: f64 = 0.0;
     for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
-        let e = judge.radiance(brdf, frame, wo, None, tolerance);
+        let e = reference.radiance(brdf, frame, wo, None, tolerance);
         let ratio = difference(e.rgb, truth.rgb) / (e.error + truth.error);
         if full && (ratio > 0.3 || truth.error > 1.1e-8) {
             eprintln!(
@@ -39,7 +39,7 @@ fn chosen(count: &mut usize, stride: usize) -> bool {
 
 #[test]
 fn stated_errors_bound_the_true_ones() {
-    let sky = judge(stormy(128, 64, 3), Lookup::Constant);
+    let sky = reference(stormy(128, 64, 3), Lookup::Constant);
     let (mut worst, mut count) = (0.0_f64, 0);
     for spec in SPECS {
         let brdf = steradian_brdf::parse(spec).expect("a known model");
@@ -111,9 +111,15 @@ fn stated_errors_bound_the_true_ones_for_single_lights() {
                 }
                 let lights =
                     if k % 2 == 0 { one_texel(d) } else { one_disk(d, [0.00465, 0.2, 1e-3][k / 2 % 3]) };
-                let judge = Judge::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
-                worst =
-                    worst.max(worst_ratio(&judge, brdf.as_ref(), &frame, wo, &format!("{spec} {angle} {k}")));
+                let reference =
+                    Reference::new(&lights, Lookup::Constant, &Task::quiet()).expect("sound light");
+                worst = worst.max(worst_ratio(
+                    &reference,
+                    brdf.as_ref(),
+                    &frame,
+                    wo,
+                    &format!("{spec} {angle} {k}"),
+                ));
             }
         }
     }

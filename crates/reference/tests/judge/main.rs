@@ -1,5 +1,5 @@
 #![allow(clippy::print_stderr, clippy::unwrap_used)]
-//! The judge against closed forms, against an independent brute-force sum, and against itself.
+//! The reference against closed forms, against an independent brute-force sum, and against itself.
 
 mod brute;
 mod closed_forms;

@@ -1,6 +1,6 @@
 //! A photographed sky with an unclipped sun, against sums made elsewhere.
 
-use crate::support::{difference, judge};
+use crate::support::{difference, reference};
 use glam::DVec3;
 use steradian_formats::{Limits, read_image};
 use steradian_reference::Lookup;
@@ -55,7 +55,7 @@ fn a_photographed_sky() {
     let raster = read_image(&path, &Limits::default()).expect("a sound file");
     let (width, height) = (raster.width, raster.height);
     let planes = raster.into_rgb().expect("three channels");
-    let sky = judge(SphereImage { layout: Layout::LatLong, width, height, planes }, Lookup::Constant);
+    let sky = reference(SphereImage { layout: Layout::LatLong, width, height, planes }, Lookup::Constant);
     for (spec, sums) in SUMS {
         let brdf = steradian_brdf::parse(spec).expect("a known model");
         for ([n, v], sum) in POINTS.into_iter().zip(sums) {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Domain, Info, Lobe, Sample};
 use steradian_light::{Environment, Lights};
-use steradian_reference::{Judge, Lookup};
+use steradian_reference::{Lookup, Reference};
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 /// A closure as a reflectance: `f_cos` in the local frame.
@@ -99,8 +99,8 @@ pub fn stormy(w: usize, h: usize, seed: u64) -> SphereImage {
     })
 }
 
-pub fn judge(image: SphereImage, lookup: Lookup) -> Judge {
-    Judge::new(&Lights::from(Environment { image }), lookup, &Task::quiet()).expect("sound light")
+pub fn reference(image: SphereImage, lookup: Lookup) -> Reference {
+    Reference::new(&Lights::from(Environment { image }), lookup, &Task::quiet()).expect("sound light")
 }
 
 /// A frame and a view at `degrees` from its normal.

@@ -6,7 +6,7 @@ use steradian_scene::surface::{Maps, NormalFiltering};
 use steradian_techniques::PointLobe;
 
 /// Normal, tangent and lobe of a point.
-pub struct Look {
+pub struct ShadingPoint {
     pub n: Vec3,
     pub t: Vec3,
     pub lobe: PointLobe,
@@ -17,7 +17,7 @@ const LEAST_Z: f32 = 0.1;
 
 /// The look of a point whose sample covers a square of side `uv` in texture coordinates and of `length` metres on
 /// the surface; `angle` is what it covers of the view, radians.
-pub fn look(f: &Found, maps: &Maps, uv: f32, length: f32, angle: f32) -> Look {
+pub fn look(f: &Found, maps: &Maps, uv: f32, length: f32, angle: f32) -> ShadingPoint {
     let t = tangent(f.along, f.outward);
     let b = f.outward.cross(t) * if f.along.w < 0.0 { -1.0 } else { 1.0 };
     let (mean, spread) = match &maps.normal {
@@ -45,7 +45,7 @@ pub fn look(f: &Found, maps: &Maps, uv: f32, length: f32, angle: f32) -> Look {
             _ => lobe.spread = spread,
         }
     }
-    Look { n, t: tangent, lobe }
+    ShadingPoint { n, t: tangent, lobe }
 }
 
 /// J Σ Jᵀ, J from the axes `from` to the components along `to`.

@@ -1,4 +1,4 @@
-//! The CPU renderer: primary visibility by ray casting, radiance by a technique or by the judge, in batches.
+//! The CPU renderer: primary visibility by ray casting, radiance by a technique or by the reference, in batches.
 //!
 //! Tiles run on all cores. In each tile, rays find the surfaces under a regular set of sub-pixel positions;
 //! pixels whose samples disagree get more. Points are gathered per surface and shaded as structure of arrays.
@@ -8,11 +8,13 @@
 mod filter;
 mod hits;
 mod look;
+mod path;
 mod shader;
 mod sparse;
 mod tile;
 
-pub use shader::{BakeShader, DirectShader, JudgeShader, Shader};
+pub use path::{PathShader, PathStage};
+pub use shader::{BakeShader, DirectShader, ReferenceShader, Shader};
 
 #[cfg(test)]
 mod tests;

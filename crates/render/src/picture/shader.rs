@@ -7,10 +7,12 @@ use steradian_base::{Cancelled, Task};
 use steradian_brdf::model::dielectric::Dielectric;
 use steradian_brdf::model::ggx::Ggx;
 use steradian_brdf::{Brdf, Form, Scaled, SharedBrdf};
-use steradian_reference::{Estimate, Judge, JudgePoint};
+use steradian_reference::path::PathScene;
+use steradian_reference::{Estimate, Reference, ReferencePoint};
+use steradian_scene::Bvh;
 use steradian_sphere::Frame;
-use steradian_techniques::direct::Direct;
-use steradian_techniques::{AnyBake, PointLobe, Points, Radiance};
+use steradian_techniques::direct::{Direct, Shadows};
+use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, Varies};
 
 /// Outgoing radiance of batches of surface points.
 pub trait Shader: Send + Sync {
@@ -37,20 +39,23 @@ pub struct DirectShader {
     pub direct: Direct,
     /// The reflectance.
     pub brdf: SharedBrdf,
+    /// What shadows the lights; `None` leaves them unshadowed.
+    pub shadows: Option<Arc<Bvh>>,
 }
 
 impl Shader for DirectShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         self.bake.shade(q, out, task)?;
-        self.direct.add(&*self.brdf, q, out);
+        let shadows = self.shadows.as_deref().map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
+        self.direct.add_behind(shadows, &*self.brdf, q, out);
         Ok(())
     }
 }
 
-/// The judge: the integral itself, unshadowed, to a tolerance.
-pub struct JudgeShader {
-    /// The judge of the lights.
-    pub judge: Arc<Judge>,
+/// The reference: the integral itself, unshadowed, to a tolerance.
+pub struct ReferenceShader {
+    /// The reference of the lights.
+    pub reference: Arc<Reference>,
     /// The reflectance.
     pub brdf: SharedBrdf,
     /// Relative error asked for at each point.
@@ -59,10 +64,16 @@ pub struct JudgeShader {
     worst: AtomicU64,
 }
 
-impl JudgeShader {
-    /// The judge's radiance of `brdf` to a relative error of `tolerance` at each point.
-    pub fn new(judge: Arc<Judge>, brdf: SharedBrdf, tolerance: f64) -> Self {
-        Self { judge, brdf, tolerance, worst: AtomicU64::new(0) }
+impl ReferenceShader {
+    /// The reference's radiance of `brdf` to a relative error of `tolerance` at each point.
+    pub fn new(reference: Arc<Reference>, brdf: SharedBrdf, tolerance: f64) -> Self {
+        Self { reference, brdf, tolerance, worst: AtomicU64::new(0) }
+    }
+
+    /// What may differ from point to point: width and colours of models that have them, and no spread of normals.
+    pub fn varies(&self) -> Varies {
+        let varied = Varied::of(&*self.brdf).is_some();
+        Varies { alpha: varied, normals: false, colours: varied }
     }
 
     /// The largest relative error that a point has been left with.
@@ -107,12 +118,12 @@ impl Varied {
     }
 }
 
-impl Shader for JudgeShader {
+impl Shader for ReferenceShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
         let varied = Varied::of(&*self.brdf);
-        let points: Vec<JudgePoint> = (0..q.len())
-            .map(|i| JudgePoint {
+        let points: Vec<ReferencePoint> = (0..q.len())
+            .map(|i| ReferencePoint {
                 frame: Frame::from_normal_tangent(at(&q.n, i).normalize(), at(&q.t, i)),
                 wo: at(&q.wo, i).normalize(),
                 position: (!q.p[0].is_empty()).then(|| at(&q.p, i)),
@@ -126,13 +137,17 @@ impl Shader for JudgeShader {
             Some(varied) => {
                 for (i, p) in points.iter().enumerate() {
                     let brdf = varied.at(PointLobe::from_array(q.lobe.map(|s| s[i])));
-                    let e =
-                        self.judge.radiance_batch(&*brdf, std::slice::from_ref(p), self.tolerance, task)?;
+                    let e = self.reference.radiance_batch(
+                        &*brdf,
+                        std::slice::from_ref(p),
+                        self.tolerance,
+                        task,
+                    )?;
                     e.iter().for_each(|e| write(i, e));
                 }
             }
             None => {
-                let estimates = self.judge.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
+                let estimates = self.reference.radiance_batch(&*self.brdf, &points, self.tolerance, task)?;
                 estimates.iter().enumerate().for_each(|(i, e)| write(i, e));
             }
         }

@@ -27,12 +27,14 @@ pub fn check(source: Source<'_>, t: SceneText, files: Files<'_>) -> Result<Scene
         return Err(source.error(source.text.len(), "no [[mesh]]: a picture needs at least one"));
     }
     let names: Vec<&str> = t.material.keys().map(String::as_str).collect();
+    let ground = t.ground.as_ref().map(|g| slot(&source, &g.material, &names)).transpose()?;
     let meshes = t.mesh.iter().map(|m| mesh(&source, m, &names)).collect::<Result<_, _>>()?;
     Ok(SceneFile {
         file: source.file.into(),
         text: source.text.into(),
         camera: t.camera.map(|c| camera(&source, &c)).transpose()?,
         meshes,
+        ground,
         materials: materials(&source, &t.material, files)?,
         light: light(&source, t.light)?,
         output: output(&source, t.output)?,
@@ -95,11 +97,7 @@ fn mesh(source: &Source<'_>, m: &Spanned<MeshText>, names: &[&str]) -> Result<Sc
         }
         (None, None) => return Err(source.error(here, "[[mesh]]: needs 'file' or 'shape'")),
     };
-    let name = m.material.get_ref();
-    // In order, as the map that they are the keys of.
-    let Ok(material) = names.binary_search(&name.as_str()) else {
-        return Err(source.error(start(&m.material), unknown("material", name, names)));
-    };
+    let material = slot(source, &m.material, names)?;
     finite(source, here, "translate", &m.translate)?;
     finite(source, here, "rotate", &m.rotate)?;
     let scale = scale(source, m)?;
@@ -107,6 +105,13 @@ fn mesh(source: &Source<'_>, m: &Spanned<MeshText>, names: &[&str]) -> Result<Sc
     let turn = Quat::from_euler(EulerRot::ZYX, z, y, x);
     let transform = Mat4::from_scale_rotation_translation(scale, turn, Vec3::from(m.translate));
     Ok(SceneMesh { source: from, material, transform, brushing: m.brushing.map(Vec3::from) })
+}
+
+/// The index of a material.
+fn slot(source: &Source<'_>, name: &Spanned<String>, names: &[&str]) -> Result<usize, SceneError> {
+    // In order, as the map that they are the keys of.
+    let found = names.binary_search(&name.get_ref().as_str());
+    found.map_err(|_| source.error(start(name), unknown("material", name.get_ref(), names)))
 }
 
 fn scale(source: &Source<'_>, m: &MeshText) -> Result<Vec3, SceneError> {

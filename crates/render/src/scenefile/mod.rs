@@ -17,6 +17,9 @@
 //! [material.clay]
 //! brdf = "lambert:albedo=0.6/0.5/0.4" # also base_color_texture, normal_texture, normal_scale, roughness_texture
 //!
+//! [ground]                  # a plane under the meshes, as far as the horizon
+//! material = "clay"
+//!
 //! [light]
 //! environment = "sky:elevation=35" # or a file
 //! rotation = 90             # degrees about +Y
@@ -156,6 +159,8 @@ pub struct SceneFile {
     pub camera: Option<Camera>,
     /// The meshes, at least one.
     pub meshes: Vec<SceneMesh>,
+    /// Index of the material of a plane under the meshes, as far as the horizon.
+    pub ground: Option<usize>,
     /// The materials by name.
     pub materials: Vec<SceneMaterial>,
     /// The lights.

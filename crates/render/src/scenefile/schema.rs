@@ -17,6 +17,8 @@ pub struct SceneText {
     /// `[material.NAME]`.
     #[serde(default)]
     pub material: BTreeMap<String, Spanned<MaterialText>>,
+    /// `[ground]`.
+    pub ground: Option<GroundText>,
     /// `[light]`.
     #[serde(default)]
     pub light: LightText,
@@ -77,6 +79,14 @@ pub enum ScaleText {
     One(f32),
     /// x, y and z.
     Three([f32; 3]),
+}
+
+/// `[ground]`: a plane under the meshes, as far as the horizon.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundText {
+    /// Name of a material.
+    pub material: Spanned<String>,
 }
 
 /// `[material.NAME]`.

@@ -79,6 +79,16 @@ impl Bvh {
         out
     }
 
+    /// [`Bvh::occluded`] for each ray, on this thread; `out` is as long as `rays`.
+    pub fn occluded_each(&self, rays: &[Ray], t_max: f32, out: &mut [bool]) {
+        run(Occluded { bvh: self, rays, t_max, out });
+    }
+
+    /// [`Bvh::closest`] for each ray, on this thread; `out` is as long as `rays`.
+    pub fn closest_each(&self, rays: &[Ray], t_max: f32, out: &mut [Option<Hit>]) {
+        run(Closest { bvh: self, rays, t_max, out });
+    }
+
     /// Bytes of the hierarchy.
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()

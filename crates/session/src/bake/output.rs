@@ -97,25 +97,25 @@ impl Written {
 }
 
 /// The map of a technique that has one.
-fn only(room: &GpuTechnique, path: &Path) -> Result<Map, Error> {
-    match room.tables.as_slice() {
-        _ if !room.buffers.is_empty() => Err(Error::usage(format!(
+fn only(technique: &GpuTechnique, path: &Path) -> Result<Map, Error> {
+    match technique.tables.as_slice() {
+        _ if !technique.buffers.is_empty() => Err(Error::usage(format!(
             "{}: {} has data that are no textures: give a folder, or use .safetensors",
             path.display(),
-            room.slug
+            technique.slug
         ))),
         [table] => Ok(Map::of(table)),
         [] => Err(Error::usage(format!(
             "{}: {} has no tables, only numbers: use .safetensors",
             path.display(),
-            room.slug
+            technique.slug
         ))),
         many => {
             let names: Vec<&str> = many.iter().map(|t| t.name).collect();
             Err(Error::usage(format!(
                 "{}: {} has the tables {}: give a folder for one file each, or use .safetensors",
                 path.display(),
-                room.slug,
+                technique.slug,
                 names.join(", ")
             )))
         }
@@ -132,21 +132,21 @@ fn texture(path: &Path, map: Map, head: &Pairs) -> Result<Written, FormatError> 
 }
 
 fn folder(path: &Path, done: &Baked, tensors: &TensorFile, head: &Pairs) -> Result<Vec<Written>, Error> {
-    let room = done.bake.gpu();
+    let technique = done.bake.gpu();
     let mut written = Vec::new();
     write_dir_atomic(path, |to| {
         let file = to.join(IN_FOLDER);
         write_tensors(&file, tensors)?;
         written.push(Written::of(&file, None));
-        let maps: Vec<Map> = room.tables.iter().map(Map::of).collect();
+        let maps: Vec<Map> = technique.tables.iter().map(Map::of).collect();
         let rows: Vec<Value> = maps.iter().map(row).collect();
         for map in maps {
             let file = to.join(format!("{}.ktx2", map.name));
             written.push(texture(&file, map, head)?);
         }
-        if !room.buffers.is_empty() {
+        if !technique.buffers.is_empty() {
             let file = to.join("buffers.safetensors");
-            write_tensors(&file, &buffers(&room, head))?;
+            write_tensors(&file, &buffers(&technique, head))?;
             written.push(Written::of(&file, None));
         }
         let mut text = |name: &str, text: &str| {
@@ -155,13 +155,13 @@ fn folder(path: &Path, done: &Baked, tensors: &TensorFile, head: &Pairs) -> Resu
             written.push(Written::of(&file, None));
             Ok::<_, FormatError>(())
         };
-        text("shade.wgsl", &gpu::library(&room))?;
-        text("room.json", &numbers(&room, rows, head))
+        text("shade.wgsl", &gpu::library(&technique))?;
+        text("technique.json", &numbers(&technique, rows, head))
     })?;
     Ok(written)
 }
 
-/// A table in `room.json`.
+/// A table in `technique.json`.
 fn row(m: &Map) -> Value {
     json!({
         "name": m.name,
@@ -177,9 +177,9 @@ fn row(m: &Map) -> Value {
 }
 
 /// Data per site: a row each.
-fn buffers(room: &GpuTechnique, head: &Pairs) -> TensorFile {
+fn buffers(technique: &GpuTechnique, head: &Pairs) -> TensorFile {
     let mut t = TensorFile { metadata: head.iter().cloned().collect(), ..TensorFile::default() };
-    for b in &room.buffers {
+    for b in &technique.buffers {
         let rows = b.data.len() / b.stride.max(1);
         put_f32(
             &mut t,
@@ -191,9 +191,9 @@ fn buffers(room: &GpuTechnique, head: &Pairs) -> TensorFile {
     t
 }
 
-/// `room.json`: what binds to `shade.wgsl`, in binding order, and the head of the bake.
-fn numbers(room: &GpuTechnique, tables: Vec<Value>, head: &Pairs) -> String {
-    let offsets = room.uniform_offsets();
+/// `technique.json`: what binds to `shade.wgsl`, in binding order, and the head of the bake.
+fn numbers(technique: &GpuTechnique, tables: Vec<Value>, head: &Pairs) -> String {
+    let offsets = technique.uniform_offsets();
     let uniform = |(u, offset): (&Uniform, u64)| {
         let value = match u.value {
             Number::F32(v) => json!(v),
@@ -203,13 +203,13 @@ fn numbers(room: &GpuTechnique, tables: Vec<Value>, head: &Pairs) -> String {
         };
         json!({"name": u.name, "type": u.value.wgsl(), "offset": offset, "value": value})
     };
-    let uniforms: Vec<Value> = room.uniforms.iter().zip(offsets).map(uniform).collect();
+    let uniforms: Vec<Value> = technique.uniforms.iter().zip(offsets).map(uniform).collect();
     let head: serde_json::Map<String, Value> = head.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let document = json!({
-        "technique": room.slug,
+        "technique": technique.slug,
         "tables": tables,
         "uniforms": uniforms,
-        "buffers": room.buffers.iter().map(|b| json!({"name": b.name, "stride": b.stride})).collect::<Vec<_>>(),
+        "buffers": technique.buffers.iter().map(|b| json!({"name": b.name, "stride": b.stride})).collect::<Vec<_>>(),
         "metadata": head,
     });
     // Values made of plain data always serialise.

@@ -1,5 +1,6 @@
 //! What an environment is.
 
+use super::TextureFacts;
 use crate::inputs::{self, Adjust, is_sky};
 use crate::{Error, Session};
 use glam::DVec3;
@@ -56,6 +57,8 @@ pub struct EnvironmentFacts {
     pub advice: Vec<Advice>,
     /// What was found while loading; `None` for a sky.
     pub file: Option<Report>,
+    /// What the file is where it is a texture; the other facts are those of one of its levels.
+    pub texture: Option<TextureFacts>,
 }
 
 /// What a user may want to do; displays as one line.
@@ -103,7 +106,8 @@ impl Session {
             return Ok(facts(&lights.into_image(), disks, None));
         }
         let loaded = self.map(spec, adjust, level)?;
-        Ok(facts(&loaded.image, Vec::new(), Some(loaded.report)))
+        let facts = facts(&loaded.image, Vec::new(), Some(loaded.report));
+        Ok(EnvironmentFacts { texture: self.inspect_texture(spec, adjust)?, ..facts })
     }
 }
 
@@ -134,6 +138,7 @@ fn facts(image: &SphereImage, disks: Vec<DiskLight>, file: Option<Report>) -> En
         bands,
         disks,
         file,
+        texture: None,
     }
 }
 

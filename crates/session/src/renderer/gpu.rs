@@ -116,6 +116,9 @@ fn has_suns(d: &Direct) -> bool {
 
 /// Why the GPU cannot shade the lights beside the techniques, where it cannot.
 fn unlit(baked: &[Prepared]) -> Option<String> {
+    if baked.iter().any(|b| b.shadowed) {
+        return Some("rays that shadow suns and points are for the CPU".into());
+    }
     let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
     without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
 }

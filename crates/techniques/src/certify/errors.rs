@@ -1,7 +1,7 @@
 //! What was measured of a technique's error, and the certificate of it.
 
 use super::Report;
-use steradian_base::{Certificate, Elevation, Known, Spread};
+use steradian_base::{Certificate, Elevation, Evidence, Spread};
 
 /// What the error is, in a certificate's words.
 const METRIC: &str = "relative RMS error of outgoing radiance, normals uniform over the sphere, views uniform in \
@@ -42,7 +42,7 @@ impl Errors {
     pub fn certificate(&self, report: &Report) -> Certificate {
         let computed = report.estimate.as_ref();
         let error = computed.map_or(self.all, |e| e.error.max(self.least).min(self.all));
-        let mut c = Certificate::new(error, Known::Measured).metric(METRIC).spread(self.spread);
+        let mut c = Certificate::new(error, Evidence::Measured).metric(METRIC).spread(self.spread);
         let belt = |range: [f64; 2], error: f64| Elevation::measured(range.map(f64::to_radians), error);
         c.elevations = match computed {
             Some(e) if !e.elevations.is_empty() => {

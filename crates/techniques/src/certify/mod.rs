@@ -9,6 +9,7 @@
 mod errors;
 pub mod probes;
 mod report;
+pub(crate) mod sites;
 #[cfg(test)]
 mod tests;
 

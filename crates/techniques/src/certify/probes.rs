@@ -1,4 +1,4 @@
-//! Where a room's error is measured: normals, views and tangents of all kinds, and those that see suns.
+//! Where a technique's error is measured: normals, views and tangents of all kinds, and those that see suns.
 //!
 //! Uniform probes hardly ever meet a sun, whose reflection holds most of the mean square of all radiance. So where the
 //! light has small bright parts, as many probes again have their lobe point at one of them or near it. Both kinds together
@@ -175,7 +175,7 @@ impl Suns {
 mod tests {
     use super::*;
     use steradian_base::Task;
-    use steradian_prefilter::Beam;
+    use steradian_prefilter::SmallLight;
 
     /// Tangents go everywhere, and do not move the views of isotropic reflectance.
     #[test]
@@ -196,8 +196,8 @@ mod tests {
     #[test]
     fn both_kinds_together_are_uniform() {
         let sun = DVec3::new(0.2, 0.9, -0.4).normalize();
-        let beam = Beam { direction: sun, radius: 0.005, flux: [1.0; 3], cell: None };
-        let tree = Tree::new(None, &[beam], &Task::quiet()).expect("nobody cancels");
+        let small_light = SmallLight { direction: sun, radius: 0.005, flux: [1.0; 3], cell: None };
+        let tree = Tree::new(None, &[small_light], &Task::quiet()).expect("nobody cancels");
         let mirror = |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.1 }];
         let cone = |wo: DVec3| vec![Lobe::Cone { axis: DVec3::X, cosine: -wo.x, width: 0.1 }];
         let near = |d: DVec3, radius: f64| f64::from(u8::from(d.angle_between(sun) < radius));

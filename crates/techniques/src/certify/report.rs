@@ -1,7 +1,7 @@
 //! What a technique says of its own bake.
 
 use super::errors::COMPUTED;
-use steradian_base::{Certificate, Elevation, Known};
+use steradian_base::{Certificate, Elevation, Evidence};
 
 /// What a technique says of its own bake: figures, and what it computed of its error where choosing orders told.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -45,7 +45,7 @@ impl Report {
     /// The certificate where nothing can be measured: what was computed, if anything was.
     pub(crate) fn unmeasured(&self) -> Option<Certificate> {
         let e = self.estimate.as_ref()?;
-        let mut c = Certificate::new(e.error, Known::Estimated).metric(COMPUTED);
+        let mut c = Certificate::new(e.error, Evidence::Estimated).metric(COMPUTED);
         c.elevations.clone_from(&e.elevations);
         self.figures(&mut c);
         Some(c)

@@ -1,9 +1,9 @@
 use super::errors::{ratio, upper};
 use super::*;
-use steradian_base::Known;
+use steradian_base::Evidence;
 use steradian_brdf::parse;
 use steradian_light::{DiskLight, Lights};
-use steradian_prefilter::Beam;
+use steradian_prefilter::SmallLight;
 
 /// Where errors are independent of each other, the stated error is above that of the whole population in nearly
 /// all samples, and not by much.
@@ -53,7 +53,7 @@ fn ridges_that_take_hours_are_refused() {
     }
 }
 
-/// A room that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
+/// A technique that does not see a small sun at all errs by what the sun holds of the mean square, which is nearly all;
 /// among the probes without sun its error is nothing.
 #[test]
 fn what_a_sun_decides_is_stated() {
@@ -64,7 +64,7 @@ fn what_a_sun_decides_is_stated() {
     let lights = Lights { disks: vec![sun], ..sky.clone() };
     let image = |l: &Lights| l.environment.as_ref().map(|e| e.image.clone());
     let [tree, dark] = [&lights, &sky].map(|l| {
-        let suns: Vec<Beam> = l.disks.iter().map(Beam::from).collect();
+        let suns: Vec<SmallLight> = l.disks.iter().map(SmallLight::from).collect();
         Tree::new(image(l).as_ref(), &suns, &Task::quiet()).unwrap()
     });
     let m = Model::of(&*brdf);
@@ -85,7 +85,7 @@ fn what_a_sun_decides_is_stated() {
     let mut stated = [0.1, 0.5 * (seen.mean + seen.all), 2.0]
         .map(|error| seen.certificate(&Report::estimated(error, Vec::new())).error);
     let c = seen.certificate(&Report::default());
-    assert!(c.error == seen.all && c.elevations.len() == 5 && c.elevations[1].known == Known::Measured);
+    assert!(c.error == seen.all && c.elevations.len() == 5 && c.elevations[1].known == Evidence::Measured);
     assert!(stated[0] == seen.least && seen.least < seen.mean && stated[2] == seen.all, "{stated:?}");
     stated.sort_by(f64::total_cmp);
     assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");

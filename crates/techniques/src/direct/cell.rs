@@ -16,9 +16,10 @@ use steradian_sphere::Frame;
 /// Nodes along a side at least where the horizon crosses.
 const CROSSED: usize = 8;
 
-/// A cell of constant radiance.
+/// A cell of constant radiance, turned in any way: a light. (The rectangle in latitude and longitude alone is
+/// [`steradian_prefilter::Cell`].)
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cell {
+pub struct CellLight {
     /// Unit axis of the image, its upper pole.
     pub pole: DVec3,
     /// Unit direction on the equator below the cell's middle.
@@ -31,7 +32,7 @@ pub struct Cell {
     pub radiance: [f64; 3],
 }
 
-impl Cell {
+impl CellLight {
     /// Texel (i, j) of a lat-long image of `width` × `height`, black.
     pub fn texel(i: usize, j: usize, width: usize, height: usize) -> Self {
         let (s, c) = (TAU * ((i as f64 + 0.5) / width as f64 - 0.5)).sin_cos();
@@ -50,6 +51,12 @@ impl Cell {
     pub fn direction(&self, theta: f64, phi: f64) -> DVec3 {
         let equator = self.meridian * phi.cos() + self.pole.cross(self.meridian) * phi.sin();
         self.pole * theta.cos() + equator * theta.sin()
+    }
+
+    /// The direction that is at x, y of the unit square, where areas are solid angles.
+    pub fn inside(&self, x: f64, y: f64) -> DVec3 {
+        let [a, b] = self.theta.map(f64::cos);
+        self.direction((a + (b - a) * x).clamp(-1.0, 1.0).acos(), self.half * (2.0 * y - 1.0))
     }
 
     /// The middle of its ranges.

@@ -1,23 +1,27 @@
-//! Lights that are shaded with the exact reflectance, on top of what a room makes of the rest.
+//! Lights that are shaded with the exact reflectance, on top of what a technique makes of the rest.
 //!
 //! > L_o += Σ_disks L ∫_disk f(wi, wo)⟨n·wi⟩ dwi + Σ_directional E f⟨n·wi⟩ + Σ_points I/r² f⟨n·wi⟩
 //!
-//! Every room can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
-//! room's data and which are added here. Nothing shadows them (V = 1), as in rooms that know no geometry and in the
-//! judge. Disks are integrated by rules whose size follows from the reflectance's width there
+//! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
+//! technique's data and which are added here. Nothing shadows them (V = 1), as in techniques that know no geometry and in the
+//! reference, or rays do ([`Shadows`]), as under techniques that know it. Disks are integrated by rules whose size follows from the reflectance's width there
 //! ([`steradian_brdf::Peak`]): relative to the largest radiance that the disk causes, the error is at most about 1e-3
 //! and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
 
 mod adaptive;
 mod cell;
 pub mod rule;
+mod shadow;
 #[cfg(test)]
 mod tests;
 
 use crate::{Points, Radiance, View};
-pub use cell::Cell;
+pub use cell::CellLight;
 use glam::DVec3;
 use rule::Cap;
+use shadow::Place;
+pub use shadow::Shadows;
+use std::f64::consts::TAU;
 pub use steradian_brdf::BrdfShader;
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
@@ -29,7 +33,7 @@ use steradian_sphere::Frame;
 pub const DISK_WGSL: &str = include_str!("disk.wgsl");
 
 /// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin of
-/// [`Cell::integral`].
+/// [`CellLight::integral`].
 pub fn suns_wgsl() -> String {
     const CELL_WGSL: &str = include_str!("cell.wgsl");
     let nodes: Vec<String> = rule::gauss().map(|(x, w)| format!("vec2<f32>({x:?}, {w:?})")).collect();
@@ -63,7 +67,7 @@ pub struct Direct {
     /// Suns.
     pub disks: Vec<DiskLight>,
     /// Suns of images, texel by texel.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<CellLight>,
     /// Directional lights.
     pub directionals: Vec<DirectionalLight>,
     /// Point lights: radiant intensity over the square of the distance.
@@ -109,6 +113,17 @@ impl Direct {
     /// Adds the radiance that leaves the points of `q` to `out`. Points that face away get nothing; point lights give
     /// nothing where the batch has no positions.
     pub fn add(&self, brdf: &dyn Brdf, q: &Points<'_>, out: &mut Radiance<'_>) {
+        self.add_behind(None, brdf, q, out);
+    }
+
+    /// [`Direct::add`] with shadows, where the batch has positions.
+    pub fn add_behind(
+        &self,
+        shadows: Option<Shadows<'_>>,
+        brdf: &dyn Brdf,
+        q: &Points<'_>,
+        out: &mut Radiance<'_>,
+    ) {
         if self.is_empty() || !q.is_consistent() || out.rgb.iter().any(|p| p.len() != q.len()) {
             return;
         }
@@ -124,26 +139,57 @@ impl Direct {
                 false => Frame::from_normal_tangent(n, at(&q.t, i)),
             };
             let p = (!q.p[0].is_empty()).then(|| at(&q.p, i));
-            let l = self.radiance(brdf, &frame, wo, p);
+            let place = shadows.zip(p).map(|(shadows, position)| Place { shadows, position, normal: n });
+            let l = self.arriving(brdf, &frame, wo, p, place);
             (0..3).for_each(|c| out.rgb[c][i] += l[c] as f32);
         }
     }
 
-    /// Radiance that leaves one point towards unit `wo` (world space).
+    /// Radiance that leaves one point towards unit `wo` (world space), unshadowed.
     pub fn radiance(&self, brdf: &dyn Brdf, frame: &Frame, wo: DVec3, position: Option<DVec3>) -> [f64; 3] {
+        self.arriving(brdf, frame, wo, position, None)
+    }
+
+    fn arriving(
+        &self,
+        brdf: &dyn Brdf,
+        frame: &Frame,
+        wo: DVec3,
+        position: Option<DVec3>,
+        place: Option<Place<'_>>,
+    ) -> [f64; 3] {
         let wo = frame.to_local(wo);
+        let luminous = |d: DVec3| brdf.f_cos(frame.to_local(d), wo).iter().sum::<f64>();
+        let open = |d: DVec3, distance: f64| place.is_none_or(|p| p.sees(d, distance));
         let mut sum = [0.0; 3];
         let mut gather =
             |value: [f64; 3], times: [f64; 3]| (0..3).for_each(|c| sum[c] += value[c] * times[c]);
         for d in &self.disks {
             let cap = Cap { centre: frame.to_local(d.direction), radius: d.angular_radius };
-            gather(disk(brdf, &cap, wo), d.radiance);
+            let value = disk(brdf, &cap, wo);
+            let seen = match place.filter(|_| value != [0.0; 3]) {
+                Some(p) => {
+                    let top = 2.0 * (0.5 * d.angular_radius).sin().powi(2);
+                    let around = Cap { centre: d.direction, radius: d.angular_radius };
+                    p.seen(|x, y| around.direction(x * top, TAU * y), luminous)
+                }
+                None => 1.0,
+            };
+            gather(value, d.radiance.map(|l| l * seen));
         }
         for c in &self.cells {
-            gather(c.integral(brdf, frame, wo), c.radiance);
+            let value = c.integral(brdf, frame, wo);
+            let seen = match place.filter(|_| value != [0.0; 3]) {
+                Some(p) => p.seen(|x, y| c.inside(x, y), luminous),
+                None => 1.0,
+            };
+            gather(value, c.radiance.map(|l| l * seen));
         }
         for d in &self.directionals {
-            gather(brdf.f_cos(frame.to_local(d.direction), wo), d.irradiance);
+            let value = brdf.f_cos(frame.to_local(d.direction), wo);
+            if value != [0.0; 3] && open(d.direction, f64::INFINITY) {
+                gather(value, d.irradiance);
+            }
         }
         for (p, from) in self.points.iter().zip(std::iter::repeat(position)) {
             let Some(from) = from else { break };
@@ -151,7 +197,9 @@ impl Direct {
             let d2 = to.length_squared();
             if d2 > 0.0 {
                 let f = brdf.f_cos(frame.to_local(to / d2.sqrt()), wo);
-                gather(f, p.intensity.map(|i| f64::from(i) / d2));
+                if f != [0.0; 3] && open(to / d2.sqrt(), d2.sqrt()) {
+                    gather(f, p.intensity.map(|i| f64::from(i) / d2));
+                }
             }
         }
         sum

@@ -1,9 +1,9 @@
-//! What a room says of itself. Indices, menus, tables, the book and the conformance suite come from here.
+//! What a technique says of itself. Indices, menus, tables, the book and the conformance suite come from here.
 
 use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
-/// A room's page in short.
+/// A technique's page in short.
 #[derive(Debug, Clone, Copy)]
 pub struct Card {
     /// Rust module name; on the command line `-` and `_` are the same.
@@ -24,7 +24,7 @@ pub struct Card {
     pub materials: fn(&dyn Brdf) -> Result<(), String>,
     /// Reflectance specs that stand for the materials taken; the conformance suite runs each.
     pub specimens: &'static [&'static str],
-    /// Cases in which the room equals the integral.
+    /// Cases in which the technique equals the integral.
     pub exact_when: &'static [Claim],
     /// The row of STAR04's figure 11.
     pub capabilities: Capabilities,
@@ -34,7 +34,7 @@ pub struct Card {
     pub waived: &'static [(Check, &'static str)],
 }
 
-/// A case in which a room equals the integral, as a test can run it.
+/// A case in which a technique equals the integral, as a test can run it.
 #[derive(Debug, Clone, Copy)]
 pub struct Claim {
     /// In words.
@@ -50,7 +50,7 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// A case with the room's default parameters.
+    /// A case with the technique's default parameters.
     pub const fn new(
         statement: &'static str,
         light: fn() -> Lights,
@@ -129,7 +129,7 @@ pub struct Needs {
     pub view: bool,
 }
 
-/// The checks that every room gets unless its Card waives them.
+/// The checks that every technique gets unless its Card waives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Check {
     /// Under constant light the result is the directional albedo.
@@ -168,7 +168,7 @@ impl Check {
 }
 
 impl Card {
-    /// Why `check` makes no sense for this room, where it does not.
+    /// Why `check` makes no sense for this technique, where it does not.
     pub fn waived(&self, check: Check) -> Option<&'static str> {
         self.waived.iter().find(|(c, _)| *c == check).map(|(_, why)| *why)
     }

@@ -15,11 +15,11 @@ use steradian_light::Lights;
 
 /// A technique without its types.
 pub trait AnyTechnique: Send + Sync {
-    /// What the room says of itself.
+    /// What the technique says of itself.
     fn card(&self) -> &'static Card;
     /// Its parameters.
     fn params(&self) -> &'static [ParamInfo];
-    /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the room
+    /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the technique
     /// would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
         &self,
@@ -35,7 +35,7 @@ pub trait AnyTechnique: Send + Sync {
 
 /// A bake without its types.
 pub trait AnyBake: Send + Sync {
-    /// The room's Card.
+    /// The technique's Card.
     fn card(&self) -> &'static Card;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
@@ -50,14 +50,14 @@ pub trait AnyBake: Send + Sync {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>);
     /// All parts as tensors.
     fn save(&self) -> TensorFile;
-    /// The room as plain data for a GPU.
+    /// The technique as plain data for a GPU.
     fn gpu(&self) -> GpuTechnique;
     /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
     /// [`GpuTechnique::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
     fn gpu_frame(&self) -> Option<Vec<Uniform>>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
-    /// The room as plain data for a GPU with a lobe per point; `None` where nothing varies.
+    /// The technique as plain data for a GPU with a lobe per point; `None` where nothing varies.
     fn gpu_varied(&self) -> Option<GpuTechnique>;
     /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything else.
     fn with_view(&self, v: &View) -> Box<dyn AnyBake>;
@@ -120,7 +120,11 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         let params = T::Params::from_values(params)?;
         check_material::<T>(material)?;
         lights.check()?;
-        let given = Given { lights: Some(lights.clone()), brdf: Some(material.brdf.clone()) };
+        let given = Given {
+            lights: Some(lights.clone()),
+            brdf: Some(material.brdf.clone()),
+            geometry: geometry.cloned(),
+        };
         let light = T::light(lights, &params, task)?;
         let material = T::material(material, &params, task)?;
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
@@ -277,7 +281,7 @@ impl<T: Technique> AnyBake for Baked<T> {
         let b = &self.bake;
         let given = Given { brdf: Some(material.brdf.clone()), ..self.given.clone() };
         let material = T::material(material, &b.params, task)?;
-        let transfer = if T::TRANSFER_READS_MATERIAL {
+        let transfer = if T::transfer_reads_material(&b.params) {
             Arc::new(transfer::<T>(self.geometry.as_ref(), &material, &b.params, task)?)
         } else {
             b.transfer.clone()
@@ -290,6 +294,7 @@ impl<T: Technique> AnyBake for Baked<T> {
         let b = &self.bake;
         let transfer = Arc::new(transfer::<T>(Some(geometry), &b.material, &b.params, task)?);
         let factors = Factors { transfer, ..Factors::of(b) };
-        self.relinked(factors, Some(geometry.clone()), self.given.clone(), task)
+        let given = Given { geometry: Some(geometry.clone()), ..self.given.clone() };
+        self.relinked(factors, Some(geometry.clone()), given, task)
     }
 }

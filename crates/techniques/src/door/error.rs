@@ -9,18 +9,18 @@ pub enum BakeError {
     /// A parameter is unknown or out of range.
     #[error(transparent)]
     Param(#[from] ParamError),
-    /// The room does not take this reflectance.
+    /// The technique does not take this reflectance.
     #[error("{slug}: {why}")]
     Material {
-        /// The room.
+        /// The technique.
         slug: &'static str,
         /// Why not, and what to use instead.
         why: String,
     },
-    /// The room cannot take this light.
+    /// The technique cannot take this light.
     #[error("{slug}: {why}")]
     Light {
-        /// The room.
+        /// The technique.
         slug: &'static str,
         /// Why not, and what to use instead.
         why: String,
@@ -31,7 +31,7 @@ pub enum BakeError {
     /// What came out is not finite, although light and reflectance are.
     #[error("{slug}: the result is not finite; scale the light down, or use another technique")]
     NotFinite {
-        /// The room.
+        /// The technique.
         slug: &'static str,
     },
     /// A loaded bake keeps too little of its light or reflectance to measure its error with another factor.
@@ -42,10 +42,10 @@ pub enum BakeError {
         /// The technique.
         slug: &'static str,
     },
-    /// The room bakes per site and was given no geometry, or geometry that it cannot use.
+    /// The technique bakes per site and was given no geometry, or geometry that it cannot use.
     #[error("{slug}: {why}")]
     Geometry {
-        /// The room.
+        /// The technique.
         slug: &'static str,
         /// Why not.
         why: String,
@@ -53,17 +53,17 @@ pub enum BakeError {
     /// The bake would need more memory than the task allows.
     #[error("{slug}: needs {need} bytes, allowed are {allowed} (--max-memory)")]
     Memory {
-        /// The room.
+        /// The technique.
         slug: &'static str,
         /// Bytes needed.
         need: u64,
         /// Bytes allowed.
         allowed: u64,
     },
-    /// A saved bake that is not what this room saves.
+    /// A saved bake that is not what this technique saves.
     #[error("not a bake of {slug}: {why}")]
     Load {
-        /// The room.
+        /// The technique.
         slug: &'static str,
         /// What is wrong.
         why: String,

@@ -1,17 +1,18 @@
 //! The inputs as they were given, and the certificate that a bake gets by them.
 
-use crate::certify::Report;
+use crate::certify::{Report, sites};
 use crate::shared::distant;
-use crate::{Bake, BakeError, Part, Technique, View};
+use crate::{Bake, BakeError, Geometry, Part, Technique, View};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
 
-/// Light and reflectance as they were given, as far as they are known: a loaded bake has what its factors keep.
+/// Light, reflectance and geometry as they were given, as far as they are known: a loaded bake has what its factors keep.
 #[derive(Clone, Default)]
 pub(super) struct Given {
     pub lights: Option<Lights>,
     pub brdf: Option<SharedBrdf>,
+    pub geometry: Option<Geometry>,
 }
 
 impl Given {
@@ -31,15 +32,18 @@ impl Given {
         if c.error.is_finite() { Ok(c) } else { Err(BakeError::NotFinite { slug }) }
     }
 
-    /// `None` where light or reflectance are not known, or where the error is one of sites on a mesh.
+    /// `None` where light, reflectance or, for techniques with sites, the mesh are not known.
     fn measured<T: Technique>(
         &self,
         b: &Bake<T>,
         report: &Report,
         task: &Task,
     ) -> Result<Option<Certificate>, BakeError> {
+        if T::CARD.needs.sites {
+            return self.at_sites(b, report, task);
+        }
         let brdf: Option<&dyn Brdf> = self.brdf.as_deref().or_else(|| b.material.kept_reflectance());
-        let Some(target) = T::target(b, brdf).filter(|_| !T::CARD.needs.sites) else { return Ok(None) };
+        let Some(target) = T::target(b, brdf) else { return Ok(None) };
         let own = match (b.light.kept_light(), &self.lights) {
             (None, Some(lights)) => Some(distant::tree(lights, task)?),
             _ => None,
@@ -53,5 +57,22 @@ impl Given {
             c = c.detail(name, target.errors(tree, task, shade)?.all);
         }
         Ok(Some(c))
+    }
+
+    /// The error over points of the mesh and views.
+    fn at_sites<T: Technique>(
+        &self,
+        b: &Bake<T>,
+        report: &Report,
+        task: &Task,
+    ) -> Result<Option<Certificate>, BakeError> {
+        let (Some(lights), Some(brdf), Some(geometry)) = (&self.lights, &self.brdf, &self.geometry) else {
+            return Ok(None);
+        };
+        let mut frame = T::Frame::default();
+        T::frame(b, &View::default(), &mut frame);
+        let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
+        let paths = sites::Paths { geometry, lights, brdf: &**brdf, events: T::events(b) };
+        Ok(Some(paths.certificate(T::CARD.slug, report, task, shade)?))
     }
 }

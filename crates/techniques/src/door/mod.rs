@@ -1,4 +1,4 @@
-//! The door that every room has.
+//! The door that every technique has.
 
 mod card;
 mod erased;

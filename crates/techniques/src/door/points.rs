@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 pub struct Points<'a> {
     /// Normals.
     pub n: [&'a [f32]; 3],
-    /// Tangents; rooms without anisotropy ignore them.
+    /// Tangents; techniques without anisotropy ignore them.
     pub t: [&'a [f32]; 3],
     /// Directions to the viewer.
     pub wo: [&'a [f32]; 3],

@@ -1,4 +1,4 @@
-//! The door of a room.
+//! The door of a technique.
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
@@ -11,10 +11,8 @@ use steradian_light::Lights;
 /// A published technique. Each factor of the integral bakes on its own, then [`Technique::link`] joins them:
 /// a changed factor rebakes alone.
 pub trait Technique: Send + Sync + 'static {
-    /// What the room says of itself.
+    /// What the technique says of itself.
     const CARD: Card;
-    /// Does [`Technique::transfer`] read the material? Then a changed material rebakes the transfer too.
-    const TRANSFER_READS_MATERIAL: bool = false;
     /// Parameters; commands and windows make their controls from them.
     type Params: Params;
     /// The light's factor.
@@ -51,12 +49,22 @@ pub trait Technique: Send + Sync + 'static {
         let _ = b;
         brdf.map(|brdf| Target::Integral(Model::of(brdf)))
     }
+    /// Does [`Technique::transfer`] read the material? Then a changed material rebakes the transfer too.
+    fn transfer_reads_material(p: &Self::Params) -> bool {
+        let _ = p;
+        false
+    }
+    /// For techniques with sites: scattering events at surfaces that shading stands for, 1 for direct light alone.
+    fn events(b: &Bake<Self>) -> u32 {
+        let _ = b;
+        1
+    }
     /// Another model that certificates state the error against, under this name.
     fn also_against(b: &Bake<Self>) -> Option<(&'static str, Target<'_>)> {
         let _ = b;
         None
     }
-    /// Prepares a frame. Rooms that look light up by direction keep the rotation.
+    /// Prepares a frame. Techniques that look light up by direction keep the rotation.
     fn frame(b: &Bake<Self>, v: &View, f: &mut Self::Frame) {
         let _ = (b, v, f);
     }
@@ -69,7 +77,7 @@ pub trait Technique: Send + Sync + 'static {
     /// The same as plain data for a GPU.
     fn gpu(b: &Bake<Self>, f: &Self::Frame) -> GpuTechnique;
     /// The uniforms of [`Technique::gpu`] that frames change, to write in place of those of the same names; `None`
-    /// where frames change more than uniforms. Rooms with tables say it themselves, so that none is copied here.
+    /// where frames change more than uniforms. Techniques with tables say it themselves, so that none is copied here.
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
         Some(Self::gpu(b, f).uniforms)
     }

@@ -1,5 +1,6 @@
-//! The rooms. Rooms never import rooms: what two share moves down a layer.
+//! The techniques. Techniques never import techniques: what two share moves down a layer.
 
+pub mod ambient;
 pub mod banks_env;
 pub mod diffuse_map;
 pub mod factored_lighting;
@@ -8,6 +9,7 @@ pub mod lobe_maps;
 pub mod mirror_map;
 pub mod paraboloid_filter;
 pub mod phong_diffuse_maps;
+pub mod prt_diffuse;
 pub mod reflection_space_ibr;
 pub mod sh_irradiance;
 pub mod shrm;

@@ -1,4 +1,4 @@
-//! The loop over a batch for rooms that look tables up point by point.
+//! The loop over a batch for techniques that look tables up point by point.
 
 use crate::{Points, Radiance};
 

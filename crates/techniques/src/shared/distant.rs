@@ -1,4 +1,4 @@
-//! The light's factor of rooms that take distant light only.
+//! The light's factor of techniques that take distant light only.
 
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::source::{MAX_HEIGHT, reduced};
-use steradian_prefilter::{Beam, Source, Tree};
+use steradian_prefilter::{SmallLight, Source, Tree};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Highest band of the spectrum that light is analysed to; sharper kernels are filtered in angular space.
@@ -23,7 +23,7 @@ pub struct DistantLight {
     /// The image as it came.
     image: Option<Arc<Environment>>,
     /// Disks and directional lights beside it.
-    small: Vec<Beam>,
+    small: Vec<SmallLight>,
 }
 
 impl DistantLight {
@@ -45,7 +45,7 @@ impl DistantLight {
     pub fn radiance(&self, d: DVec3) -> [f64; 3] {
         let mut l = self.image.as_ref().map_or([0.0; 3], |e| e.image.nearest(d).map(f64::from));
         // Directions nearer than the radius have a shorter chord.
-        let within = |b: &&Beam| {
+        let within = |b: &&SmallLight| {
             b.radius > 0.0 && b.direction.distance_squared(d) < 4.0 * (0.5 * b.radius).sin().powi(2)
         };
         for b in self.small.iter().filter(within) {
@@ -64,9 +64,9 @@ impl DistantLight {
 }
 
 /// The disks and directional lights beside an image.
-fn small(lights: &Lights) -> Vec<Beam> {
-    let disks = lights.disks.iter().map(Beam::from);
-    disks.chain(lights.directionals.iter().map(Beam::from)).collect()
+fn small(lights: &Lights) -> Vec<SmallLight> {
+    let disks = lights.disks.iter().map(SmallLight::from);
+    disks.chain(lights.directionals.iter().map(SmallLight::from)).collect()
 }
 
 /// The hierarchy of distant light as it is.
@@ -91,18 +91,18 @@ impl Part for DistantLight {
             let shape = vec![3, image.height, image.width];
             put_f32(to, format!("{prefix}.base"), shape, image.planes.concat());
         }
-        let beam = |b: &Beam| {
+        let small_light = |b: &SmallLight| {
             [b.direction.x, b.direction.y, b.direction.z, b.radius, b.flux[0], b.flux[1], b.flux[2]]
         };
-        let beams = self.small.iter().flat_map(beam).collect();
-        put_f64(to, format!("{prefix}.beams"), vec![self.small.len(), 7], beams);
+        let small_lights = self.small.iter().flat_map(small_light).collect();
+        put_f64(to, format!("{prefix}.small_lights"), vec![self.small.len(), 7], small_lights);
         put_f64(to, format!("{prefix}.order"), vec![1], vec![self.source.order() as f64]);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.base");
         let base = if from.tensors.contains_key(&name) { Some(load_base(from, &name)?) } else { None };
-        let small = load_beams(from, &format!("{prefix}.beams"))?;
+        let small = load_small_lights(from, &format!("{prefix}.small_lights"))?;
         let name = format!("{prefix}.order");
         let (_, order) = get_f64(from, &name, 1)?;
         let order = order.first().copied().filter(|o| (0.0..=2047.0).contains(o));
@@ -134,16 +134,16 @@ fn load_base(from: &TensorFile, name: &str) -> Result<SphereImage, PartError> {
     Ok(SphereImage { layout: Layout::LatLong, width, height, planes })
 }
 
-fn load_beams(from: &TensorFile, name: &str) -> Result<Vec<Beam>, PartError> {
+fn load_small_lights(from: &TensorFile, name: &str) -> Result<Vec<SmallLight>, PartError> {
     let (shape, v) = get_f64(from, name, 2)?;
     if shape[1] != 7 {
         return Err(PartError::Unexpected(name.into()));
     }
-    let beam = |b: &[f64]| Beam {
+    let small_light = |b: &[f64]| SmallLight {
         direction: DVec3::new(b[0], b[1], b[2]).normalize_or(DVec3::Y),
         radius: b[3],
         flux: [b[4], b[5], b[6]],
         cell: None,
     };
-    Ok(v.chunks_exact(7).map(beam).collect())
+    Ok(v.chunks_exact(7).map(small_light).collect())
 }

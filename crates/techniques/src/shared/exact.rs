@@ -1,7 +1,7 @@
 //! The frame state and the shading of suns apart from what maps hold; `exact.wgsl` has the same functions.
 
+use super::light_rotation::LightRotation;
 use super::sun::{self, STRIDE, Sun};
-use super::turn::Turn;
 use crate::direct::{self, Direct};
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::{GpuTechnique, Points, Radiance, View};
@@ -9,16 +9,16 @@ use steradian_brdf::{BrdfShader, SharedBrdf};
 
 /// The light of a frame.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Shown {
+pub struct TurnedSuns {
     /// Where the light is turned to.
-    pub turn: Turn,
+    pub turn: LightRotation,
     suns: Direct,
 }
 
-impl Shown {
+impl TurnedSuns {
     /// The light turned as `v` says, with these suns.
     pub fn new(suns: &[Sun], v: &View) -> Self {
-        Self { turn: Turn::new(v.light_rotation), suns: sun::direct(suns).turned(v) }
+        Self { turn: LightRotation::new(v.light_rotation), suns: sun::direct(suns).turned(v) }
     }
 
     /// Adds the radiance of the suns to `out`.

@@ -14,12 +14,12 @@ fn globe_uv(c: vec3<f32>) -> vec2<f32> {
     let s = sqrt(c.x * c.x + c.z * c.z);
     var u = 0.5;
     if s > 0.0 {
-        u += atan2(c.z, c.x) * 0.15915494309189535;
+        u += brdf_atan2(c.z, c.x) * 0.15915494309189535;
     }
-    return vec2<f32>(u, atan2(s, c.y) * 0.3183098861837907);
+    return vec2<f32>(u, brdf_atan2(s, c.y) * 0.3183098861837907);
 }
 
 // The angle of a cosine to rounding: acos may be off by 7e-5 (WGSL allows it, and Mesa takes it).
 fn angle(c: f32) -> f32 {
-    return atan2(sqrt((1.0 - c) * (1.0 + c)), c);
+    return brdf_atan2(sqrt((1.0 - c) * (1.0 + c)), c);
 }

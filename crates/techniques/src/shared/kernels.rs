@@ -1,4 +1,4 @@
-//! The reflectance's factor of rooms that see it about a central direction: its slices, and itself for the lights that
+//! The reflectance's factor of techniques that see it about a central direction: its slices, and itself for the lights that
 //! no map holds.
 
 use crate::certify;

@@ -1,4 +1,4 @@
-//! What rooms share: rooms never import rooms.
+//! What techniques share: techniques never import techniques.
 
 pub mod albedo;
 pub mod apart;
@@ -9,19 +9,20 @@ pub mod distant;
 pub mod exact;
 pub mod harmonics;
 pub mod kernels;
+pub mod light_rotation;
 pub mod lights;
 pub mod lobe;
-pub mod meter;
 pub mod once;
 pub mod quadric;
 pub mod reflectance;
 pub mod shrm;
-pub mod sky;
+pub mod spectral_error;
 pub mod spectrum;
 pub mod strands;
 pub mod sun;
+pub mod sunlit_spectrum;
 pub mod tables;
+pub mod transport;
 #[cfg(test)]
 pub mod trial;
-pub mod turn;
 pub mod views;

@@ -1,4 +1,4 @@
-//! The light's factor of rooms that work with spherical harmonics alone: its coefficients.
+//! The light's factor of techniques that work with spherical harmonics alone: its coefficients.
 
 use crate::shared::distant::refuse_points;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};

@@ -2,7 +2,7 @@
 
 use crate::Points;
 use crate::shared::batch::Point;
-use crate::shared::turn::Turn;
+use crate::shared::light_rotation::LightRotation;
 use steradian_brdf::central::Centre;
 
 /// The point's tangent; where the batch has none, that of surfaces without tangents: t = normalize(a × n), a = +Y if
@@ -24,7 +24,7 @@ pub fn tangent(q: &Points<'_>, p: &Point) -> [f32; 3] {
 
 /// C of a point, in the light's frame.
 #[inline(always)]
-pub fn central(centre: Centre, turn: &Turn, q: &Points<'_>, p: &Point) -> [f32; 3] {
+pub fn central(centre: Centre, turn: &LightRotation, q: &Points<'_>, p: &Point) -> [f32; 3] {
     turn.apply(match centre {
         Centre::Reflection => p.r,
         Centre::Normal => p.n,

@@ -1,10 +1,10 @@
 //! What is taken out of the light and shaded with the exact reflectance: disks, and texels of the image as they are.
 
-use crate::direct::{Cell, Direct};
+use crate::direct::{CellLight, Direct};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use glam::DVec3;
 use steradian_light::DiskLight;
-use steradian_prefilter::Beam;
+use steradian_prefilter::SmallLight;
 use steradian_sphere::quadrature::gauss_legendre;
 
 /// Numbers that describe a sun.
@@ -18,31 +18,31 @@ pub enum Sun {
     /// A disk.
     Disk(DiskLight),
     /// A texel.
-    Cell(Cell),
+    Cell(CellLight),
 }
 
 impl Sun {
-    /// A disk of a beam's flux.
-    pub fn disk(b: &Beam) -> Self {
+    /// A disk of a small light's flux.
+    pub fn disk(b: &SmallLight) -> Self {
         let d = DiskLight { direction: b.direction, angular_radius: b.radius, radiance: [0.0; 3] };
         Self::Disk(DiskLight { radiance: b.flux.map(|f| f / d.solid_angle()), ..d })
     }
 
     /// The disk of its flux and solid angle about its centre.
-    pub fn beam(&self) -> Beam {
+    pub fn small_light(&self) -> SmallLight {
         match self {
-            Self::Disk(d) => Beam::from(d),
+            Self::Disk(d) => SmallLight::from(d),
             Self::Cell(c) => {
                 let omega = c.solid_angle();
-                Beam::texel(c.centre(), omega, c.radiance.map(|l| l * omega))
+                SmallLight::texel(c.centre(), omega, c.radiance.map(|l| l * omega))
             }
         }
     }
 
     /// What has its coefficients in spherical harmonics up to `order`: a disk itself; for a texel directions at the nodes
     /// of a product rule, whose error falls faster than any power of their number once they resolve the highest band.
-    pub fn beams(&self, order: usize) -> Vec<Beam> {
-        let Self::Cell(c) = self else { return vec![self.beam()] };
+    pub fn small_lights(&self, order: usize) -> Vec<SmallLight> {
+        let Self::Cell(c) = self else { return vec![self.small_light()] };
         // A wave turns by order × half of the side between the middle and the end.
         let [rows, columns] = c.halves().map(|side| {
             let n = 3 + (0.75 * order as f64 * side).ceil() as usize;
@@ -57,7 +57,7 @@ impl Sun {
                 let omega = wx * wy * 0.5 * (b - a) * c.half * theta.sin();
                 let flux = c.radiance.map(|l| l * omega);
                 let direction = c.direction(theta, c.half * y);
-                out.push(Beam { direction, radius: 0.0, flux, cell: None });
+                out.push(SmallLight { direction, radius: 0.0, flux, cell: None });
             }
         }
         out
@@ -65,7 +65,7 @@ impl Sun {
 
     /// ∫ L dω, all channels.
     pub fn strength(&self) -> f64 {
-        self.beam().flux.iter().sum()
+        self.small_light().flux.iter().sum()
     }
 
     /// A texel: pole, meridian, θ from and to, half azimuth, radiance. A disk: its centre for the pole, its radius for the
@@ -90,7 +90,7 @@ impl Sun {
         let meridian = DVec3::from_slice(&v[3..6]);
         let whole = std::f64::consts::PI * (1.0 + 1e-12);
         let sound = sound && unit(meridian) && theta[1] <= whole && half > 0.0 && half <= whole;
-        sound.then_some(Self::Cell(Cell { pole, meridian, theta, half, radiance }))
+        sound.then_some(Self::Cell(CellLight { pole, meridian, theta, half, radiance }))
     }
 }
 

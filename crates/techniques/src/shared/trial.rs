@@ -1,4 +1,4 @@
-//! What the tests of rooms share: bakes, points at one elevation, the judge.
+//! What the tests of techniques share: bakes, points at one elevation, the reference.
 
 use crate::{AnyBake, Material, PointsBuf, Radiance, View, find};
 use glam::{DMat3, DVec3, Vec3};
@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 use steradian_base::{ParamValues, Task};
 use steradian_light::Lights;
 use steradian_prefilter::probe;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::Frame;
 
-/// A bake of room `slug`.
+/// A bake of technique `slug`.
 pub fn bake(
     slug: &str,
     lights: &Lights,
@@ -34,19 +34,19 @@ pub fn stated(b: &dyn AnyBake, degrees: f64) -> f64 {
 }
 
 /// `n` points seen `degrees` off their normals.
-pub fn points(n: usize, degrees: f64) -> Vec<JudgePoint> {
+pub fn points(n: usize, degrees: f64) -> Vec<ReferencePoint> {
     let (s, c) = degrees.to_radians().sin_cos();
     let point = |k: usize| {
         let frame = Frame::from_normal(probe::direction(k, n));
         let phi = 2.0 * PI * (k as f64 * 0.569_840_291 + 0.1).fract();
         let wo = frame.to_world(DVec3::new(s * phi.cos(), s * phi.sin(), c));
-        JudgePoint { frame, wo, position: None }
+        ReferencePoint { frame, wo, position: None }
     };
     (0..n).map(point).collect()
 }
 
 /// What a bake shades there.
-pub fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+pub fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::with_capacity(points.len());
     for p in points {
         q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);
@@ -56,11 +56,11 @@ pub fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
     (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// Relative RMS error against the judge of some bakes at the same points.
-pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[JudgePoint]) -> Vec<f64> {
-    let judge = Judge::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
+/// Relative RMS error against the reference of some bakes at the same points.
+pub fn judged(bakes: &[&dyn AnyBake], lights: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<f64> {
+    let reference = Reference::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
     let brdf = steradian_brdf::parse(spec).unwrap();
-    let exact = judge.radiance_batch(&*brdf, points, 2e-3, &Task::quiet()).unwrap();
+    let exact = reference.radiance_batch(&*brdf, points, 2e-3, &Task::quiet()).unwrap();
     let error = |b: &&dyn AnyBake| {
         probe::relative_rms(shade(*b, points).into_iter().zip(exact.iter().map(|e| e.rgb)))
     };
@@ -73,9 +73,9 @@ pub fn suns_turn_and_are_saved(b: &mut dyn AnyBake) {
     let still = points(40, 70.0);
     let before = shade(b, &still);
     let r = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0);
-    let turned = |p: &JudgePoint| {
+    let turned = |p: &ReferencePoint| {
         let frame = Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
-        JudgePoint { frame, wo: r * p.wo, position: None }
+        ReferencePoint { frame, wo: r * p.wo, position: None }
     };
     b.frame(&View { light_rotation: r.as_mat3(), ..View::default() });
     let after = shade(b, &still.iter().map(turned).collect::<Vec<_>>());

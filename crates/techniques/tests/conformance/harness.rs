@@ -1,22 +1,25 @@
-//! What the checks share: probe points, bakes, the judge.
+//! What the checks share: probe points, bakes, the reference.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, OnceLock};
 use steradian_base::{ParamValues, Task};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::probe;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_scene::shapes;
 use steradian_sphere::Frame;
 use steradian_techniques::certify::probes;
 use steradian_techniques::shared::{distant, lights};
-use steradian_techniques::{AnyBake, AnyTechnique, Check, Material, PointsBuf, Radiance, registry};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, Check, Geometry, Material, PointsBuf, Radiance, Sites, registry,
+};
 
-/// Rooms that are put to `check`; the others are printed with their Card's reason. `STERADIAN_ROOMS=split_sum,shrm`
+/// Techniques that are put to `check`; the others are printed with their Card's reason. `STERADIAN_TECHNIQUES=split_sum,shrm`
 /// tries these alone.
-pub fn rooms(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
-    let only = std::env::var("STERADIAN_ROOMS").ok();
+pub fn techniques(check: Check) -> impl Iterator<Item = &'static dyn AnyTechnique> {
+    let only = std::env::var("STERADIAN_TECHNIQUES").ok();
     let asked = move |t: &&'static dyn AnyTechnique| {
         only.as_deref().is_none_or(|only| only.split(',').any(|s| s == t.card().slug))
     };
@@ -37,7 +40,21 @@ pub fn material(spec: &str) -> Material {
 /// A bake with some parameters.
 pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let params: ParamValues = params.iter().copied().collect();
-    t.bake(lights, &material(spec), None, &params, &Task::quiet()).expect("a bake that the Card promises")
+    let geometry = t.card().needs.sites.then(|| around(&[]));
+    t.bake(lights, &material(spec), geometry.as_ref(), &params, &Task::quiet())
+        .expect("a bake that the Card promises")
+}
+
+/// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with sites is
+/// what it would be without them. Without points, the vertices of the ball.
+pub fn around(points: &[ReferencePoint]) -> Geometry {
+    let ball = Arc::new(shapes::icosphere(1));
+    if points.is_empty() {
+        return Geometry::new(ball, Sites::Vertices);
+    }
+    let n: Arc<[Vec3]> = points.iter().map(|p| p.frame.n.as_vec3()).collect();
+    let p: Arc<[Vec3]> = n.iter().map(|n| 1.5 * *n).collect();
+    Geometry::new(ball, Sites::Points { p, n })
 }
 
 /// The lights that bakes are shared under.
@@ -65,9 +82,9 @@ pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &
 }
 
 /// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.
-pub fn points(n: usize) -> Vec<JudgePoint> {
+pub fn points(n: usize) -> Vec<ReferencePoint> {
     let point = |k: usize| {
-        // Another spiral than that of the rooms' own certificates.
+        // Another spiral than that of the techniques' own certificates.
         let normal = DMat3::from_rotation_x(0.7) * probe::direction(k, n);
         let level = Frame::from_normal(normal);
         // Not by the golden section, by which the normals' azimuths go round.
@@ -78,14 +95,14 @@ pub fn points(n: usize) -> Vec<JudgePoint> {
         // Tangents all round: the conventional one is always level.
         let turn = 2.0 * PI * (k as f64 * 0.671_043_606 + 0.3).fract();
         let frame = Frame::from_normal_tangent(normal, level.t * turn.cos() + level.b * turn.sin());
-        JudgePoint { frame, wo, position: None }
+        ReferencePoint { frame, wo, position: None }
     };
     (0..n).map(point).collect()
 }
 
 /// The same points turned by `r`.
-pub fn turned(points: &[JudgePoint], r: DMat3) -> Vec<JudgePoint> {
-    let turn = |p: &JudgePoint| JudgePoint {
+pub fn turned(points: &[ReferencePoint], r: DMat3) -> Vec<ReferencePoint> {
+    let turn = |p: &ReferencePoint| ReferencePoint {
         frame: Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n },
         wo: r * p.wo,
         position: None,
@@ -94,21 +111,26 @@ pub fn turned(points: &[JudgePoint], r: DMat3) -> Vec<JudgePoint> {
 }
 
 /// What a bake shades at `points`.
-pub fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+pub fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
+    let there = b.card().needs.sites.then(|| {
+        b.with_geometry(&around(points), &Task::quiet().with_tolerance(None)).expect("points in the open")
+    });
+    let b = there.as_deref().unwrap_or(b);
     let mut q = PointsBuf::with_capacity(points.len());
-    for p in points {
+    for (k, p) in (0..).zip(points) {
         q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);
+        q.locate(Vec2::ZERO, [k; 3], [0.0; 2]);
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; points.len()]);
     b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
     (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// The judge's values at `points`.
-pub fn judged(lights: &Lights, spec: &str, points: &[JudgePoint]) -> Vec<[f64; 3]> {
-    let judge = Judge::new(lights, Lookup::Constant, &Task::quiet()).expect("a sound light");
+/// The reference's values at `points`.
+pub fn judged(lights: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
+    let reference = Reference::new(lights, Lookup::Constant, &Task::quiet()).expect("a sound light");
     let brdf = steradian_brdf::parse(spec).expect("a specimen's spec");
-    let values = judge.radiance_batch(&*brdf, points, 1e-3, &Task::quiet()).expect("nobody cancels");
+    let values = reference.radiance_batch(&*brdf, points, 1e-3, &Task::quiet()).expect("nobody cancels");
     values.iter().map(|e| e.rgb).collect()
 }
 
@@ -126,13 +148,14 @@ pub struct Found {
     pub sigma: f64,
 }
 
-/// The error against the judge at points of the kind that certificates look at: `count` of each of its kinds.
-pub fn against_judge(b: &dyn AnyBake, lights: &Lights, spec: &str, count: usize, shift: f64) -> Found {
+/// The error against the reference at points of the kind that certificates look at: `count` of each of its kinds.
+pub fn against_reference(b: &dyn AnyBake, lights: &Lights, spec: &str, count: usize, shift: f64) -> Found {
     let tree = distant::tree(lights, &Task::quiet()).expect("nobody cancels");
     let brdf = material(spec).brdf;
     let probes = probes::all(count, shift, &tree, &|wo| brdf.lobes(wo));
-    let point = |p: &probes::Probe| JudgePoint { frame: p.frame, wo: p.frame.to_world(p.wo), position: None };
-    let points: Vec<JudgePoint> = probes.iter().map(point).collect();
+    let point =
+        |p: &probes::Probe| ReferencePoint { frame: p.frame, wo: p.frame.to_world(p.wo), position: None };
+    let points: Vec<ReferencePoint> = probes.iter().map(point).collect();
     let (got, exact) = (shade(b, &points), judged(lights, spec, &points));
     let squares = |k: usize| {
         let square = |v: [f64; 3]| probes[k].weight * v.iter().map(|x| x * x).sum::<f64>();

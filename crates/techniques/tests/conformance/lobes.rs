@@ -1,12 +1,12 @@
-//! Points with lobes of their own: rooms that say they vary do, and equal what they stand for.
+//! Points with lobes of their own: techniques that say they vary do, and equal what they stand for.
 
 use super::harness::*;
 use glam::{DVec3, Vec3};
-use steradian_reference::JudgePoint;
+use steradian_reference::ReferencePoint;
 use steradian_techniques::shared::lights;
 use steradian_techniques::{AnyBake, PointLobe, PointsBuf, Radiance, registry};
 
-fn shade_lobes(b: &dyn AnyBake, points: &[JudgePoint], lobe: PointLobe) -> Vec<[f64; 3]> {
+fn shade_lobes(b: &dyn AnyBake, points: &[ReferencePoint], lobe: PointLobe) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::with_capacity(points.len());
     for p in points {
         q.push_lobe([p.frame.n, p.frame.t, p.wo, DVec3::ZERO].map(|v| v.as_vec3()), lobe);
@@ -16,7 +16,7 @@ fn shade_lobes(b: &dyn AnyBake, points: &[JudgePoint], lobe: PointLobe) -> Vec<[
     (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 
-/// Every room that varies, with its specimens.
+/// Every technique that varies, with its specimens.
 fn bakes() -> Vec<(&'static str, &'static str, &'static dyn AnyBake)> {
     let mut out = Vec::new();
     for t in registry().iter().filter(|t| !t.card().needs.sites) {
@@ -56,7 +56,7 @@ fn a_point_s_alpha_is_that_of_a_material() {
         ("split_sum", "ggx:alpha=0.01,f0=0.04", "ggx:alpha=0.4,f0=0.04", 0.4),
         ("phong_diffuse_maps", "phong-map:n=300", "phong-map:n=50", 0.1),
     ] {
-        let t = steradian_techniques::find(slug).expect("a room");
+        let t = steradian_techniques::find(slug).expect("a technique");
         let light = lights::studio();
         let lobe = PointLobe { alpha, ..PointLobe::PLAIN };
         let got = shade_lobes(&*bake(t, &light, one, &[]), &points, lobe);
@@ -82,15 +82,15 @@ fn spread_normals_are_the_mean_over_normals() {
                 let at = |k: i32| 3.2 * f64::from(k - side) / f64::from(side);
                 let (x, y) = (at(k % (2 * side + 1)), at(k / (2 * side + 1)));
                 let w = (-0.5 * (x * x + y * y)).exp();
-                let tilt = |p: &JudgePoint| {
+                let tilt = |p: &ReferencePoint| {
                     let n = p.frame.n + p.frame.t * (l11 * x) + p.frame.b * (l21 * x + l22 * y);
                     let n = n.normalize();
                     // As renderers bend normals that turn away from the viewer.
                     let c = n.dot(p.wo);
                     let n = if c < 0.01 { (n + p.wo * (0.01 - c)).normalize() } else { n };
-                    JudgePoint { frame: steradian_sphere::Frame::from_normal(n), ..*p }
+                    ReferencePoint { frame: steradian_sphere::Frame::from_normal(n), ..*p }
                 };
-                let tilted: Vec<JudgePoint> = points.iter().map(tilt).collect();
+                let tilted: Vec<ReferencePoint> = points.iter().map(tilt).collect();
                 for (to, l) in truth.iter_mut().zip(shade(*b, &tilted)) {
                     (0..3).for_each(|c| to[c] += w * l[c]);
                 }

@@ -3,7 +3,7 @@
 use super::harness::Found;
 use std::path::PathBuf;
 
-/// One measurement against the judge.
+/// One measurement against the reference.
 pub struct Line {
     key: String,
     found: Found,
@@ -13,7 +13,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Room, reflectance, light, error against the judge, error that the certificate states.
+    /// Technique, reflectance, light, error against the reference, error that the certificate states.
     pub fn new(slug: &str, spec: &str, light: &str, found: Found, claimed: f64) -> Self {
         Self { key: format!("{slug} | {spec} | {light}"), found, claimed, honest: found }
     }
@@ -41,13 +41,12 @@ fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/conformance/errors.txt")
 }
 
-const HEAD: &str =
-    "# room | reflectance | light | relative RMS error against the reference | as the certificate states\n";
+const HEAD: &str = "# technique | reflectance | light | relative RMS error against the reference | as the certificate states\n";
 
-/// The table with these lines; where some rooms alone were tried, with these in place of those of the same keys.
+/// The table with these lines; where some techniques alone were tried, with these in place of those of the same keys.
 fn blessed(before: &str, lines: &[Line]) -> String {
     let mut text = String::from(HEAD);
-    if std::env::var_os("STERADIAN_ROOMS").is_none() {
+    if std::env::var_os("STERADIAN_TECHNIQUES").is_none() {
         lines.iter().for_each(|l| text += &l.text());
         return text;
     }
@@ -80,7 +79,7 @@ pub fn compare(lines: &[Line]) {
         if (error - before).abs() > 0.05 * before + 5e-4 {
             failures.push(format!("{}: {error:.5}, recorded {before:.5}", l.key));
         }
-        // A certificate is honest where it is within a factor of two of what the judge finds.
+        // A certificate is honest where it is within a factor of two of what the reference finds.
         let Found { error, sigma } = l.honest;
         if error > 2.0 * l.claimed + 3.0 * sigma + 2e-3 || l.exaggerates() {
             failures.push(format!("{}: {error:.5} ± {sigma:.5}, certificate {:.5}", l.key, l.claimed));

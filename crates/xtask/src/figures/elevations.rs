@@ -1,11 +1,11 @@
 //! Errors by elevation: the split sum, a stack of round lobes, spherical harmonic reflection maps and their slices.
 //!
 //! First on the level of the reflectance, from coefficients: ‖f_cos − f~_cos‖/‖f_cos‖ over the light directions of one
-//! view. Then of outgoing radiance, room by room, against the judge: under white noise, whose harmonics all have one
+//! view. Then of outgoing radiance, technique by technique, against the reference: under white noise, whose harmonics all have one
 //! power, so that it measures the reflectance as a whole, and under a real light; each with its bytes and with what
 //! its certificate states.
 
-use super::picture::{baked, judge};
+use super::picture::{baked, reference};
 use super::{Options, light, percent, say};
 use anyhow::Result;
 use glam::{DVec3, Vec3};
@@ -16,7 +16,7 @@ use steradian_brdf::central::{Centre, Lpq, Slice, Slices};
 use steradian_brdf::{Brdf, SharedBrdf, dfg, parse};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{GgxMirror, Zonal, probe};
-use steradian_reference::JudgePoint;
+use steradian_reference::ReferencePoint;
 use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::{AnyBake, PointsBuf, Radiance};
 
@@ -117,7 +117,7 @@ fn noise(width: usize, height: usize) -> Lights {
     Lights { environment: Some(Arc::new(Environment { image })), ..Lights::default() }
 }
 
-/// Rooms: title, slug, parameters, tolerance.
+/// Techniques: title, slug, parameters, tolerance.
 type Way = (&'static str, &'static str, &'static [(&'static str, f64)], Option<f64>);
 
 const WAYS: [Way; 5] = [
@@ -129,11 +129,11 @@ const WAYS: [Way; 5] = [
 ];
 
 fn radiance(name: &str, lights: &Lights, brdf: &SharedBrdf) -> Result<()> {
-    let points: Vec<Vec<JudgePoint>> = DEGREES.iter().map(|d| belt(d.to_radians())).collect();
-    let judge = judge(lights)?;
+    let points: Vec<Vec<ReferencePoint>> = DEGREES.iter().map(|d| belt(d.to_radians())).collect();
+    let reference = reference(lights)?;
     let mut truth = Vec::new();
     for p in &points {
-        truth.push(judge.radiance_batch(&**brdf, p, 1e-3, &Task::quiet())?);
+        truth.push(reference.radiance_batch(&**brdf, p, 1e-3, &Task::quiet())?);
     }
     say(&format!("{}{:>11}", head(&format!("radiance under {name}")), "bytes"));
     for (title, slug, params, tolerance) in WAYS {
@@ -162,17 +162,17 @@ fn radiance(name: &str, lights: &Lights, brdf: &SharedBrdf) -> Result<()> {
 }
 
 /// Normals spread over the sphere, views at one angle, azimuths in turn.
-fn belt(theta: f64) -> Vec<JudgePoint> {
+fn belt(theta: f64) -> Vec<ReferencePoint> {
     let point = |k: usize| {
         let frame = Frame::from_normal(probe::direction(k, POINTS));
         let (s, c) = (2.0 * PI * (k as f64 * 0.569_840_291).fract()).sin_cos();
         let wo = frame.to_world(DVec3::new(theta.sin() * c, theta.sin() * s, theta.cos()));
-        JudgePoint { frame, wo, position: None }
+        ReferencePoint { frame, wo, position: None }
     };
     (0..POINTS).map(point).collect()
 }
 
-fn shade(bake: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+fn shade(bake: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(points.len());
     for p in points {
         buf.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);

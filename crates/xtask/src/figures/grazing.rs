@@ -3,16 +3,16 @@
 //!
 //! For Kajiya–Kay twelve maps over the tangent are blended as the paper does it: the exact radiance of the three
 //! views of the icosahedron around each view, weighted by the barycentric coordinates on the sphere. A warp along the
-//! mirror direction, which the room `reflection_space_ibr` adds, has no meaning there.
+//! mirror direction, which the technique `reflection_space_ibr` adds, has no meaning there.
 
-use super::picture::{Ball, Show, bake, certified, judge};
+use super::picture::{Ball, Show, bake, certified, reference};
 use super::{Options, light, percent, save, say};
 use anyhow::Result;
 use glam::{DMat3, DVec3};
 use steradian_brdf::{SharedBrdf, parse};
 use steradian_light::Lights;
 use steradian_prefilter::shrm::explicit::icosahedron;
-use steradian_reference::Judge;
+use steradian_reference::Reference;
 use steradian_render::{Film, Row, Sheet};
 
 /// Dielectric of moderate width: next to all of its energy is near grazing.
@@ -21,15 +21,15 @@ const STRANDS: &str = "kajiya-kay:s=32";
 
 pub fn run(o: &Options) -> Result<()> {
     let (name, lights) = light::of(o, "environments/latlong/probulator_uffizi.hdr")?;
-    let judge = judge(&lights)?;
+    let reference = reference(&lights)?;
     let spec = o.brdfs.first().map_or(GRAZING, String::as_str);
     say(&format!("Figure 5.9: under {name}, relative RMS error on a ball"));
     let mut rows = Vec::new();
     let above = parse(spec)?;
     let cabral = Way { title: "Cabral", slug: "reflection_space_ibr", params: &[] };
-    rows.extend(pair(o, spec, &above, &lights, &judge, 5.0, Some(&cabral))?);
+    rows.extend(pair(o, spec, &above, &lights, &reference, 5.0, Some(&cabral))?);
     let below = parse(STRANDS)?;
-    rows.extend(pair(o, STRANDS, &below, &lights, &judge, 8.0, None)?);
+    rows.extend(pair(o, STRANDS, &below, &lights, &reference, 8.0, None)?);
     let sheet = Sheet {
         title: "Sharp near grazing, and anisotropic".into(),
         subtitle: format!("under {name}; paper: the SHRM is accurate, twelve blended views are not"),
@@ -40,7 +40,7 @@ pub fn run(o: &Options) -> Result<()> {
     save(o, "figure-5.9.png", &sheet.draw())
 }
 
-/// A room and its parameters.
+/// A technique and its parameters.
 struct Way {
     title: &'static str,
     slug: &'static str,
@@ -53,12 +53,12 @@ fn pair(
     spec: &str,
     brdf: &SharedBrdf,
     lights: &Lights,
-    judge: &Judge,
+    reference: &Reference,
     p: f64,
     cabral: Option<&Way>,
 ) -> Result<[Row; 2]> {
     let ball = Ball::seen(o.side.unwrap_or(160));
-    let truth = ball.truth(judge, &**brdf)?;
+    let truth = ball.truth(reference, &**brdf)?;
     let show = Show::of(&truth);
     say(&format!("-- {spec}"));
     say(&format!("{:<28} {:>8} {:>8} {:>8} {:>9}   certificate", "", "all", "to 60°", "60-90°", "bytes"));
@@ -82,7 +82,9 @@ fn pair(
             let film = ball.shaded(&mut *b);
             films.push((way.title.into(), film, Some(b.bytes()), certified(b.certificate())));
         }
-        None => films.push(("twelve views, blended".into(), blended(&ball, judge, brdf)?, None, "-".into())),
+        None => {
+            films.push(("twelve views, blended".into(), blended(&ball, reference, brdf)?, None, "-".into()))
+        }
     }
     let label = vec![spec.to_string()];
     let mut rows = [Row { label, cells: Vec::new() }, Row { label: Vec::new(), cells: vec![None] }];
@@ -103,11 +105,11 @@ fn pair(
 }
 
 /// Σ w_i B_i over the three of twelve views about each view.
-fn blended(ball: &Ball, judge: &Judge, brdf: &SharedBrdf) -> Result<Film> {
+fn blended(ball: &Ball, reference: &Reference, brdf: &SharedBrdf) -> Result<Film> {
     let weights = around(DVec3::Z);
     let mut sum: Option<Film> = None;
     for (view, w) in weights {
-        let film = ball.strands_seen(view).truth(judge, &**brdf)?;
+        let film = ball.strands_seen(view).truth(reference, &**brdf)?;
         let total = sum.get_or_insert_with(|| {
             let mut black = film.clone();
             black.rgb.iter_mut().for_each(|p| p.fill(0.0));

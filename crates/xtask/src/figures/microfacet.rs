@@ -1,14 +1,14 @@
 //! Figure 5.6: the simplified microfacet model (5.34), σ = .2, at rising P; and section 5.7.1's other two reflectances,
 //! Lafortune skin at P = 4 and Kajiya–Kay s = 32 at P = 8.
 
-use super::picture::{Ball, Show, bake, certified, judge};
+use super::picture::{Ball, Show, bake, certified, reference};
 use super::{Options, light, percent, save, say};
 use anyhow::Result;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq};
 use steradian_brdf::parse;
 use steradian_light::Lights;
-use steradian_reference::Judge;
+use steradian_reference::Reference;
 use steradian_render::{Row, Sheet};
 
 /// The paper's F and S.
@@ -21,10 +21,10 @@ const VIEWS: [[f64; 2]; 2] = [[50.0, 90.0], [110.0, 210.0]];
 
 pub fn run(o: &Options) -> Result<()> {
     let (name, lights) = light::of(o, "environments/latlong/probulator_grace.hdr")?;
-    let judge = judge(&lights)?;
+    let reference = reference(&lights)?;
     let spec = o.brdfs.first().map_or("microfacet:sigma=0.2", String::as_str);
-    microfacet(o, spec, &name, &lights, &judge)?;
-    others(o, &name, &lights, &judge)
+    microfacet(o, spec, &name, &lights, &reference)?;
+    others(o, &name, &lights, &reference)
 }
 
 /// The paper's own way: plain projection, maps of S rows.
@@ -32,14 +32,14 @@ fn paper(p: usize) -> [(&'static str, f64); 5] {
     [("p", p as f64), ("order", F as f64), ("size", S), ("plain", 1.0), ("centre", 1.0)]
 }
 
-fn microfacet(o: &Options, spec: &str, name: &str, lights: &Lights, judge: &Judge) -> Result<()> {
+fn microfacet(o: &Options, spec: &str, name: &str, lights: &Lights, reference: &Reference) -> Result<()> {
     let side = o.side.unwrap_or(S as usize);
     let brdf = parse(spec)?;
     let lpq = Lpq::project(&*brdf, Centre::Reflection, F, P, &Task::quiet())?;
     say(&format!("Figure 5.6: {spec}, F = {F}, S = {S}, under {name}"));
     say("  P   energy held   epsilon   sqrt   view 1   view 2   all views        paper");
     let balls = VIEWS.map(|[theta, phi]| Ball::map(side, theta.to_radians(), phi.to_radians()));
-    let truths = [balls[0].truth(judge, &*brdf)?, balls[1].truth(judge, &*brdf)?];
+    let truths = [balls[0].truth(reference, &*brdf)?, balls[1].truth(reference, &*brdf)?];
     let shows = truths.each_ref().map(Show::of);
     let mut rows: Vec<Row> = VIEWS.iter().flat_map(|v| [view_row(*v), Row::default()]).collect();
     for (v, show) in shows.iter().enumerate() {
@@ -83,11 +83,11 @@ fn view_row([theta, phi]: [f64; 2]) -> Row {
     Row { label: vec![format!("{theta}°, {phi}°"), "view about r".into()], cells: Vec::new() }
 }
 
-/// A reflectance of section 5.7.1: spec, centre, P, and the room's number of the centre.
+/// A reflectance of section 5.7.1: spec, centre, P, and the technique's number of the centre.
 const OTHERS: [(&str, Centre, usize, f64); 2] =
     [("lafortune:@skin", Centre::Reflection, 4, 1.0), ("kajiya-kay:s=32", Centre::Tangent, 8, 3.0)];
 
-fn others(o: &Options, name: &str, lights: &Lights, judge: &Judge) -> Result<()> {
+fn others(o: &Options, name: &str, lights: &Lights, reference: &Reference) -> Result<()> {
     let side = o.side.unwrap_or(S as usize);
     let ball = Ball::seen(side);
     let mut rows = Vec::new();
@@ -99,7 +99,7 @@ fn others(o: &Options, name: &str, lights: &Lights, judge: &Judge) -> Result<()>
         let mut params = paper(p);
         params[4].1 = word;
         let mut bake = bake("shrm", &brdf, lights, &params)?;
-        let truth = ball.truth(judge, &*brdf)?;
+        let truth = ball.truth(reference, &*brdf)?;
         let show = Show::of(&truth);
         let film = ball.shaded(&mut *bake);
         let (held, error) = (lpq.share(F, p), show.errors(&film).relative_rms);

@@ -1,4 +1,4 @@
-//! Spheres: every pixel of one a point with a normal and a view, shaded by the judge or by a technique.
+//! Spheres: every pixel of one a point with a normal and a view, shaded by the reference or by a technique.
 
 use super::say;
 use anyhow::{Context, Result, anyhow};
@@ -7,20 +7,20 @@ use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
 use steradian_prefilter::shrm::frame;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{Cell, Develop, Display, Errors, Film, ToneMapper, errors};
 use steradian_sphere::Frame;
 use steradian_techniques::{AnyBake, Material, PointsBuf, Radiance, View};
 
-/// Relative error of the judge at each pixel: far below what is compared.
+/// Relative error of the reference at each pixel: far below what is compared.
 const TRUTH: f64 = 1e-3;
 
 /// The pixels of a disc and their points.
 pub struct Ball {
     side: usize,
     pixels: Vec<usize>,
-    points: Vec<JudgePoint>,
+    points: Vec<ReferencePoint>,
 }
 
 /// Points of the front half of the unit sphere, seen from afar along +Z: pixel and direction.
@@ -42,7 +42,7 @@ impl Ball {
             let (s, cosine) = theta_o.sin_cos();
             let wo = s * (phi_o.cos() * x + phi_o.sin() * y) + cosine * z;
             let n = (c + wo).normalize();
-            JudgePoint { frame: Frame::from_normal(n), wo, position: None }
+            ReferencePoint { frame: Frame::from_normal(n), wo, position: None }
         };
         Self::of(side, point)
     }
@@ -51,21 +51,21 @@ impl Ball {
     pub fn seen(side: usize) -> Self {
         Self::of(side, |n| {
             let t = DVec3::Y.cross(n).try_normalize().unwrap_or(DVec3::X);
-            JudgePoint { frame: Frame::from_normal_tangent(n, t), wo: DVec3::Z, position: None }
+            ReferencePoint { frame: Frame::from_normal_tangent(n, t), wo: DVec3::Z, position: None }
         })
     }
 
-    fn of(side: usize, point: impl Fn(DVec3) -> JudgePoint) -> Self {
+    fn of(side: usize, point: impl Fn(DVec3) -> ReferencePoint) -> Self {
         let (pixels, points) = disc(side).map(|(k, d)| (k, point(d))).unzip();
         Self { side, pixels, points }
     }
 
     /// The same strands seen along another direction: their normals turn about the tangents to face it.
     pub fn strands_seen(&self, wo: DVec3) -> Self {
-        let turned = |p: &JudgePoint| {
+        let turned = |p: &ReferencePoint| {
             let t = p.frame.t;
             let n = (wo - wo.dot(t) * t).try_normalize().unwrap_or(p.frame.n);
-            JudgePoint { frame: Frame::from_normal_tangent(n, t), wo, position: None }
+            ReferencePoint { frame: Frame::from_normal_tangent(n, t), wo, position: None }
         };
         let points = self.points.iter().map(turned).collect();
         Self { side: self.side, pixels: self.pixels.clone(), points }
@@ -81,8 +81,8 @@ impl Ball {
     }
 
     /// The integral.
-    pub fn truth(&self, judge: &Judge, brdf: &dyn Brdf) -> Result<Film> {
-        let all = judge.radiance_batch(brdf, &self.points, TRUTH, &Task::quiet())?;
+    pub fn truth(&self, reference: &Reference, brdf: &dyn Brdf) -> Result<Film> {
+        let all = reference.radiance_batch(brdf, &self.points, TRUTH, &Task::quiet())?;
         Ok(self.film(|i| all[i].rgb.map(|v| v as f32)))
     }
 
@@ -104,9 +104,9 @@ impl Ball {
     }
 }
 
-/// The judge of lights, each texel of constant radiance.
-pub fn judge(lights: &Lights) -> Result<Judge> {
-    Ok(Judge::new(lights, Lookup::Constant, &Task::quiet())?)
+/// The reference of lights, each texel of constant radiance.
+pub fn reference(lights: &Lights) -> Result<Reference> {
+    Ok(Reference::new(lights, Lookup::Constant, &Task::quiet())?)
 }
 
 /// A technique's bake with parameters; those that it lacks are said and left out.

@@ -4,7 +4,7 @@
 //! CUReT's velvet is not at hand; the stand-in is the model at hand of which azimuthal terms (q ≠ 0) hold the most
 //! energy among the fabrics, as the table of figure 5.7 shows. `--brdf` takes another.
 
-use super::picture::{Ball, Show, baked, certified, judge};
+use super::picture::{Ball, Show, baked, certified, reference};
 use super::{Options, light, percent, save, say};
 use anyhow::Result;
 use steradian_brdf::parse;
@@ -15,7 +15,7 @@ const VELVET: &str = "lafortune:@felt";
 /// Belts of the angle between normal and view, degrees.
 const BELTS: [[f64; 2]; 3] = [[0.0, 60.0], [60.0, 80.0], [80.0, 90.0]];
 
-/// Columns: title, room, parameters.
+/// Columns: title, technique, parameters.
 type Way = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
 /// The error asked of slices.
@@ -34,7 +34,7 @@ pub fn run(o: &Options) -> Result<()> {
     let spec = o.brdfs.first().map_or(VELVET, String::as_str);
     let brdf = parse(spec)?;
     let ball = Ball::seen(o.side.unwrap_or(160));
-    let truth = ball.truth(&judge(&lights)?, &*brdf)?;
+    let truth = ball.truth(&reference(&lights)?, &*brdf)?;
     let show = Show::of(&truth);
     say(&format!("Figure 5.8: {spec} under {name}, relative RMS error on a ball"));
     say(&format!(

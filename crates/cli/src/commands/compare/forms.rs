@@ -67,7 +67,7 @@ pub fn document(findings: &[Finding]) -> Value {
         .iter()
         .map(|f| {
             let answers: Vec<Value> = f.answers.iter().map(answer_json).collect();
-            json!({"environment": f.environment, "brdf": f.brdf, "techniques": answers})
+            json!({"environment": f.environment, "brdf": f.brdf, "value": f.value, "techniques": answers})
         })
         .collect();
     json!({ "comparisons": rows })
@@ -155,13 +155,18 @@ pub fn table(findings: &[Finding]) -> String {
 pub fn csv(findings: &[Finding]) -> String {
     let quoted = |t: &str| format!("\"{}\"", t.replace('"', "\"\""));
     let columns: Vec<&str> = COLUMNS.iter().map(|c| c.name).collect();
-    let mut out = format!("environment,brdf,technique,{},refused\n", columns.join(","));
+    // The value of a sweep has a column of its own, for plots.
+    let swept = findings.iter().any(|f| f.value.is_some());
+    let value = if swept { "value," } else { "" };
+    let mut out = format!("environment,brdf,technique,{value}{},refused\n", columns.join(","));
     for f in findings {
         for a in &f.answers {
             let why = if let Answer::Refused { why, .. } = a { quoted(why) } else { String::new() };
             let number =
                 |c: &Column| a.rendering().and_then(c.value).map_or_else(String::new, |v| v.to_string());
-            let cells = names(f, a).map(|t| quoted(&t)).into_iter().chain(COLUMNS.iter().map(number));
+            let value = f.value.filter(|_| swept).map(|v| v.to_string());
+            let names = names(f, a).map(|t| quoted(&t)).into_iter().chain(value);
+            let cells = names.chain(COLUMNS.iter().map(number));
             out.push_str(&format!("{},{why}\n", cells.collect::<Vec<_>>().join(",")));
         }
     }

@@ -4,11 +4,11 @@ use super::{Line, Report, file_name};
 use crate::context::Context;
 use crate::failure::Failure;
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use steradian_light::DiskLight;
 use steradian_light::load::Arrangement;
 use steradian_session::Adjust;
-use steradian_session::inspect::EnvironmentFacts;
+use steradian_session::inspect::{EnvironmentFacts, LevelFacts, TextureFacts};
 
 /// The report on an image or a sky.
 pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Report, Failure> {
@@ -51,7 +51,54 @@ fn json(spec: &str, f: &EnvironmentFacts) -> Value {
         json["low_range"] = json!(r.low_range);
         json["warnings"] = json!(r.warnings);
     }
+    if let Some(t) = &f.texture {
+        json["texture"] = texture_json(t);
+    }
     json
+}
+
+/// A texture: `mean` and `largest` of every level, and all that the file says of itself.
+fn texture_json(t: &TextureFacts) -> Value {
+    let level = |l: &LevelFacts| {
+        json!({
+            "width": l.width,
+            "height": l.height,
+            "perceptual_roughness": l.perceptual_roughness,
+            "mean": l.mean,
+            "largest": l.largest,
+        })
+    };
+    json!({
+        "container": t.container.name(),
+        "format": t.texels.format,
+        "compression": t.texels.compression,
+        "faces": t.faces,
+        "levels": t.levels.iter().map(level).collect::<Vec<_>>(),
+        "profile": t.profile,
+        "kernel": t.kernel,
+        "metadata": t.metadata.iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
+    })
+}
+
+fn texture_lines(t: &TextureFacts) -> Vec<Line> {
+    let compression = t.texels.compression.map(|c| format!(", {c}")).unwrap_or_default();
+    let shape = if t.faces == 6 { "cube" } else { "image" };
+    let n = t.levels.len();
+    let levels = if n == 1 { "1 level".into() } else { format!("{n} levels") };
+    let said = |v: &Option<String>| v.clone().unwrap_or_else(|| "not stated in the file".into());
+    let mut out = vec![
+        ("texture", format!("{}, {}{compression}, {shape}, {levels}", t.container.name(), t.texels.format)),
+        ("profile", said(&t.profile)),
+        ("kernel", said(&t.kernel)),
+    ];
+    for (m, l) in t.levels.iter().enumerate() {
+        let r = l.perceptual_roughness.map(|r| format!(", perceptual roughness {r:.3}")).unwrap_or_default();
+        let [mean, largest] =
+            [l.mean, l.largest.map(f64::from)].map(|v| v.map(|x| format!("{x:.5}")).join(" "));
+        let line = format!("{m}: {} x {}{r}, mean {mean}, largest {largest}", l.width, l.height);
+        out.push(("level", line));
+    }
+    out
 }
 
 fn place(d: DVec3) -> String {
@@ -81,6 +128,7 @@ fn lines(spec: &str, f: &EnvironmentFacts) -> Vec<Line> {
         1 => format!("{} x {}", f.width, f.height),
         n => format!("{n} faces of {} x {}", f.width, f.height),
     };
+    let texture = f.texture.as_ref().map(texture_lines).unwrap_or_default();
     let range = |v: [f32; 3]| format!("{} {} {}", v[0], v[1], v[2]);
     let three = |v: [f64; 3]| format!("{:.5} {:.5} {:.5}", v[0], v[1], v[2]);
     let mut out: Vec<Line> = vec![
@@ -94,6 +142,7 @@ fn lines(spec: &str, f: &EnvironmentFacts) -> Vec<Line> {
         ("negative", format!("{} samples", f.negative)),
         ("brightest", format!("{} at {}", f.brightest.1, place(f.brightest.0))),
     ];
+    out.splice(1..1, texture);
     out.extend(f.dominant.map(|d| ("dominant", place(d))));
     let [a, b, c, d] = f.shares.map(|v| format!("{:.1} %", 100.0 * v));
     let energy = format!("brightest 0.01 % of the sphere holds {a}, 0.1 % {b}, 1 % {c}, 10 % {d}");

@@ -4,7 +4,8 @@ mod bake;
 mod brdf;
 mod light;
 mod mesh;
-mod plot;
+pub mod plot;
+mod transfer;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), brdf:SPEC, or brdf: for
+    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer (.safetensors), brdf:SPEC, or brdf: for
     /// the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
@@ -47,6 +48,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
     } else if mesh::is_mesh(&o.what) {
         mesh::report(&o.what, context)?
+    } else if let Some(report) = transfer::report(&o.what, context)? {
+        report
     } else if bake::is_bake(&o.what) {
         bake::report(&o.what, context)?
     } else if let Some(table) = bake::table(&o.what, context)? {

@@ -5,9 +5,7 @@ use crate::failure::{Failure, Outcome};
 use glam::DVec3;
 use std::path::Path;
 use steradian_brdf::Brdf;
-use steradian_brdf::plots::{PlotOptions, polar_svg};
-use steradian_render::Display;
-use steradian_render::sheet::Pen;
+use steradian_render::plot::{Anchor, Drawing, Mark};
 
 /// View angles of the curves, degrees, and their colours.
 const CURVES: [(f64, [u8; 3]); 4] =
@@ -19,19 +17,22 @@ const RADIUS: f64 = 380.0;
 const INK: [u8; 3] = [60, 62, 66];
 const FAINT: [u8; 3] = [208, 210, 214];
 
-/// What is drawn.
-enum Mark {
-    Line { points: Vec<(f64, f64)>, colour: [u8; 3], width: f64 },
-    Text { at: (f64, f64), text: String, colour: [u8; 3] },
-}
-
 /// Writes `path`: .svg or .png.
 pub fn draw(brdf: &dyn Brdf, path: &Path, context: &Context) -> Outcome {
+    write(&Drawing { marks: marks(brdf), ..Drawing::new(WIDTH as usize, HEIGHT as usize) }, path, context)
+}
+
+/// Writes a drawing: .svg or .png.
+pub fn write(drawing: &Drawing, path: &Path, context: &Context) -> Outcome {
     match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("svg") => context.write_text(Some(path), &polar_svg(brdf, &PlotOptions::default())),
-        Some("png") => Ok(context.write_display(path, &png(&marks(brdf)), Vec::new())?),
+        Some("svg") => context.write_text(Some(path), &drawing.svg()),
+        Some("png") => Ok(context.write_display(path, &drawing.display(), Vec::new())?),
         _ => Err(Failure::usage(format!("{}: plots are .svg or .png", path.display()))),
     }
+}
+
+fn text(at: (f64, f64), text: impl Into<String>, colour: [u8; 3]) -> Mark {
+    Mark::Text { at, text: text.into(), size: 14.0, colour, anchor: Anchor::Start }
 }
 
 /// Luminance of f·cos for light from `degrees` in the plane of incidence, positive on the mirror side.
@@ -60,11 +61,11 @@ fn marks(brdf: &dyn Brdf) -> Vec<Mark> {
         out.push(Mark::Line { points: values.iter().enumerate().map(point).collect(), colour, width: 2.0 });
         let y = 22.0 + 20.0 * (view / 30.0).round();
         let text = format!("view {view}°, peak {peak:.4} sr-1");
-        out.push(Mark::Text { at: (WIDTH - 210.0, y), text, colour });
+        out.push(self::text((WIDTH - 210.0, y), text, colour));
     }
-    out.push(Mark::Text { at: (16.0, 22.0), text: shortened(&brdf.spec()), colour: INK });
-    let note = "f cos against the direction of light, each curve scaled to its peak".to_string();
-    out.push(Mark::Text { at: (16.0, HEIGHT - 22.0), text: note, colour: INK });
+    out.push(text((16.0, 22.0), shortened(&brdf.spec()), INK));
+    let note = "f cos against the direction of light, each curve scaled to its peak";
+    out.push(text((16.0, HEIGHT - 22.0), note, INK));
     out
 }
 
@@ -88,25 +89,7 @@ fn axes() -> Vec<Mark> {
         let d = f64::from(degrees);
         out.push(line(vec![CENTRE, polar(d, RADIUS)]));
         let (x, y) = polar(d, RADIUS + 18.0);
-        out.push(Mark::Text { at: (x - 10.0, y - 4.0), text: format!("{degrees}°"), colour: INK });
+        out.push(text((x - 10.0, y - 4.0), format!("{degrees}°"), INK));
     }
     out
-}
-
-fn png(marks: &[Mark]) -> Display {
-    let mut page = Display::filled(WIDTH as usize, HEIGHT as usize, [255; 3]);
-    for m in marks {
-        match m {
-            Mark::Line { points, colour, width } => {
-                for w in points.windows(2) {
-                    let p = |p: (f64, f64)| (p.0 as f32, p.1 as f32);
-                    page.line(p(w[0]), p(w[1]), *width as f32, *colour);
-                }
-            }
-            Mark::Text { at, text, colour } => {
-                Pen::new(14.0, *colour).draw(&mut page, at.0 as f32, at.1 as f32, text);
-            }
-        }
-    }
-    page
 }

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use serde_json::{Map, Value, json};
 use std::time::Instant;
-use steradian_engines::{Filtered, Kernel, Level, MethodCost, Written};
+use steradian_engines::{BeyondRange, Filtered, Kernel, Level, MethodCost, Remedy, Written};
 
 /// Where the time goes: parts that follow one another, and so add up to all of it.
 pub struct Clock {
@@ -61,8 +61,15 @@ pub fn report(made: &Filtered, written: &[Written], clock: Clock, snippet: Optio
         "analysis": {
             "order": made.light.order(),
             "suns": made.light.suns().len(),
-            "bright_texels": made.light.sparks().len(),
+            "bright_texels": made.light.bright_texels().len(),
         },
+        "beyond_range": made.beyond.map(|b| json!({
+            "largest": b.largest,
+            "peak": b.peak,
+            "lost_without_remedy": b.lost,
+            "taken_out": b.taken,
+            "remedy": b.remedy.name(),
+        })),
         "levels": rows,
         "files": written.iter().map(file).collect::<Vec<_>>(),
         "snippet": snippet,
@@ -121,6 +128,28 @@ fn row(m: usize, l: &Level) -> Value {
         row["cost"] = json!({"kernel_evaluations": cost.kernel, "taps": cost.taps});
     }
     row
+}
+
+/// What became of light that does not fit.
+pub fn beyond(made: &Filtered, b: &BeyondRange) -> String {
+    let engine = made.plan.engine.name;
+    let (largest, peak, lost, taken) = (b.largest, b.peak, 100.0 * b.lost, 100.0 * b.taken);
+    let would = format!("radiance is up to {peak:.3e}, and beyond {largest} {lost:.1} % of the light");
+    match b.remedy {
+        Remedy::Floats => format!("{engine}: {would} would be lost: the file has 32-bit floats, not halves"),
+        Remedy::SunsTakenOut => {
+            let n = made.request.suns.len();
+            let suns = if n == 1 {
+                "1 sun is a light of its own".into()
+            } else {
+                format!("{n} suns are lights of their own")
+            };
+            format!(
+                "{engine}: {would} would be lost: {suns}, in _suns.json and below, and not in the map ({taken:.1} % of the light)"
+            )
+        }
+        Remedy::Clipped => format!("{engine}: {would} is clipped; nothing of it is a sun to take out"),
+    }
 }
 
 /// The report for people, on stderr.

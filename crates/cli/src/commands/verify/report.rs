@@ -1,11 +1,12 @@
 //! The report in words and as JSON.
 
+use super::words::{factor, finding};
 use glam::DMat3;
 use serde_json::{Value, json};
 use steradian_session::prefiltered::Verified;
 use steradian_verify::laws::Consumer;
 use steradian_verify::turn::{FACES, TURNS, Turn, map_name};
-use steradian_verify::{Error, Fault, Kernel, Level, Reading, factor};
+use steradian_verify::{Error, Fault, Kernel, Level, Reading};
 
 /// Everything that is said of a file.
 pub struct Summary<'a> {
@@ -19,12 +20,11 @@ fn error_json(e: &Error) -> Value {
 }
 
 fn kernel_json(k: Kernel) -> Value {
-    let exponent = (k.family.name() == "phong").then_some(k.width);
     json!({
         "kernel": k.family.name(),
         "perceptual_roughness": k.roughness(),
         "alpha": k.roughness().map(|r| r * r),
-        "exponent": exponent,
+        "exponent": k.exponent(),
     })
 }
 
@@ -88,6 +88,10 @@ fn kind(f: &Fault) -> &'static str {
 }
 
 impl Summary<'_> {
+    fn faults(&self) -> Vec<String> {
+        self.found.findings().iter().map(finding).collect()
+    }
+
     /// As JSON.
     pub fn json(&self) -> Value {
         let r = &self.found.report;
@@ -101,7 +105,7 @@ impl Summary<'_> {
             })),
             "light_texels": r.reading.map(Reading::name),
             "kinds": r.faults.iter().map(kind).collect::<Vec<_>>(),
-            "faults": self.found.faults(),
+            "faults": self.faults(),
             "error": worst,
             "tolerance": self.tolerance,
             "within_tolerance": self.tolerance.map(|t| worst <= t),
@@ -136,7 +140,7 @@ impl Summary<'_> {
         if let Some(sh) = self.found.irradiance {
             out.push_str(&format!("irradiance coefficients: x {:.4}, {:.2e} off\n", sh.scale, sh.rms));
         }
-        let faults = self.found.faults();
+        let faults = self.faults();
         if faults.is_empty() {
             out.push_str("as expected\n");
         }

@@ -25,9 +25,9 @@ mod tests;
 use crate::certify::{self, Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
@@ -37,7 +37,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct BanksEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -97,7 +97,7 @@ impl Technique for BanksEnv {
     type Material = Reflectance;
     type Transfer = ();
     type Linked = Cones;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
@@ -119,19 +119,19 @@ impl Technique for BanksEnv {
         Some(("maps", bake::map(&b.material, &b.params)?))
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 }

@@ -109,7 +109,7 @@ impl Plan {
 fn order(source: &Source, energy: &[f64], limit: f64) -> (usize, f64) {
     let top = source.order();
     let all = product(energy, &source.bands);
-    let flux2: f64 = source.beams.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
+    let flux2: f64 = source.small_lights.iter().flat_map(|b| b.flux).map(|f| f * f).sum();
     let (mut peak, mut lights) = (0.0_f64, 0.0);
     let mut above = vec![(0.0, 0.0); top + 1];
     for l in (1..energy.len()).rev() {

@@ -2,7 +2,7 @@
 
 use super::bake::Cones;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::turn::Turn;
+use crate::shared::light_rotation::LightRotation;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::FRAC_PI_2;
 
@@ -38,7 +38,7 @@ fn tangent(n: [f32; 3]) -> [f32; 3] {
 
 /// G(±t, α).
 #[inline(always)]
-fn radiance(m: &Cones, turn: &Turn, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+fn radiance(m: &Cones, turn: &LightRotation, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let y = dot(t, wo);
     let sign = if y < 0.0 { -m.sign } else { m.sign };
     let d = turn.apply(t.map(|x| sign * x));
@@ -47,7 +47,7 @@ fn radiance(m: &Cones, turn: &Turn, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| m.scale[c] * (a[c] + (b[c] - a[c]) * w))
 }
 
-pub(super) fn shade(m: &Cones, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Cones, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let tangents = !q.t.iter().any(|t| t.is_empty());
     steradian_simd::dispatch(|| {
         for i in 0..out.len() {
@@ -61,7 +61,7 @@ pub(super) fn shade(m: &Cones, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'
     });
 }
 
-pub(super) fn gpu(m: &Cones, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Cones, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.scale;
     let slices = m.maps.last() / FRAC_PI_2;
     GpuTechnique {

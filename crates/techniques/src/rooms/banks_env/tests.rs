@@ -7,7 +7,7 @@ use steradian_base::{ParamValues, Params as _};
 use steradian_light::Environment;
 use steradian_sphere::{Layout, SphereImage};
 
-/// The stack alone: what certificates measure of it, the conformance suite compares with the judge.
+/// The stack alone: what certificates measure of it, the conformance suite compares with the reference.
 fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Cones {
     let task = Task::quiet().with_tolerance(Some(2e-3));
     let values: ParamValues = params.iter().copied().collect();
@@ -21,7 +21,7 @@ fn shaded(b: &Cones, points: &[[DVec3; 3]]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::default();
     points.iter().for_each(|[n, t, wo]| q.push(n.as_vec3(), t.as_vec3(), wo.as_vec3(), Vec3::ZERO));
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
-    shade::shade(b, &Turn::default(), &q.as_points(), &mut Radiance::of(&mut rgb));
+    shade::shade(b, &LightRotation::default(), &q.as_points(), &mut Radiance::of(&mut rgb));
     (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
 }
 

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Form;
 use steradian_light::Lights;
-use steradian_prefilter::{Cosine, EdgeCube, Way, Zonal, filter};
+use steradian_prefilter::{Cosine, CubeMethod, EdgeCube, Zonal, filter};
 
 params! {
     /// Size of the map.
@@ -59,7 +59,7 @@ impl Light {
         let size = p.size.map_or(filter::Size::UpTo(64), filter::Size::Fixed);
         let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
         let f = filter(&light.source, &light.tree, &Lambert, size, tolerance, task)?;
-        let order = if let Way::Frequency { order } = f.way { order as f64 } else { -1.0 };
+        let order = if let CubeMethod::Frequency { order } = f.way { order as f64 } else { -1.0 };
         let error = f.tail.hypot(f.interpolation);
         Ok(Self { cube: f.cube, error, order, clipped: f.clipped })
     }

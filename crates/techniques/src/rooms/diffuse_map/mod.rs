@@ -17,10 +17,10 @@ mod tests;
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
 use crate::shared::tables;
-use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, Varies, View,
@@ -30,7 +30,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct DiffuseMap;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -81,7 +81,7 @@ impl Technique for DiffuseMap {
     type Material = Albedo;
     type Transfer = ();
     type Linked = ();
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, p: &Size, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)
@@ -103,15 +103,15 @@ impl Technique for DiffuseMap {
         Some(Target::Integral(Model::diffuse(b.material.0.map(f64::from))))
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         tables::cube_bytes(&b.light.cube)
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.has_lobes() {
             shade::shade_lobe(&b.light.cube, &b.material, f, q, out);
         } else {
@@ -119,11 +119,11 @@ impl Technique for DiffuseMap {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.light.cube, &b.material, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 
@@ -131,7 +131,7 @@ impl Technique for DiffuseMap {
         Varies::SHAPE
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
+    fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.light.cube, &b.material, f))
     }
 }

@@ -3,13 +3,19 @@
 use super::bake::Albedo;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lobe;
 use crate::shared::tables::cube_table;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::EdgeCube;
 
-pub(super) fn shade(map: &EdgeCube, albedo: &Albedo, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(
+    map: &EdgeCube,
+    albedo: &Albedo,
+    turn: &LightRotation,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
     batch::shade(q, out, |p: Point| {
         let e = map.sample(turn.apply(p.n));
         std::array::from_fn(|c| albedo.0[c] * e[c])
@@ -20,7 +26,7 @@ pub(super) fn shade(map: &EdgeCube, albedo: &Albedo, turn: &Turn, q: &Points<'_>
 pub(super) fn shade_lobe(
     map: &EdgeCube,
     albedo: &Albedo,
-    turn: &Turn,
+    turn: &LightRotation,
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
@@ -31,13 +37,13 @@ pub(super) fn shade_lobe(
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu_lobe(map: &EdgeCube, albedo: &Albedo, turn: &LightRotation) -> GpuTechnique {
     let modules =
         vec![lobe::WGSL.into(), include_str!("shade.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
     GpuTechnique { modules, entry: Entry::LOBE, ..gpu(map, albedo, turn) }
 }
 
-pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(map: &EdgeCube, albedo: &Albedo, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = albedo.0;
     GpuTechnique {
         slug: super::DiffuseMap::CARD.slug,

@@ -2,7 +2,6 @@
 
 use super::FactoredLighting;
 use super::fit::{Fit, LINE, Layout, PER_UNKNOWN, Samples, fit};
-use super::lsqr::Rgb;
 use super::maps::CubeGrid;
 use crate::certify::Report;
 use crate::shared::distant::DistantLight;
@@ -12,6 +11,7 @@ use crate::{BakeError, Material, Part, Technique};
 use half::f16;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_formats::{Tensor, TensorData};
+use steradian_numerics::lsqr::Rgb;
 use steradian_prefilter::EdgeCube;
 
 params! {

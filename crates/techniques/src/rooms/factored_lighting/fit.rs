@@ -1,13 +1,13 @@
 //! The factors by least squares in the logarithm over samples of the exact radiance.
 
 use super::bake::Params;
-use super::lsqr::{Rgb, Sparse, solve};
 use super::maps::{CubeGrid, Tap, line_taps};
 use crate::shared::views::{Slices, ViewImage};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
+use steradian_numerics::lsqr::{Rgb, Sparse, solve};
 use steradian_prefilter::probe;
 use steradian_sphere::frame::reflect;
 use steradian_sphere::sh::ShRgb;

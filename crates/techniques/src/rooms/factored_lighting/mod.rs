@@ -18,7 +18,6 @@
 
 mod bake;
 mod fit;
-mod lsqr;
 mod maps;
 mod shade;
 #[cfg(test)]
@@ -27,7 +26,7 @@ mod tests;
 use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
-use crate::shared::turn::Turn;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::views::Seen;
 use crate::shared::{lights, reflectance};
 use crate::{
@@ -38,7 +37,7 @@ use bake::{Factors, ORDER, Params};
 use steradian_base::Task;
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct FactoredLighting;
 
 impl Technique for FactoredLighting {
@@ -93,7 +92,7 @@ impl Technique for FactoredLighting {
     type Material = Seen;
     type Transfer = ();
     type Linked = Factors;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
@@ -111,23 +110,23 @@ impl Technique for FactoredLighting {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         b.linked.bytes()
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 }

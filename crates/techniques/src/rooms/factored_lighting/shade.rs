@@ -3,8 +3,8 @@
 use super::bake::Factors;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::{cube_table, texel_bytes};
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 impl Factors {
@@ -19,7 +19,7 @@ impl Factors {
     }
 }
 
-pub(super) fn shade(f: &Factors, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(f: &Factors, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     batch::shade(q, out, |p: Point| {
         let wo = std::array::from_fn(|k| 2.0 * p.cos_o * p.n[k] - p.r[k]);
         let mut log = [0.0; 3];
@@ -37,7 +37,7 @@ pub(super) fn shade(f: &Factors, turn: &Turn, q: &Points<'_>, out: &mut Radiance
     });
 }
 
-pub(super) fn gpu(f: &Factors, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(f: &Factors, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = f.scale;
     let used = f.used.map(|u| if u { 1.0 } else { 0.0 });
     let level = Level { width: f.line.len(), height: 1, layers: 1, bytes: texel_bytes(f.line.iter()) };

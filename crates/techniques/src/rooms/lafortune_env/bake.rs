@@ -127,7 +127,7 @@ pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Resul
         } else {
             let f = filter(&light.source, &light.tree, &Lobe::phong(*n), size, tolerance, task)?;
             clipped = clipped.max(f.clipped);
-            if let filter::Way::Frequency { order: o } = f.way {
+            if let filter::CubeMethod::Frequency { order: o } = f.way {
                 order = order.max(o);
             }
             f.cube

@@ -22,8 +22,8 @@ mod tests;
 use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lights;
-use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
@@ -34,7 +34,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct LafortuneEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -93,7 +93,7 @@ impl Technique for LafortuneEnv {
     type Material = Cosines;
     type Transfer = ();
     type Linked = Maps;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
@@ -111,23 +111,23 @@ impl Technique for LafortuneEnv {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         b.linked.bytes()
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 }

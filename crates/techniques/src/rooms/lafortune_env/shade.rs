@@ -2,8 +2,8 @@
 
 use super::bake::{COLUMNS, Maps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::{cube_table, texel_bytes};
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 #[inline(always)]
@@ -50,7 +50,7 @@ fn foreshortening(m: &Maps, cosine: f32, cos_o: f32, level: f32) -> f32 {
 }
 
 #[inline(always)]
-fn radiance(m: &Maps, turn: &Turn, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+fn radiance(m: &Maps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let cos_o = dot(n, wo);
     if cos_o <= 0.0 || cos_o.is_nan() {
         return [0.0; 3];
@@ -74,7 +74,7 @@ fn radiance(m: &Maps, turn: &Turn, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f
     sum
 }
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     steradian_simd::dispatch(|| {
         for i in 0..out.len() {
             let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
@@ -86,7 +86,7 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
     let rows = m.means.len() / COLUMNS;
     let texels: Vec<[f32; 4]> = m.means.iter().map(|v| [*v; 4]).collect();
     let level = Level { width: COLUMNS, height: rows, layers: 1, bytes: texel_bytes(texels.iter()) };

@@ -181,7 +181,7 @@ fn lobes_from_a_file_are_kept_in_the_bake() {
     assert_eq!(shade(&*loaded), shade(&*b));
     // A changed light needs the reflectance for its certificate.
     let other = loaded.with_light(&lights::studio(), &Task::quiet()).unwrap();
-    assert_eq!(other.certificate().known, steradian_base::Known::Measured);
+    assert_eq!(other.certificate().known, steradian_base::Evidence::Measured);
 }
 
 #[test]

@@ -134,7 +134,7 @@ impl Filtering<'_> {
             let dark = || EdgeCube::from_fn(self.largest, |_| [0.0; 3]);
             let image = |i| EdgeCube::from_image(i, self.largest);
             let mut cube = source.base.as_ref().map_or_else(dark, image);
-            source.beams.iter().for_each(|b| cube.add(b));
+            source.small_lights.iter().for_each(|b| cube.add(b));
             cube
         })
     }
@@ -176,7 +176,7 @@ impl Filtering<'_> {
             };
             let f = self.filter(&profile, size)?;
             found.clipped = found.clipped.max(f.clipped);
-            if let filter::Way::Frequency { order } = f.way {
+            if let filter::CubeMethod::Frequency { order } = f.way {
                 found.order = found.order.max(order);
             }
             found.size = found.size.max(f.cube.size());

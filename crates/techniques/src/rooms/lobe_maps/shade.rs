@@ -3,8 +3,8 @@
 use super::bake::Maps;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::texel_bytes;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// A per channel and b of lobe `i` at x = √(1 − √(n·wo)), linear.
@@ -26,7 +26,7 @@ fn axis(p: &Point, b: f32) -> [f32; 3] {
     std::array::from_fn(|k| a * p.n[k] + b * p.r[k])
 }
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let levels = m.levels();
     batch::shade(q, out, |p: Point| {
         let x = (1.0 - p.cos_o.sqrt()).max(0.0).sqrt();
@@ -43,7 +43,7 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
     let level = Level { width: m.views.len(), height: 1, layers: 1, bytes: texel_bytes(m.views.iter()) };
     let views = Table { name: "views", shape: Shape::Line, format: Format::Rgba32Float, level };
     let count = m.views.len() / m.lobes;

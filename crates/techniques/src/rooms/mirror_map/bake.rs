@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Form;
 use steradian_light::{Environment, Lights};
-use steradian_prefilter::{Beam, EdgeCube, Tree};
+use steradian_prefilter::{EdgeCube, SmallLight, Tree};
 use steradian_sphere::{Layout, SphereImage, frame};
 
 params! {
@@ -55,7 +55,7 @@ impl Light {
             return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
         }
         let mut cube = EdgeCube::from_image(&environment.image, size);
-        lights.disks.iter().for_each(|d| cube.add(&Beam::from(d)));
+        lights.disks.iter().for_each(|d| cube.add(&SmallLight::from(d)));
         Ok(Self { cube, halves: OnceLock::new(), distant })
     }
 

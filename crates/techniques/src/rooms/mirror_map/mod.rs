@@ -17,8 +17,8 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
@@ -29,7 +29,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct MirrorMap;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -82,7 +82,7 @@ impl Technique for MirrorMap {
     type Material = Reflectance;
     type Transfer = ();
     type Linked = Mirror;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, p: &Size, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)
@@ -104,15 +104,15 @@ impl Technique for MirrorMap {
         Some(bake::target(&b.light, &b.material))
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         tables::cube_bytes(&b.light.cube)
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.has_lobes() {
             shade::shade_lobe(b.light.halves(), &b.linked, f, q, out);
         } else {
@@ -120,11 +120,11 @@ impl Technique for MirrorMap {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.light.cube, &b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 
@@ -132,7 +132,7 @@ impl Technique for MirrorMap {
         Varies { normals: true, ..Varies::NONE }
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
+    fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(b.light.halves(), &b.linked, f))
     }
 }

@@ -4,9 +4,9 @@ use super::bake::Mirror;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::tables::cube_table;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, PointLobe, Points, Radiance, Technique};
 use std::f32::consts::SQRT_2;
 use steradian_prefilter::EdgeCube;
@@ -19,7 +19,13 @@ fn fresnel(f0: f32, cos_o: f32) -> f32 {
     f0 + (1.0 - f0) * (u * u) * (u * u) * u
 }
 
-pub(super) fn shade(map: &EdgeCube, m: &Mirror, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(
+    map: &EdgeCube,
+    m: &Mirror,
+    turn: &LightRotation,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
     batch::shade(q, out, |p: Point| {
         let l = map.sample(turn.apply(p.r));
         std::array::from_fn(|c| m.scale[c] * fresnel(m.f0[c], p.cos_o) * l[c])
@@ -33,7 +39,13 @@ fn finest(map: &Chain) -> f32 {
 
 /// [`shade`] where every point has its own normals. A mirror has no width of its own: a lookup whose lobe has the
 /// variance 2 alpha² per axis takes the level of that deviation, which doubles from level to level.
-pub(super) fn shade_lobe(map: &Chain, m: &Mirror, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade_lobe(
+    map: &Chain,
+    m: &Mirror,
+    turn: &LightRotation,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
     let finest = finest(map);
     lobe::shade(q, out, |p| {
         let p = &lobe::Point { lobe: PointLobe { alpha: -1.0, ..p.lobe }, ..*p };
@@ -48,7 +60,7 @@ pub(super) fn shade_lobe(map: &Chain, m: &Mirror, turn: &Turn, q: &Points<'_>, o
 }
 
 /// [`gpu`] with normals per point.
-pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &LightRotation) -> GpuTechnique {
     GpuTechnique {
         modules: vec![
             lobe::WGSL.into(),
@@ -62,12 +74,12 @@ pub(super) fn gpu_lobe(map: &Chain, m: &Mirror, turn: &Turn) -> GpuTechnique {
     }
 }
 
-fn uniforms(m: &Mirror, turn: &Turn, finest: f32) -> Vec<Uniform> {
+fn uniforms(m: &Mirror, turn: &LightRotation, finest: f32) -> Vec<Uniform> {
     let vec = |name, [r, g, b]: [f32; 3], w| Uniform { name, value: Value::Vec4([r, g, b, w]) };
     vec![turn.uniform(), vec("f0", m.f0, finest), vec("scale", m.scale, 0.0)]
 }
 
-pub(super) fn gpu(map: &EdgeCube, m: &Mirror, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(map: &EdgeCube, m: &Mirror, turn: &LightRotation) -> GpuTechnique {
     GpuTechnique {
         slug: super::MirrorMap::CARD.slug,
         modules: vec![include_str!("fresnel.wgsl").into(), include_str!("shade.wgsl").into()],

@@ -83,7 +83,7 @@ pub fn link(
     };
     let kernel = Power { n: lobe.n };
     let lookup = |n: usize| lookup(light, n);
-    let (made, _) = paraboloids(&lookup, &light.source.beams, &kernel, &footprint, task)?;
+    let (made, _) = paraboloids(&lookup, &light.source.small_lights, &kernel, &footprint, task)?;
     let maps = Maps::new(&made, &lobe);
     let (all, rings) = map_errors(light, &kernel, &made);
     let report = Report::default().detail("side", maps.side as f64).detail("maps", all);

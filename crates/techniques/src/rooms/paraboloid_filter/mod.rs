@@ -21,9 +21,9 @@ mod tests;
 use crate::certify::Report;
 use crate::gpu::Uniform;
 use crate::shared::distant::DistantLight;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lights;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
@@ -32,7 +32,7 @@ use bake::{Maps, Params};
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 
-/// The room.
+/// The technique.
 pub struct ParaboloidFilter;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -82,7 +82,7 @@ impl Technique for ParaboloidFilter {
     type Material = Reflectance;
     type Transfer = ();
     type Linked = Maps;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &steradian_light::Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, 0, task)
@@ -100,19 +100,19 @@ impl Technique for ParaboloidFilter {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(&b.linked, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 }

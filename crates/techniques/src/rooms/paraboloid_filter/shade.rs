@@ -3,8 +3,8 @@
 use super::bake::Maps;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::texel_bytes;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// Texture coordinates of d in the front map (z ≥ 0) or the back one.
@@ -29,7 +29,7 @@ fn fetch(plane: &[[f32; 4]], side: usize, [u, v]: [f32; 2]) -> [f32; 3] {
     })
 }
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     batch::shade(q, out, |p: Point| {
         let d = turn.apply(if m.about_normal > 0.5 { p.n } else { p.r });
         let plane = if d[2] < 0.0 { &m.planes[1] } else { &m.planes[0] };
@@ -44,7 +44,7 @@ fn table(name: &'static str, m: &Maps, plane: usize) -> Table {
     Table { name, shape: Shape::Plane, format: Format::Rgba32Float, level }
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.factor;
     GpuTechnique {
         slug: super::ParaboloidFilter::CARD.slug,

@@ -21,7 +21,7 @@ fn maps(light: &DistantLight, n: f64, footprint: &Footprint) -> Paraboloids {
             None => Box::new(|_| [0.0; 3]),
         }
     };
-    paraboloids(&lookup, &light.source.beams, &Power { n }, footprint, &Task::quiet()).unwrap().0
+    paraboloids(&lookup, &light.source.small_lights, &Power { n }, footprint, &Task::quiet()).unwrap().0
 }
 
 fn blended(radii: usize) -> Footprint {

@@ -13,7 +13,7 @@ use crate::{BakeError, Part, Technique};
 use std::sync::OnceLock;
 use steradian_base::Task;
 use steradian_brdf::Lobe;
-use steradian_prefilter::{Cosine, EdgeCube, Filtered, Power, Way, Zonal, filter};
+use steradian_prefilter::{Cosine, CubeMethod, EdgeCube, Filtered, Power, Zonal, filter};
 use steradian_sphere::frame::reflect;
 
 /// Tolerance where the user gives none.
@@ -101,7 +101,7 @@ impl Zonal for Normalised {
 
 fn black() -> Filtered {
     let cube = EdgeCube::from_fn(1, |_| [0.0; 3]);
-    Filtered { cube, way: Way::Frequency { order: 0 }, tail: 0.0, interpolation: 0.0, clipped: 0.0 }
+    Filtered { cube, way: CubeMethod::Frequency { order: 0 }, tail: 0.0, interpolation: 0.0, clipped: 0.0 }
 }
 
 /// Joins light and lobe.
@@ -137,7 +137,7 @@ pub fn link(
         n: blend.n as f32,
         lobes: OnceLock::new(),
     };
-    let order = if let Way::Frequency { order } = phong.way { order as f64 } else { -1.0 };
+    let order = if let CubeMethod::Frequency { order } = phong.way { order as f64 } else { -1.0 };
     let report = Report::default()
         .detail("order", order)
         .detail("size", maps.phong.size() as f64)

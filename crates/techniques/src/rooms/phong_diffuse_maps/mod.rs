@@ -20,8 +20,8 @@ mod tests;
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
 use crate::shared::distant::{DistantLight, ORDER};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::shared::{lights, tables};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
@@ -33,7 +33,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct PhongDiffuseMaps;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -93,7 +93,7 @@ impl Technique for PhongDiffuseMaps {
     type Material = Reflectance;
     type Transfer = ();
     type Linked = Maps;
-    type Frame = Turn;
+    type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
@@ -115,15 +115,15 @@ impl Technique for PhongDiffuseMaps {
         Some(bake::target(&b.material, &b.params))
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut Turn) {
-        *f = Turn::new(v.light_rotation);
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         tables::cube_bytes(&b.linked.phong) + tables::cube_bytes(&b.linked.diffuse)
     }
 
-    fn shade(b: &Bake<Self>, f: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.has_lobes() {
             shade::shade_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f, q, out);
         } else {
@@ -131,11 +131,11 @@ impl Technique for PhongDiffuseMaps {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &Turn) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
         shade::gpu(&b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Turn) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
     }
 
@@ -143,7 +143,7 @@ impl Technique for PhongDiffuseMaps {
         Varies::SHAPE
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &Turn) -> Option<GpuTechnique> {
+    fn gpu_varied(b: &Bake<Self>, f: &LightRotation) -> Option<GpuTechnique> {
         Some(shade::gpu_lobe(&b.linked, b.linked.lobes(&b.light, &b.params), f))
     }
 }

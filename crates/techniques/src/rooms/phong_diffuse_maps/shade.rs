@@ -5,9 +5,9 @@ use super::bake::Maps;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::tables::cube_table;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::PI;
 
@@ -18,7 +18,7 @@ fn fresnel(f: [f32; 2], cos_o: f32) -> f32 {
     f[0] + f[1] * ((u * u) * (u * u) * u)
 }
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     batch::shade(q, out, |p: Point| {
         let f = fresnel(m.f, p.cos_o);
         let diffuse = m.diffuse.sample(turn.apply(p.n));
@@ -34,7 +34,13 @@ fn widths(m: &Maps, lobes: &Chain) -> [f32; 3] {
 
 /// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the lobe's own
 /// alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
-pub(super) fn shade_lobe(m: &Maps, lobes: &Chain, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade_lobe(
+    m: &Maps,
+    lobes: &Chain,
+    turn: &LightRotation,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
     let [own, first, per] = widths(m, lobes);
     lobe::shade(q, out, |p| {
         let taps = Taps::new(p, own, own.min(first * first));
@@ -63,18 +69,18 @@ fn integral(alpha: f32, own: f32, n: f32) -> f32 {
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &Turn) -> GpuTechnique {
-    let mut room = gpu(m, turn);
+pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &LightRotation) -> GpuTechnique {
+    let mut technique = gpu(m, turn);
     let [own, first, per] = widths(m, lobes);
-    room.modules =
+    technique.modules =
         vec![lobe::WGSL.into(), include_str!("fresnel.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
-    room.entry = Entry::LOBE;
-    room.tables[0] = lobes.table("lobes");
-    room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, first, per, m.n]) });
-    room
+    technique.entry = Entry::LOBE;
+    technique.tables[0] = lobes.table("lobes");
+    technique.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, first, per, m.n]) });
+    technique
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     GpuTechnique {
         slug: super::PhongDiffuseMaps::CARD.slug,

@@ -4,8 +4,8 @@ use super::bake::Maps;
 use super::icosahedron::{around, view};
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::batch::{self, Point};
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::{cube_table, texel_bytes};
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// Views that see a surface at less than this cosine count the less, and not at all from behind.
@@ -32,7 +32,7 @@ fn by_normal(m: &Maps, index: [usize; 3], weight: [f32; 3], n: [f32; 3]) -> [f32
     sum.map(|l| if all > 0.0 { l / all } else { 0.0 })
 }
 
-pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let views = m.views.levels();
     batch::shade(q, out, |p: Point| {
         let wo = turn.apply(std::array::from_fn(|k| 2.0 * p.cos_o * p.n[k] - p.r[k]));
@@ -48,7 +48,7 @@ pub(super) fn shade(m: &Maps, turn: &Turn, q: &Points<'_>, out: &mut Radiance<'_
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &Turn) -> GpuTechnique {
+pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.diffuse;
     let views = m.views.levels();
     let n = views[0].size() + 1;

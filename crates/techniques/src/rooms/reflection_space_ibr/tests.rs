@@ -4,7 +4,7 @@ use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec3, Vec3};
 use steradian_base::ParamValues;
 use steradian_prefilter::probe;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::Frame;
 
 fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
@@ -13,7 +13,7 @@ fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake>
     find("reflection-space-ibr").unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
 }
 
-fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
+fn shade(b: &dyn AnyBake, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::default();
     for p in points {
         q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), Vec3::ZERO);
@@ -24,15 +24,15 @@ fn shade(b: &dyn AnyBake, points: &[JudgePoint]) -> Vec<[f64; 3]> {
 }
 
 /// Normals within 85° of `view`.
-fn points(view: DVec3, n: usize) -> Vec<JudgePoint> {
+fn points(view: DVec3, n: usize) -> Vec<ReferencePoint> {
     let normals = (0..n).map(|k| probe::direction(k, n)).filter(|d| d.dot(view) > 0.087);
-    normals.map(|d| JudgePoint { frame: Frame::from_normal(d), wo: view, position: None }).collect()
+    normals.map(|d| ReferencePoint { frame: Frame::from_normal(d), wo: view, position: None }).collect()
 }
 
-fn error(b: &dyn AnyBake, lights: &Lights, spec: &str, points: &[JudgePoint]) -> f64 {
-    let judge = Judge::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
+fn error(b: &dyn AnyBake, lights: &Lights, spec: &str, points: &[ReferencePoint]) -> f64 {
+    let reference = Reference::new(lights, Lookup::Constant, &Task::quiet()).unwrap();
     let brdf = steradian_brdf::parse(spec).unwrap();
-    let exact = judge.radiance_batch(&*brdf, points, 1e-3, &Task::quiet()).unwrap();
+    let exact = reference.radiance_batch(&*brdf, points, 1e-3, &Task::quiet()).unwrap();
     probe::relative_rms(shade(b, points).into_iter().zip(exact.iter().map(|e| e.rgb)))
 }
 
@@ -89,7 +89,7 @@ fn the_singular_direction_holds_the_mean_around_it() {
         let side = view.any_orthonormal_vector();
         let n = side * phi.cos() + view.cross(side) * phi.sin();
         let n = (n + view * tilt).normalize();
-        JudgePoint { frame: Frame::from_normal(n), wo: view, position: None }
+        ReferencePoint { frame: Frame::from_normal(n), wo: view, position: None }
     };
     let values = |tilt| shade(&*b, &(0..16).map(|k| near(f64::from(k) * 0.39, tilt)).collect::<Vec<_>>());
     let (at, around) = (values(1e-3), values(0.05));

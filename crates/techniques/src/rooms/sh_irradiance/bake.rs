@@ -9,7 +9,7 @@ use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
-use steradian_prefilter::{Beam, Cosine, Zonal, probe, source};
+use steradian_prefilter::{Cosine, SmallLight, Zonal, probe, source};
 use steradian_sphere::sh::{self, ShRgb};
 
 /// Highest band that the estimate of the error looks at.
@@ -25,9 +25,10 @@ impl Light {
             Some(e) => sh::project(&e.image, ORDER),
             None => ShRgb::zero(ORDER),
         };
-        let disks = lights.disks.iter().map(Beam::from);
-        let beams: Vec<Beam> = disks.chain(lights.directionals.iter().map(Beam::from)).collect();
-        source::add_beams(&mut all, &beams);
+        let disks = lights.disks.iter().map(SmallLight::from);
+        let small_lights: Vec<SmallLight> =
+            disks.chain(lights.directionals.iter().map(SmallLight::from)).collect();
+        source::add_small_lights(&mut all, &small_lights);
         Ok(Self(all))
     }
 

@@ -27,7 +27,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct ShIrradiance;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {

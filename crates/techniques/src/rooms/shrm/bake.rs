@@ -8,8 +8,8 @@ use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
 };
-use crate::shared::sky::Sky;
 use crate::shared::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
@@ -39,7 +39,12 @@ pub struct Maps {
 }
 
 /// Joins light and slices; the error is computed from both.
-pub fn link(light: &Sky, kernels: &Kernels, p: &Orders, task: &Task) -> Result<(Maps, Report), BakeError> {
+pub fn link(
+    light: &SunlitSpectrum,
+    kernels: &Kernels,
+    p: &Orders,
+    task: &Task,
+) -> Result<(Maps, Report), BakeError> {
     let slug = Shrm::CARD.slug;
     let expansion = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
     let Expansion { lpq, q, size, .. } = &expansion;

@@ -17,11 +17,11 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::exact::Shown;
+use crate::shared::exact::TurnedSuns;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::shrm::{self, Orders};
-use crate::shared::sky::Sky;
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
@@ -33,7 +33,7 @@ use steradian_light::Lights;
 /// Highest band to which light is analysed.
 const ORDER: usize = 255;
 
-/// The room.
+/// The technique.
 pub struct Shrm;
 
 impl Technique for Shrm {
@@ -88,14 +88,14 @@ impl Technique for Shrm {
         waived: &[],
     };
     type Params = Orders;
-    type Light = Sky;
+    type Light = SunlitSpectrum;
     type Material = Kernels;
     type Transfer = ();
     type Linked = Maps;
-    type Frame = Shown;
+    type Frame = TurnedSuns;
 
-    fn light(l: &Lights, _: &Orders, task: &Task) -> Result<Sky, BakeError> {
-        Sky::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Orders, task: &Task) -> Result<SunlitSpectrum, BakeError> {
+        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Orders, task: &Task) -> Result<Kernels, BakeError> {
@@ -110,19 +110,19 @@ impl Technique for Shrm {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
-        *f = Shown::new(&b.linked.suns, v);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut TurnedSuns) {
+        *f = TurnedSuns::new(&b.linked.suns, v);
     }
 
-    fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &TurnedSuns, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &TurnedSuns) -> GpuTechnique {
         shade::gpu(b, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Shown) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &TurnedSuns) -> Option<Vec<Uniform>> {
         Some(vec![f.turn.uniform()])
     }
 }

@@ -4,7 +4,7 @@ use super::Shrm;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
-use crate::shared::exact::{self, Shown};
+use crate::shared::exact::{self, TurnedSuns};
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::word;
 use crate::shared::shrm::{self, argument_word};
@@ -12,7 +12,7 @@ use crate::shared::strands::central;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use steradian_brdf::central::Argument;
 
-pub(super) fn shade(b: &Bake<Shrm>, shown: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(b: &Bake<Shrm>, shown: &TurnedSuns, q: &Points<'_>, out: &mut Radiance<'_>) {
     let (m, turn) = (&b.linked, &shown.turn);
     let mut one = [0.0; MAX_TERMS];
     one[0] = 1.0;
@@ -31,7 +31,7 @@ pub(super) fn shade(b: &Bake<Shrm>, shown: &Shown, q: &Points<'_>, out: &mut Rad
     shown.add(b.material.brdf.as_ref(), q, out);
 }
 
-pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuTechnique {
+pub(super) fn gpu(b: &Bake<Shrm>, shown: &TurnedSuns) -> GpuTechnique {
     let m = &b.linked;
     let [first, inverse] = m.scale.range();
     let orders =
@@ -40,7 +40,7 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuTechnique {
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
     let own = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("shade.wgsl")];
     let modules = shrm::shader(m.diffuse.is_some(), &own);
-    let room = GpuTechnique {
+    let technique = GpuTechnique {
         slug: Shrm::CARD.slug,
         modules,
         entry: Entry::PLAIN,
@@ -52,5 +52,5 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &Shown) -> GpuTechnique {
         ],
         buffers: Vec::new(),
     };
-    exact::gpu(room, &m.suns, b.material.brdf.as_ref())
+    exact::gpu(technique, &m.suns, b.material.brdf.as_ref())
 }

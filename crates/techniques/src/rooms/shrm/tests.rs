@@ -14,8 +14,8 @@ fn terms_are_as_few_as_the_symmetry_allows() {
     assert_eq!((detail(&*phong, "P"), detail(&*phong, "Q")), (0.0, 0.0));
     let strands = bake("shrm", &light, "kajiya-kay:s=32", &[("p", 8.0)], None);
     assert_eq!((detail(&*strands, "P"), detail(&*strands, "Q")), (8.0, 0.0));
-    let room = strands.gpu();
-    assert_eq!(room.tables[0].level.layers, 9);
+    let technique = strands.gpu();
+    assert_eq!(technique.tables[0].level.layers, 9);
 }
 
 /// RH02 5.6.2 with ε of energy: table 5.5 has F, P = 12, 2 for σ = 0.2 at ε < 0.03.
@@ -28,7 +28,7 @@ fn energy_chooses_the_orders_of_the_paper() {
     assert!(b.certificate().missing_energy.unwrap() <= 0.03);
 }
 
-/// Against the judge: at most 5 % for views up to 60° at P ≤ 5, and where the certificate says.
+/// Against the reference: at most 5 % for views up to 60° at P ≤ 5, and where the certificate says.
 #[test]
 fn up_to_60_degrees_it_is_within_5_percent() {
     for (light, spec) in [

@@ -8,8 +8,8 @@ use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{
     HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
 };
-use crate::shared::sky::Sky;
 use crate::shared::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Task};
@@ -82,7 +82,12 @@ pub struct Cubes {
 }
 
 /// Joins light and slices; the error is computed from both.
-pub fn link(light: &Sky, kernels: &Kernels, p: &Params, task: &Task) -> Result<(Cubes, Report), BakeError> {
+pub fn link(
+    light: &SunlitSpectrum,
+    kernels: &Kernels,
+    p: &Params,
+    task: &Task,
+) -> Result<(Cubes, Report), BakeError> {
     let slug = ShrmGlobal::CARD.slug;
     // B̂_pq has frequencies up to F + P.
     let apart = |size| 1.3 * spacing(size);

@@ -20,7 +20,7 @@ use crate::gpu::Uniform;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
 use crate::shared::shrm;
-use crate::shared::sky::Sky;
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
@@ -33,7 +33,7 @@ use steradian_light::Lights;
 /// Highest band to which light is analysed.
 const ORDER: usize = 255;
 
-/// The room.
+/// The technique.
 pub struct ShrmGlobal;
 
 impl Technique for ShrmGlobal {
@@ -77,14 +77,14 @@ impl Technique for ShrmGlobal {
         waived: &[],
     };
     type Params = Params;
-    type Light = Sky;
+    type Light = SunlitSpectrum;
     type Material = Kernels;
     type Transfer = ();
     type Linked = Cubes;
     type Frame = Now;
 
-    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Sky, BakeError> {
-        Sky::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
+        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {

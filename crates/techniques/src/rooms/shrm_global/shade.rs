@@ -5,7 +5,7 @@ use super::bake::Cubes;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
-use crate::shared::exact::{self, Shown};
+use crate::shared::exact::{self, TurnedSuns};
 use crate::shared::harmonics::{MAX_TERMS, dot};
 use crate::shared::kernels::word;
 use crate::shared::shrm::{self, argument_word};
@@ -17,7 +17,7 @@ use steradian_brdf::central::Argument;
 #[derive(Debug, Clone, Default)]
 pub struct Now {
     /// The light.
-    pub shown: Shown,
+    pub shown: TurnedSuns,
     /// The far viewer's reflection map.
     pub map: Option<Bundle>,
 }
@@ -25,7 +25,7 @@ pub struct Now {
 impl Now {
     /// The state for a view.
     pub fn renew(&mut self, c: &Cubes, v: &View) {
-        self.shown = Shown::new(&c.suns, v);
+        self.shown = TurnedSuns::new(&c.suns, v);
         let wo = self.shown.turn.apply((-v.forward).to_array());
         let weigh = |d: [f32; 3], y: &mut [f32; MAX_TERMS]| {
             c.harmonics.eval(c.seen(d, wo, half(d, wo)), y);
@@ -85,7 +85,7 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuTechnique {
     let all = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("all.wgsl")];
     let sum: &[&'static str] = if far { &[include_str!("far.wgsl")] } else { &all };
     let modules = shrm::shader(m.diffuse.is_some(), &[sum, &[include_str!("shade.wgsl")]].concat());
-    let room = GpuTechnique {
+    let technique = GpuTechnique {
         slug: ShrmGlobal::CARD.slug,
         modules,
         entry: Entry::PLAIN,
@@ -97,5 +97,5 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuTechnique {
         ],
         buffers: Vec::new(),
     };
-    exact::gpu(room, &m.suns, b.material.brdf.as_ref())
+    exact::gpu(technique, &m.suns, b.material.brdf.as_ref())
 }

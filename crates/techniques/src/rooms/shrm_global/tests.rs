@@ -3,7 +3,7 @@ use crate::shared::lights;
 use crate::shared::trial::{bake, detail, judged, points, shade, suns_turn_and_are_saved};
 use glam::{Mat3, Vec3};
 use steradian_prefilter::probe;
-use steradian_reference::JudgePoint;
+use steradian_reference::ReferencePoint;
 use steradian_sphere::Frame;
 
 const SPEC: &str = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
@@ -33,7 +33,7 @@ fn a_far_viewer_s_map_is_the_sum() {
     let wo = -forward.as_dvec3();
     let seen = |k: usize| {
         let n = probe::direction(k, 200);
-        JudgePoint { frame: Frame::from_normal(if n.dot(wo) > 0.0 { n } else { -n }), wo, position: None }
+        ReferencePoint { frame: Frame::from_normal(if n.dot(wo) > 0.0 { n } else { -n }), wo, position: None }
     };
     // Towards the horizon n turns quicker than the texels of the map.
     let points: Vec<_> = (0..200).map(seen).filter(|p| p.frame.n.dot(wo) > 0.25).collect();
@@ -59,7 +59,7 @@ fn of_the_view_a_far_viewer_s_map_is_the_sum_to_rounding() {
     let wo = -view.forward.as_dvec3();
     let seen = |k: usize| {
         let n = probe::direction(k, 200);
-        JudgePoint { frame: Frame::from_normal(if n.dot(wo) > 0.0 { n } else { -n }), wo, position: None }
+        ReferencePoint { frame: Frame::from_normal(if n.dot(wo) > 0.0 { n } else { -n }), wo, position: None }
     };
     let points: Vec<_> = (0..200).map(seen).collect();
     let error = probe::relative_rms(shade(&*far, &points).into_iter().zip(shade(&*all, &points)));
@@ -96,8 +96,8 @@ fn suns_are_apart_from_cubes() {
 }
 
 /// The point turned so that it is seen from +z.
-fn towards_z(p: &JudgePoint) -> JudgePoint {
+fn towards_z(p: &ReferencePoint) -> ReferencePoint {
     let r = glam::DQuat::from_rotation_arc(p.wo, glam::DVec3::Z);
     let frame = Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n };
-    JudgePoint { frame, wo: glam::DVec3::Z, position: None }
+    ReferencePoint { frame, wo: glam::DVec3::Z, position: None }
 }

@@ -9,9 +9,9 @@ use crate::shared::bundle::{Bundle, Grid};
 use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::{Kernels, centre_of, word};
 use crate::shared::shrm::{bundle, columns, grid};
-use crate::shared::sky::Sky;
 use crate::shared::spectrum::Spectrum;
 use crate::shared::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::Task;
@@ -32,7 +32,7 @@ pub struct Level {
 
 /// What shading reads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stack {
+pub struct SliceMaps {
     /// About the tangent, or near the mirror direction?
     pub centre: Centre,
     /// Numbers of an elevation: γ, the scale, and the weight of each component of all levels.
@@ -46,7 +46,7 @@ pub struct Stack {
     halves: bool,
 }
 
-impl Stack {
+impl SliceMaps {
     /// Number of elevations.
     pub fn elevations(&self) -> usize {
         self.curve.len() / self.stride
@@ -54,7 +54,12 @@ impl Stack {
 }
 
 /// Joins light and slices; the error is computed from both.
-pub fn link(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<(Stack, Report), BakeError> {
+pub fn link(
+    light: &SunlitSpectrum,
+    material: &Kernels,
+    p: &Params,
+    task: &Task,
+) -> Result<(SliceMaps, Report), BakeError> {
     let slug = ShrmSlices::CARD.slug;
     let chosen = choose(light, material, p, task)?;
     let need = 2 * chosen.expansion.bytes() as u64;
@@ -75,7 +80,7 @@ pub fn link(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<
     if p.halves {
         levels.iter_mut().for_each(|l| l.maps.halve());
     }
-    let stack = Stack { centre: s.centre, stride, curve, levels, suns: apart.suns, halves: p.halves };
+    let stack = SliceMaps { centre: s.centre, stride, curve, levels, suns: apart.suns, halves: p.halves };
     Ok((stack, report))
 }
 
@@ -106,7 +111,7 @@ fn level(
     Ok(out)
 }
 
-impl Part for Stack {
+impl Part for SliceMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         put_f64(to, format!("{prefix}.centre"), vec![1], vec![word(self.centre)]);
         let shape = vec![self.elevations(), self.stride];

@@ -9,7 +9,7 @@ use crate::certify::Report;
 use crate::shared::apart::{Apart, LEAST};
 use crate::shared::kernels::Kernels;
 use crate::shared::shrm::ANGLES;
-use crate::shared::sky::Sky;
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use steradian_base::{Elevation, Task};
 
 /// Numbers of disks that are tried.
@@ -87,7 +87,12 @@ impl Choice {
 
 /// The cheapest choice that meets the tolerance, or the one that misses it least. Suns are always taken out: cut off at
 /// F they ring, which little of the mean square tells.
-pub fn choose(light: &Sky, material: &Kernels, p: &Params, task: &Task) -> Result<Choice, BakeError> {
+pub fn choose(
+    light: &SunlitSpectrum,
+    material: &Kernels,
+    p: &Params,
+    task: &Task,
+) -> Result<Choice, BakeError> {
     let tolerance = task.tolerance().unwrap_or(TOLERANCE);
     let limits = Limits { order: p.order, size: p.size.unwrap_or(0), bytes: p.budget(task) };
     let asked = |t: f64| (AMPLE[1] as f64 * (ASKED / t).min(1.0)) as usize;

@@ -1,17 +1,17 @@
 //! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
 //!
-//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::meter`]), so that what a light shows
+//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::spectral_error`]), so that what a light shows
 //! of the rows κ_lq(θ_v) is a matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q.
 //! Its singular vectors are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936):
 //! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is met
 //! at every elevation that counts; elevations that fare worst are given more weight (Lawson 1961). Each component gets
 //! the resolution at which its share of the lookups' error costs the fewest bytes.
 
-use super::eigen;
 use super::scaled::{Scaled, both};
-use crate::shared::meter;
+use crate::shared::spectral_error;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_numerics::eigen;
 
 /// Shares of the squared tolerance that components, F and lookups may use.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];
@@ -105,8 +105,8 @@ impl Expansion {
         };
         let mut emphasis: Vec<f64> = all.clone().map(|i| scaled.emphasis(i)).collect();
         let most = SHARES[0] * square;
-        let shown: Vec<Shown> =
-            (0..=scaled.s.azimuth).into_par_iter().map(|q| Shown::new(scaled, q, f, most)).collect();
+        let shown: Vec<TurnedSuns> =
+            (0..=scaled.s.azimuth).into_par_iter().map(|q| TurnedSuns::new(scaled, q, f, most)).collect();
         let mut best: Option<Vec<Candidate>> = None;
         for _ in 0..ROUNDS {
             let (chosen, left) = choose(scaled, &shown, &emphasis, most);
@@ -165,7 +165,12 @@ fn maps(chosen: &[Candidate]) -> usize {
 }
 
 /// The candidates taken until no elevation that counts misses more than `most`, and what each still misses.
-fn choose(scaled: &Scaled<'_>, shown: &[Shown], emphasis: &[f64], most: f64) -> (Vec<Candidate>, Vec<f64>) {
+fn choose(
+    scaled: &Scaled<'_>,
+    shown: &[TurnedSuns],
+    emphasis: &[f64],
+    most: f64,
+) -> (Vec<Candidate>, Vec<f64>) {
     let decomposed: Vec<Vec<Candidate>> = shown.par_iter().map(|s| s.decompose(emphasis)).collect();
     let mut left = vec![0.0; scaled.len()];
     for s in shown {
@@ -186,7 +191,7 @@ fn choose(scaled: &Scaled<'_>, shown: &[Shown], emphasis: &[f64], most: f64) -> 
 }
 
 /// What a light shows of the rows of one q.
-struct Shown {
+struct TurnedSuns {
     q: usize,
     /// Of κ in each elevation's row.
     weight: Vec<f64>,
@@ -196,7 +201,7 @@ struct Shown {
     gram: Vec<Vec<f64>>,
 }
 
-impl Shown {
+impl TurnedSuns {
     fn new(scaled: &Scaled<'_>, q: usize, f: usize, most: f64) -> Self {
         let n = scaled.len();
         let bands = f + 1;
@@ -278,7 +283,7 @@ fn component(scaled: &Scaled<'_>, f: usize, c: Candidate) -> Component {
 fn lookups(scaled: &Scaled<'_>, x: &Component, size: usize) -> [f64; 3] {
     let h = PI / size as f64;
     std::array::from_fn(|c| {
-        let blur = |(l, v): (usize, &f64)| v * meter::lookup(l, h).sqrt();
+        let blur = |(l, v): (usize, &f64)| v * spectral_error::lookup(l, h).sqrt();
         scaled.rest.row(c, x.q, x.v[c].iter().enumerate().map(blur))
     })
 }

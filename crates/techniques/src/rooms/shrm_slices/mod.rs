@@ -14,7 +14,6 @@
 mod bake;
 mod choose;
 mod components;
-mod eigen;
 mod material;
 mod pursue;
 mod scaled;
@@ -24,15 +23,15 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::exact::Shown;
+use crate::shared::exact::TurnedSuns;
 use crate::shared::kernels::{self, Kernels};
 use crate::shared::lights;
-use crate::shared::sky::Sky;
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::Stack;
+use bake::SliceMaps;
 use material::Params;
 use steradian_base::Task;
 use steradian_light::Lights;
@@ -40,7 +39,7 @@ use steradian_light::Lights;
 /// Highest band to which light is analysed.
 const ORDER: usize = 255;
 
-/// The room.
+/// The technique.
 pub struct ShrmSlices;
 
 impl Technique for ShrmSlices {
@@ -85,14 +84,14 @@ impl Technique for ShrmSlices {
         waived: &[],
     };
     type Params = Params;
-    type Light = Sky;
+    type Light = SunlitSpectrum;
     type Material = Kernels;
     type Transfer = ();
-    type Linked = Stack;
-    type Frame = Shown;
+    type Linked = SliceMaps;
+    type Frame = TurnedSuns;
 
-    fn light(l: &Lights, _: &Params, task: &Task) -> Result<Sky, BakeError> {
-        Sky::bake(Self::CARD.slug, l, ORDER, task)
+    fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
+        SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Kernels, BakeError> {
@@ -103,23 +102,23 @@ impl Technique for ShrmSlices {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Stack, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(SliceMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 
-    fn frame(b: &Bake<Self>, v: &View, f: &mut Shown) {
-        *f = Shown::new(&b.linked.suns, v);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut TurnedSuns) {
+        *f = TurnedSuns::new(&b.linked.suns, v);
     }
 
-    fn shade(b: &Bake<Self>, f: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &TurnedSuns, q: &Points<'_>, out: &mut Radiance<'_>) {
         shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &Shown) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &TurnedSuns) -> GpuTechnique {
         shade::gpu(b, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &Shown) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &TurnedSuns) -> Option<Vec<Uniform>> {
         Some(vec![f.turn.uniform()])
     }
 }

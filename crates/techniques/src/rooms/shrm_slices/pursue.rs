@@ -43,5 +43,5 @@ pub fn pursue(apart: &Apart, scaled: &Scaled<'_>, most: usize, task: &Task) -> R
 
 /// The first `count` disks of those found taken out too.
 pub fn with(apart: &Apart, found: &Pursuit, count: usize) -> Apart {
-    apart.with(&found.beams(&apart.rest.sh, count))
+    apart.with(&found.small_lights(&apart.rest.sh, count))
 }

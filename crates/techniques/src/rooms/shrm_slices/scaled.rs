@@ -1,6 +1,6 @@
 //! The reflectance's slices over their albedo, and how much of them a light shows.
 
-use crate::shared::meter::Meter;
+use crate::shared::spectral_error::SpectralError;
 use std::f64::consts::PI;
 use steradian_brdf::central::{Centre, Slices};
 
@@ -13,7 +13,7 @@ const LITTLE: f64 = 0.1;
 pub struct Scaled<'a> {
     pub s: &'a Slices,
     /// What maps are made for.
-    pub rest: &'a Meter,
+    pub rest: &'a SpectralError,
     /// The albedo, or 1.
     pub scale: Vec<[f64; 3]>,
     /// What squared errors are relative to.
@@ -27,7 +27,7 @@ pub fn both(q: usize) -> f64 {
 
 impl<'a> Scaled<'a> {
     /// Errors of maps for `rest` are relative to the mean square radiance `total` of every elevation.
-    pub fn new(s: &'a Slices, rest: &'a Meter, total: Vec<f64>) -> Self {
+    pub fn new(s: &'a Slices, rest: &'a SpectralError, total: Vec<f64>) -> Self {
         let albedo = |i: usize| s.row(i, 0).map(|r| r[0] * (4.0 * PI).sqrt());
         let most = (0..s.slices.len()).flat_map(albedo).fold(0.0, f64::max);
         let scale = |i: usize| albedo(i).map(|a| if a > 1e-6 * most { a } else { 1.0 });
@@ -35,7 +35,7 @@ impl<'a> Scaled<'a> {
     }
 
     /// Mean square radiance of every elevation; without any light errors are 0, relative to whatever.
-    pub fn totals(s: &Slices, light: &Meter) -> Vec<f64> {
+    pub fn totals(s: &Slices, light: &SpectralError) -> Vec<f64> {
         let total = |i: usize| Some(light.slice(s, i)).filter(|t| *t > 0.0).unwrap_or(1.0);
         (0..s.slices.len()).map(total).collect()
     }

@@ -1,16 +1,18 @@
 //! One lookup a resolution about the point's own centre, and the lights apart; `shade.wgsl` has the same functions.
 
 use super::ShrmSlices;
-use super::bake::{HEAD, Level, MAX_ORDERS, Stack, extent};
+use super::bake::{HEAD, Level, MAX_ORDERS, SliceMaps, extent};
 use super::material::place;
 use crate::gpu::{Buffer, Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Taps;
-use crate::shared::exact::{self, Shown};
+use crate::shared::exact::{self, TurnedSuns};
 use crate::shared::harmonics::{MAX_TERMS, dot, frame, globe_uv};
 use crate::shared::kernels::word;
+use crate::shared::shrm::DIRECTIONS;
 use crate::shared::strands::tangent;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
+use std::borrow::Cow;
 use std::f32::consts::{FRAC_1_PI, SQRT_2};
 use steradian_brdf::central::Centre;
 
@@ -65,7 +67,7 @@ fn weights(
     }
 }
 
-pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &Shown, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &TurnedSuns, q: &Points<'_>, out: &mut Radiance<'_>) {
     let s = &b.linked;
     let (turn, elevations) = (&shown.turn, s.elevations());
     let last = (elevations - 1) as f32;
@@ -107,7 +109,7 @@ const STRIDE: usize = 8;
 
 /// For each level rows, columns, components, where its texels begin in two parts, the first column of its weights and
 /// its maps.
-fn levels(s: &Stack) -> Buffer {
+fn levels(s: &SliceMaps) -> Buffer {
     let (mut at, mut from) = (0usize, HEAD);
     let level = |l: &Level| {
         let [rows, columns] = extent(&l.maps);
@@ -125,14 +127,14 @@ fn levels(s: &Stack) -> Buffer {
 }
 
 /// The curve, and q of each component as one more elevation.
-fn curve(s: &Stack) -> Buffer {
+fn curve(s: &SliceMaps) -> Buffer {
     let mut data = s.curve.clone();
     data.extend([0.0; HEAD]);
     data.extend(s.levels.iter().flat_map(|l| &l.q).map(|q| *q as f32));
     Buffer::new("curve", s.stride, data)
 }
 
-pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuTechnique {
+pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &TurnedSuns) -> GpuTechnique {
     let s = &b.linked;
     let mut maps: Vec<f32> = s.levels.iter().flat_map(|l| l.maps.texels().iter().copied()).collect();
     if maps.is_empty() {
@@ -140,12 +142,8 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuTechnique {
         maps.push(0.0);
     }
     let counts = [s.levels.len(), s.elevations() - 1, word(s.centre) as usize, 0];
-    let modules = vec![
-        include_str!("../../shared/harmonics.wgsl").into(),
-        include_str!("../../shared/strands.wgsl").into(),
-        include_str!("shade.wgsl").into(),
-    ];
-    let room = GpuTechnique {
+    let modules = DIRECTIONS.into_iter().chain([include_str!("shade.wgsl")]).map(Cow::from).collect();
+    let technique = GpuTechnique {
         slug: ShrmSlices::CARD.slug,
         modules,
         entry: Entry::PLAIN,
@@ -156,5 +154,5 @@ pub(super) fn gpu(b: &Bake<ShrmSlices>, shown: &Shown) -> GpuTechnique {
         ],
         buffers: vec![curve(s), levels(s), Buffer::new("maps", 1, maps)],
     };
-    exact::gpu(room, &s.suns, b.material.brdf.as_ref())
+    exact::gpu(technique, &s.suns, b.material.brdf.as_ref())
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::shared::trial::{bake, detail, judged, points, suns_turn_and_are_saved};
 use steradian_base::{ParamValues, Params as _};
-use steradian_reference::JudgePoint;
+use steradian_reference::ReferencePoint;
 use steradian_sphere::{Frame, Layout, SphereImage};
 
 #[test]
@@ -23,7 +23,7 @@ fn symmetric_lobes_need_one_map_a_slice() {
     }
 }
 
-/// Against the judge, elevation by elevation up to 85°: within 3 %, better than the split sum and than `shrm`.
+/// Against the reference, elevation by elevation up to 85°: within 3 %, better than the split sum and than `shrm`.
 #[test]
 fn every_elevation_is_within_3_percent() {
     let spec = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
@@ -73,7 +73,7 @@ fn memory_bounds_the_maps_and_the_certificate_says_so() {
         bake::link(&l, &m, &p, &Task::quiet()).unwrap()
     };
     let ((wide, wide_c), (narrow, narrow_c)) = (linked(96.0), linked(0.25));
-    let bytes = |s: &Stack| s.levels.iter().map(|l| l.maps.bytes()).sum::<usize>();
+    let bytes = |s: &SliceMaps| s.levels.iter().map(|l| l.maps.bytes()).sum::<usize>();
     assert!(bytes(&narrow) <= 1 << 18 && bytes(&narrow) < bytes(&wide));
     let error = |r: &Report| r.estimate.as_ref().unwrap().error;
     assert!(error(&narrow_c) > error(&wide_c));
@@ -116,9 +116,9 @@ fn suns_keep_their_outline_at_the_horizon() {
         let n = (a * c + b * s) * height.cos() + sun * height.sin();
         let frame = Frame::from_normal_tangent(n, sun);
         let (s, c) = (85.0 + 4.0 * (k as f64 * 0.618_034).fract()).to_radians().sin_cos();
-        JudgePoint { frame, wo: frame.to_world(glam::DVec3::new(-s, 0.0, c)), position: None }
+        ReferencePoint { frame, wo: frame.to_world(glam::DVec3::new(-s, 0.0, c)), position: None }
     };
-    let points: Vec<JudgePoint> = (0..80).map(point).collect();
+    let points: Vec<ReferencePoint> = (0..80).map(point).collect();
     let light = Lights::from(steradian_light::Environment::from_image(image));
     let [apart, whole] = [-1.0, 0.0].map(|n| bake("shrm_slices", &light, spec, &[("lights", n)], Some(0.03)));
     let e = judged(&[&*apart, &*whole], &light, spec, &points);

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::{Brdf, Form, dfg};
 use steradian_light::{Environment, Lights};
-use steradian_prefilter::{Beam, Cosine, EdgeCube, GgxMirror, Source, Tree, Zonal, filter};
+use steradian_prefilter::{Cosine, EdgeCube, GgxMirror, SmallLight, Source, Tree, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
 
 params! {
@@ -93,8 +93,8 @@ fn mirror(lights: &Lights, size: usize) -> EdgeCube {
             EdgeCube::from_image(&Environment { image: SphereImage::new(Layout::LatLong, 8, 4) }.image, size)
         }
     };
-    lights.disks.iter().for_each(|d| cube.add(&Beam::from(d)));
-    lights.directionals.iter().for_each(|d| cube.add(&Beam::from(d)));
+    lights.disks.iter().for_each(|d| cube.add(&SmallLight::from(d)));
+    lights.directionals.iter().for_each(|d| cube.add(&SmallLight::from(d)));
     cube
 }
 

@@ -24,8 +24,8 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::reflectance::Reflectance;
-use crate::shared::turn::Turn;
 use crate::shared::{lights, quadric::Quadric};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
@@ -36,7 +36,7 @@ use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
 
-/// The room.
+/// The technique.
 pub struct SplitSum;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
@@ -109,7 +109,7 @@ impl Technique for SplitSum {
     type Material = Reflectance;
     type Transfer = ();
     type Linked = Specular;
-    type Frame = (Turn, Quadric);
+    type Frame = (LightRotation, Quadric);
 
     fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)
@@ -131,15 +131,15 @@ impl Technique for SplitSum {
         Some(bake::target(&b.linked, brdf?))
     }
 
-    fn frame(b: &Bake<Self>, v: &View, f: &mut (Turn, Quadric)) {
-        *f = (Turn::new(v.light_rotation), b.light.mean_radiance.turned(v.light_rotation));
+    fn frame(b: &Bake<Self>, v: &View, f: &mut (LightRotation, Quadric)) {
+        *f = (LightRotation::new(v.light_rotation), b.light.mean_radiance.turned(v.light_rotation));
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
         b.light.chain.bytes() + b.linked.bytes()
     }
 
-    fn shade(b: &Bake<Self>, f: &(Turn, Quadric), q: &Points<'_>, out: &mut Radiance<'_>) {
+    fn shade(b: &Bake<Self>, f: &(LightRotation, Quadric), q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.has_lobes() && b.linked.stretched.is_none() {
             shade::shade_lobe(&b.light.chain, &b.linked, f, q, out);
         } else {
@@ -147,11 +147,11 @@ impl Technique for SplitSum {
         }
     }
 
-    fn gpu(b: &Bake<Self>, f: &(Turn, Quadric)) -> GpuTechnique {
+    fn gpu(b: &Bake<Self>, f: &(LightRotation, Quadric)) -> GpuTechnique {
         shade::gpu(&b.light.chain, &b.linked, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &(Turn, Quadric)) -> Option<Vec<Uniform>> {
+    fn gpu_frame(_: &Bake<Self>, f: &(LightRotation, Quadric)) -> Option<Vec<Uniform>> {
         Some(shade::frame_uniforms(f).collect())
     }
 
@@ -159,7 +159,7 @@ impl Technique for SplitSum {
         if b.linked.stretched.is_some() { Varies::NONE } else { Varies::ALL }
     }
 
-    fn gpu_varied(b: &Bake<Self>, f: &(Turn, Quadric)) -> Option<GpuTechnique> {
+    fn gpu_varied(b: &Bake<Self>, f: &(LightRotation, Quadric)) -> Option<GpuTechnique> {
         b.linked.stretched.is_none().then(|| shade::gpu_lobe(&b.light.chain, &b.linked, f))
     }
 }

@@ -7,11 +7,11 @@ use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::albedo;
 use crate::shared::batch::{self, Point};
 use crate::shared::chain::Chain;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::lobe::{self, Taps};
 use crate::shared::quadric::Quadric;
 use crate::shared::strands;
 use crate::shared::tables::texel_bytes;
-use crate::shared::turn::Turn;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::edge_cube::spacing;
 
@@ -36,7 +36,7 @@ fn diffuse(strength: f32, f0: [f32; 3], base: [f32; 3], ab: [f32; 2]) -> [f32; 3
 pub(super) fn shade(
     chain: &Chain,
     s: &Specular,
-    (turn, mean_radiance): &(Turn, Quadric),
+    (turn, mean_radiance): &(LightRotation, Quadric),
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
@@ -79,7 +79,7 @@ fn colour(own: [f32; 3], material: [f32; 3]) -> [f32; 3] {
 pub(super) fn shade_lobe(
     chain: &Chain,
     s: &Specular,
-    (turn, mean_radiance): &(Turn, Quadric),
+    (turn, mean_radiance): &(LightRotation, Quadric),
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
@@ -105,23 +105,25 @@ pub(super) fn shade_lobe(
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuTechnique {
-    let mut room = gpu(chain, s, frame);
+pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(LightRotation, Quadric)) -> GpuTechnique {
+    let mut technique = gpu(chain, s, frame);
     let (own, finest) = widths(chain, s);
-    room.modules =
+    technique.modules =
         vec![lobe::WGSL.into(), include_str!("shade.wgsl").into(), include_str!("shade_lobe.wgsl").into()];
-    room.entry = Entry::LOBE;
-    room.tables.push(albedo::gpu("albedo_of"));
-    room.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, finest, chain.last(), 0.0]) });
-    room
+    technique.entry = Entry::LOBE;
+    technique.tables.push(albedo::gpu("albedo_of"));
+    technique.uniforms.push(Uniform { name: "widths", value: Value::Vec4([own, finest, chain.last(), 0.0]) });
+    technique
 }
 
 /// What frames change.
-pub(super) fn frame_uniforms((turn, mean_radiance): &(Turn, Quadric)) -> impl Iterator<Item = Uniform> {
+pub(super) fn frame_uniforms(
+    (turn, mean_radiance): &(LightRotation, Quadric),
+) -> impl Iterator<Item = Uniform> {
     std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(["red", "green", "blue"]))
 }
 
-pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(Turn, Quadric)) -> GpuTechnique {
+pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(LightRotation, Quadric)) -> GpuTechnique {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     let level = Level { width: s.albedo.len(), height: 1, layers: 1, bytes: texel_bytes(s.albedo.iter()) };
     let albedo = Table { name: "albedo", shape: Shape::Line, format: Format::Rgba32Float, level };

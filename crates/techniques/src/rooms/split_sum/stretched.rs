@@ -13,8 +13,8 @@
 
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::chain::Chain;
+use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::texel_bytes;
-use crate::shared::turn::Turn;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -177,7 +177,7 @@ impl Stretched {
 
     /// Radiance of the lobe: (f0 A + B) times the mean of the lookups.
     #[inline(always)]
-    pub fn radiance(&self, chain: &Chain, turn: &Turn, f0: [f32; 3], p: &Frame) -> [f32; 3] {
+    pub fn radiance(&self, chain: &Chain, turn: &LightRotation, f0: [f32; 3], p: &Frame) -> [f32; 3] {
         let [x, y] = [dot(p.t, p.wo), dot(p.b, p.wo)];
         let tangential = self.width[0] >= self.width[1];
         let long = if tangential { p.t } else { p.b };

@@ -8,8 +8,8 @@ use crate::certify::Report;
 use crate::shared::apart::Apart;
 use crate::shared::harmonics::{self, MAX_TERMS};
 use crate::shared::kernels::{Kernels, refused, word};
-use crate::shared::meter::{self, Meter};
-use crate::shared::sky::Sky;
+use crate::shared::spectral_error::{self, SpectralError};
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq, Slices};
@@ -67,7 +67,7 @@ pub struct Expansion {
 /// of all of it meet the tolerance; `spacing` gives radians between the texels of a size.
 pub fn choose(
     slug: &'static str,
-    light: &Sky,
+    light: &SunlitSpectrum,
     kernels: &Kernels,
     p: &Orders,
     spacing: impl Fn(usize) -> f64,
@@ -144,7 +144,7 @@ impl<S: Fn(usize) -> f64> Wanted<'_, S> {
         let q = azimuth(&fit.lpq, &meter, powers.exact(true));
         let lpq = fit.lpq.truncated(f, fit.lpq.p);
         let enough = |size: usize| powers.lookups(f, spacing(size)) <= (0.25 * tolerance).powi(2);
-        let size = p.size.unwrap_or_else(|| meter::size(MOST_SIZE, enough).max(8));
+        let size = p.size.unwrap_or_else(|| spectral_error::size(MOST_SIZE, enough).max(8));
         let scale = lpq.scale.as_ref().map_or_else(ScaleTable::one, |scale| {
             let half = if s.centre == Centre::Reflection { 0.5 } else { 1.0 };
             let angles: Vec<f64> = scale.theta_o.iter().map(|t| half * t).collect();
@@ -243,7 +243,7 @@ fn search(
 }
 
 /// The highest q whose terms are more than rounding.
-fn azimuth(lpq: &Lpq, meter: &Meter, exact: f64) -> usize {
+fn azimuth(lpq: &Lpq, meter: &SpectralError, exact: f64) -> usize {
     let power = |q: usize| {
         let rows = (q..=lpq.p).map(|p| {
             let row = lpq.row(p, q);

@@ -1,4 +1,4 @@
-//! What the rooms of spherical harmonic reflection maps share (Ramamoorthi & Hanrahan 2002): parameters, the choice of
+//! What the techniques of spherical harmonic reflection maps share (Ramamoorthi & Hanrahan 2002): parameters, the choice of
 //! orders and resolutions by the measured light, and the scale by elevation.
 
 mod choose;
@@ -10,6 +10,7 @@ mod powers;
 mod scale;
 
 use std::borrow::Cow;
+use steradian_brdf::ATAN2;
 
 pub use choose::{Expansion, HighestP, choose};
 pub use maps::{bundle, columns, diffuse_map, global_maps, grid, local_maps};
@@ -21,9 +22,12 @@ pub use scale::ScaleTable;
 /// Tolerance where the user gives none, over views up to 60° from the normal.
 pub const TOLERANCE: f64 = 0.05;
 
-/// The WGSL text that all forms have before their own: directions, strands, and the diffuse part, if there is one.
+/// The WGSL text of directions, strands among them.
+pub const DIRECTIONS: [&str; 3] = [ATAN2, include_str!("../harmonics.wgsl"), include_str!("../strands.wgsl")];
+
+/// The WGSL text that the local and the global form have before their own: directions, and the diffuse part, if there is
+/// one.
 pub fn shader(diffuse: bool, own: &[&'static str]) -> Vec<Cow<'static, str>> {
-    let common = [include_str!("../harmonics.wgsl"), include_str!("../strands.wgsl")];
     let diffuse = if diffuse { include_str!("diffuse.wgsl") } else { include_str!("black.wgsl") };
-    common.into_iter().chain([diffuse]).chain(own.iter().copied()).map(Cow::from).collect()
+    DIRECTIONS.into_iter().chain([diffuse]).chain(own.iter().copied()).map(Cow::from).collect()
 }

@@ -3,7 +3,7 @@
 use super::scale::ScaleTable;
 use crate::certify::Report;
 use crate::shared::apart::LEAST;
-use crate::shared::meter::{self, Meter};
+use crate::shared::spectral_error::{self, SpectralError};
 use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 
@@ -54,7 +54,7 @@ impl Bands {
 
     /// What lookups between texels `h` apart add.
     fn lookups(&self, f: usize, h: f64) -> f64 {
-        (0..=f).map(|l| self.made[l] * meter::lookup(l, h)).sum()
+        (0..=f).map(|l| self.made[l] * spectral_error::lookup(l, h)).sum()
     }
 
     /// Squared error, cut at F and looked up between texels `h` apart, and the power of all light.
@@ -67,7 +67,7 @@ impl Bands {
 
 /// How the light that maps are to hold is seen, and the mean square of all radiance at every elevation.
 pub struct Seen<'a> {
-    pub meter: &'a Meter,
+    pub meter: &'a SpectralError,
     pub totals: &'a [f64],
 }
 

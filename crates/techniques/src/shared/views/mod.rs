@@ -30,7 +30,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
 
-/// Highest order that rooms ask for: the light must be known as far.
+/// Highest order that techniques ask for: the light must be known as far.
 pub const MOST: usize = 96;
 
 /// Fewest elevations, less one.

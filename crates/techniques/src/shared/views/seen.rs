@@ -1,4 +1,4 @@
-//! The reflectance's factor of rooms that see it view by view.
+//! The reflectance's factor of techniques that see it view by view.
 
 use super::{Slices, lambertian_part};
 use crate::shared::reflectance::Reflectance;

@@ -4,14 +4,14 @@ use crate::shared::lights;
 use glam::DVec3;
 use steradian_light::Lights;
 use steradian_prefilter::probe;
-use steradian_reference::{Judge, JudgePoint, Lookup};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_sphere::Frame;
 
 fn brdf(spec: &str) -> steradian_brdf::SharedBrdf {
     steradian_brdf::parse(spec).unwrap()
 }
 
-/// Relative RMS over normals that face `view`, up to `limit` degrees, against the judge.
+/// Relative RMS over normals that face `view`, up to `limit` degrees, against the reference.
 fn error(spec: &str, lights: &Lights, order: usize, limit: f64) -> f64 {
     let task = Task::quiet();
     let b = brdf(spec);
@@ -20,12 +20,12 @@ fn error(spec: &str, lights: &Lights, order: usize, limit: f64) -> f64 {
     let view = DVec3::new(0.3, 0.5, -0.8).normalize();
     let image = ViewImage::new(&slices, &light.source.coefficients(order), view);
     let normals = (0..200).map(|k| probe::direction(k, 200));
-    let points: Vec<JudgePoint> = normals
+    let points: Vec<ReferencePoint> = normals
         .filter(|n| n.dot(view) > limit.to_radians().cos())
-        .map(|n| JudgePoint { frame: Frame::from_normal(n), wo: view, position: None })
+        .map(|n| ReferencePoint { frame: Frame::from_normal(n), wo: view, position: None })
         .collect();
-    let judge = Judge::new(lights, Lookup::Constant, &task).unwrap();
-    let exact = judge.radiance_batch(&*b, &points, 1e-3, &task).unwrap();
+    let reference = Reference::new(lights, Lookup::Constant, &task).unwrap();
+    let exact = reference.radiance_batch(&*b, &points, 1e-3, &task).unwrap();
     let got = points.iter().map(|p| image.towards(steradian_sphere::frame::reflect(view, p.frame.n)));
     probe::relative_rms(got.zip(exact.iter().map(|e| e.rgb)))
 }

@@ -20,7 +20,7 @@ pub(crate) fn rule(n: usize) -> &'static Rule {
 
 /// A disk of constant radiance, a direction where `radius` is 0, or a texel's cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beam {
+pub struct SmallLight {
     /// Unit direction towards its centre.
     pub direction: DVec3,
     /// Angular radius, radians; of a cell that of the disk of its solid angle.
@@ -31,20 +31,20 @@ pub struct Beam {
     pub cell: Option<Cell>,
 }
 
-impl From<&DiskLight> for Beam {
+impl From<&DiskLight> for SmallLight {
     fn from(d: &DiskLight) -> Self {
         let flux = d.radiance.map(|l| l * d.solid_angle());
         Self { direction: d.direction.normalize(), radius: d.angular_radius, flux, cell: None }
     }
 }
 
-impl From<&DirectionalLight> for Beam {
+impl From<&DirectionalLight> for SmallLight {
     fn from(d: &DirectionalLight) -> Self {
         Self { direction: d.direction.normalize(), radius: 0.0, flux: d.irradiance, cell: None }
     }
 }
 
-impl Beam {
+impl SmallLight {
     /// A disk as large as a texel of solid angle `omega`.
     pub fn texel(direction: DVec3, omega: f64, flux: [f64; 3]) -> Self {
         // omega = 2π(1 − cos ρ)
@@ -146,16 +146,16 @@ mod tests {
 
     #[test]
     fn the_mean_over_a_disk_is_exact_for_low_bands() {
-        let beam = Beam {
+        let small_light = SmallLight {
             direction: DVec3::new(0.3, 0.7, -0.2).normalize(),
             radius: 0.4,
             flux: [1.0; 3],
             cell: None,
         };
-        let b = beam.spread(2);
+        let b = small_light.spread(2);
         let mut centre = [0.0; 9];
-        sh::eval(2, beam.direction, &mut centre);
-        let mean = beam.mean(0.3, |d| {
+        sh::eval(2, small_light.direction, &mut centre);
+        let mean = small_light.mean(0.3, |d| {
             let mut y = [0.0; 9];
             sh::eval(2, d, &mut y);
             y
@@ -169,7 +169,8 @@ mod tests {
 
     #[test]
     fn the_spread_of_a_small_disk_joins_its_series() {
-        let at = |radius| Beam { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(10)[10];
+        let at =
+            |radius| SmallLight { direction: DVec3::Y, radius, flux: [1.0; 3], cell: None }.spread(10)[10];
         // The switch is at radius²/2 · 110 = 1e-3.
         let (a, b) = (at(4.263e-3), at(4.265e-3));
         let slope = 0.25 * 110.0 * 4.264e-3 * 2e-6;

@@ -18,7 +18,7 @@ use steradian_prefilter::shrm::resolution::linear;
 
 /// The light as the mean squares of its turned coefficients.
 #[derive(Debug, Clone)]
-pub struct Meter {
+pub struct SpectralError {
     mean: [Vec<f64>; 3],
     /// Largest mean square at or beyond each band, of those that are known.
     beyond: [Vec<f64>; 3],
@@ -26,7 +26,7 @@ pub struct Meter {
     far: [f64; 3],
 }
 
-impl Meter {
+impl SpectralError {
     /// The meter of a light with the mean square `far` of L'_lq per channel at every band beyond the spectrum's.
     pub fn new(light: &Spectrum, far: [f64; 3]) -> Self {
         let mean = light.mean_squares();

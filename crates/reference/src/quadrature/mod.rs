@@ -1,4 +1,4 @@
-//! The judge: deterministic adaptive quadrature of L_o = ∫ L(wi) f(wi, wo) ⟨n·wi⟩ dwi, without visibility.
+//! The reference: deterministic adaptive quadrature of L_o = ∫ L(wi) f(wi, wo) ⟨n·wi⟩ dwi, without visibility.
 //!
 //! Each distant light is a set of rectangles in polar coordinates (φ, θ) of some chart: the image's blocks of
 //! texels in the world's, a disk's in polar coordinates about its centre. On a rectangle, g = f_cos sin θ is
@@ -41,9 +41,9 @@ pub const MAX_EVALUATIONS: u64 = 4_000_000;
 /// No tolerance below this is aimed at: sums of doubles end here.
 const FINEST_TOLERANCE: f64 = 1e-12;
 
-/// Light that the judge cannot take.
+/// Light that the reference cannot take.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum JudgeError {
+pub enum ReferenceError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -83,7 +83,7 @@ impl Estimate {
 
 /// A point to be judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JudgePoint {
+pub struct ReferencePoint {
     /// Its shading frame, world space, orthonormal.
     pub frame: Frame,
     /// Unit direction to the viewer, world space.
@@ -92,18 +92,18 @@ pub struct JudgePoint {
     pub position: Option<DVec3>,
 }
 
-/// The judge of one set of lights.
+/// The reference of one set of lights.
 #[derive(Debug, Clone)]
-pub struct Judge {
+pub struct Reference {
     lights: Lights,
     lookup: Lookup,
     pyramid: Option<Pyramid>,
     budget: u64,
 }
 
-impl Judge {
+impl Reference {
     /// Takes the lights and sums the moments of the environment.
-    pub fn new(lights: &Lights, lookup: Lookup, task: &Task) -> Result<Self, JudgeError> {
+    pub fn new(lights: &Lights, lookup: Lookup, task: &Task) -> Result<Self, ReferenceError> {
         check(lights)?;
         let pyramid = match &lights.environment {
             Some(e) => Some(Pyramid::build(&Cells::new(&e.image, lookup), task)?),
@@ -112,7 +112,7 @@ impl Judge {
         Ok(Self { lights: lights.clone(), lookup, pyramid, budget: MAX_EVALUATIONS })
     }
 
-    /// The same judge that stops a point after about `evaluations`.
+    /// The same reference that stops a point after about `evaluations`.
     pub fn with_budget(mut self, evaluations: u64) -> Self {
         self.budget = evaluations;
         self
@@ -150,12 +150,12 @@ impl Judge {
     pub fn radiance_batch(
         &self,
         brdf: &dyn Brdf,
-        points: &[JudgePoint],
+        points: &[ReferencePoint],
         tolerance: f64,
         task: &Task,
     ) -> Result<Vec<Estimate>, Cancelled> {
         task.begin("reference", points.len() as u64);
-        let judged = |p: &JudgePoint| {
+        let judged = |p: &ReferencePoint| {
             task.check()?;
             let e = self.radiance(brdf, &p.frame, p.wo, p.position, tolerance);
             task.advance(1);
@@ -221,15 +221,15 @@ fn relative(error: f64, rgb: [f64; 3]) -> f64 {
     if error == 0.0 { 0.0 } else { (error + UNDERFLOW) / top }
 }
 
-fn check(lights: &Lights) -> Result<(), JudgeError> {
+fn check(lights: &Lights) -> Result<(), ReferenceError> {
     if let Some(e) = &lights.environment {
         let image = &e.image;
         if image.layout != Layout::LatLong {
-            return Err(JudgeError::Layout(image.layout));
+            return Err(ReferenceError::Layout(image.layout));
         }
         let (width, height) = (image.width, image.height);
         if width == 0 || height == 0 || image.planes.iter().any(|p| p.len() != width * height) {
-            return Err(JudgeError::Size { width, height });
+            return Err(ReferenceError::Size { width, height });
         }
     }
     Ok(lights.check()?)

@@ -5,7 +5,7 @@
 //! the texels that make the suns and lamps of an image, constant over their cells. What of the others lies beyond the bands is known in the mean: images are made of edges, whose coefficients fall like l^−3 in
 //! the mean square, so that an energy E beyond band L is E/(2L²) for each coefficient there.
 
-use crate::direct::{self, Cell, Suns};
+use crate::direct::{self, CellLight, Suns};
 use crate::shared::spectrum::Spectrum;
 use crate::shared::sun::{BYTES, Sun, load_suns, save_suns};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
@@ -13,8 +13,8 @@ use crate::{BakeError, Part};
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_light::Lights;
-use steradian_prefilter::source::{MAX_HEIGHT, add_beams, reduced};
-use steradian_prefilter::{Beam, Source};
+use steradian_prefilter::source::{MAX_HEIGHT, add_small_lights, reduced};
+use steradian_prefilter::{SmallLight, Source};
 use steradian_sphere::sh::{self, ShRgb};
 
 /// Suns hold at least this part of all flux together.
@@ -29,7 +29,7 @@ const MOST: usize = 72;
 const DIRECTION: f64 = 1e-4;
 /// Light and its suns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sky {
+pub struct SunlitSpectrum {
     /// Everything, suns too.
     pub spectrum: Spectrum,
     /// The strongest first.
@@ -38,40 +38,40 @@ pub struct Sky {
     pub beyond: [f64; 3],
 }
 
-impl Sky {
+impl SunlitSpectrum {
     /// Analyses everything in `lights` up to `order`; refuses point lights.
     pub fn bake(slug: &'static str, lights: &Lights, order: usize, task: &Task) -> Result<Self, BakeError> {
         let source = Spectrum::source(slug, lights, order, task)?;
         let order = order.min(source.order());
         let (folded, apart) = direct::split(lights, Suns::Exact);
         let mut suns: Vec<Sun> = apart.disks.iter().map(|d| Sun::Disk(*d)).collect();
-        let point = |b: Beam| Sun::disk(&Beam { radius: DIRECTION, ..b });
-        suns.extend(apart.directionals.iter().map(|d| point(Beam::from(d))));
+        let point = |b: SmallLight| Sun::disk(&SmallLight { radius: DIRECTION, ..b });
+        suns.extend(apart.directionals.iter().map(|d| point(SmallLight::from(d))));
         // The source lists lights first, then its texels.
         let small = lights.disks.len() + lights.directionals.len();
-        let flux = |b: &Beam| b.flux.iter().sum::<f64>();
+        let flux = |b: &SmallLight| b.flux.iter().sum::<f64>();
         let image: f64 = source.base.as_ref().map_or(0.0, |b| b.integral().iter().sum());
-        let whole = image + source.beams.iter().map(flux).sum::<f64>();
+        let whole = image + source.small_lights.iter().map(flux).sum::<f64>();
         let size = source.base.as_ref().map_or([1; 2], |b| [b.width, b.height]);
-        let (bright, mut others) = bright(&source.beams[small..], size, whole);
+        let (bright, mut others) = bright(&source.small_lights[small..], size, whole);
         suns.extend(bright);
         suns.retain(|s| s.strength() != 0.0);
         suns.sort_by(|a, b| b.strength().total_cmp(&a.strength()));
-        others.extend(folded.disks.iter().map(Beam::from));
+        others.extend(folded.disks.iter().map(SmallLight::from));
         let base = ShRgb { order, c: source.spectrum.c.each_ref().map(|c| c[..sh::count(order)].to_vec()) };
         let beyond = beyond(&source, &base, &others);
         // Of the image itself, whose texels are cells.
         let environment = lights.environment.as_ref();
         let image = environment.map(|e| sh::project(&reduced(&e.image, MAX_HEIGHT), order));
         let mut sh = image.unwrap_or_else(|| ShRgb::zero(order));
-        add_beams(&mut sh, &source.beams[..small]);
+        add_small_lights(&mut sh, &source.small_lights[..small]);
         Ok(Self { spectrum: Spectrum { sh }, suns, beyond })
     }
 }
 
 /// The texels that are suns, and the others; the image has a `size` of columns and rows, all light the flux `whole`.
-fn bright(texels: &[Beam], size: [usize; 2], whole: f64) -> (Vec<Sun>, Vec<Beam>) {
-    let strength = |b: &Beam| b.flux.iter().sum::<f64>();
+fn bright(texels: &[SmallLight], size: [usize; 2], whole: f64) -> (Vec<Sun>, Vec<SmallLight>) {
+    let strength = |b: &SmallLight| b.flux.iter().sum::<f64>();
     let mut sorted = texels.to_vec();
     sorted.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     let all: f64 = sorted.iter().map(|b| strength(b).powi(2)).sum();
@@ -91,16 +91,16 @@ fn bright(texels: &[Beam], size: [usize; 2], whole: f64) -> (Vec<Sun>, Vec<Beam>
     (taken, sorted)
 }
 
-/// The texel whose centre a beam has.
-fn cell(b: &Beam, [width, height]: [usize; 2]) -> Sun {
+/// The texel whose centre a small light has.
+fn cell(b: &SmallLight, [width, height]: [usize; 2]) -> Sun {
     let (theta, phi) = (b.direction.y.clamp(-1.0, 1.0).acos(), b.direction.z.atan2(b.direction.x));
     let at = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
-    let cell = Cell::texel(at(0.5 + phi / (2.0 * PI), width), at(theta / PI, height), width, height);
-    Sun::Cell(Cell { radiance: b.flux.map(|f| f / cell.solid_angle()), ..cell })
+    let cell = CellLight::texel(at(0.5 + phi / (2.0 * PI), width), at(theta / PI, height), width, height);
+    Sun::Cell(CellLight { radiance: b.flux.map(|f| f / cell.solid_angle()), ..cell })
 }
 
-/// See [`Sky::beyond`]: what the image's own energy exceeds its bands by, and small lights, whose spectrum is flat.
-fn beyond(source: &Source, base: &ShRgb, others: &[Beam]) -> [f64; 3] {
+/// See [`SunlitSpectrum::beyond`]: what the image's own energy exceeds its bands by, and small lights, whose spectrum is flat.
+fn beyond(source: &Source, base: &ShRgb, others: &[SmallLight]) -> [f64; 3] {
     let last = base.order.max(1);
     let mut out = [0.0; 3];
     if let Some(image) = &source.base {
@@ -122,7 +122,7 @@ fn beyond(source: &Source, base: &ShRgb, others: &[Beam]) -> [f64; 3] {
     out
 }
 
-impl Part for Sky {
+impl Part for SunlitSpectrum {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.spectrum.save(to, prefix);
         save_suns(&self.suns, to, format!("{prefix}.suns"));
@@ -164,7 +164,7 @@ mod tests {
         }
         let light = |image: &SphereImage| {
             let lights = Lights::from(Environment::from_image(image.clone()));
-            Sky::bake("test", &lights, 60, &Task::quiet()).expect("bakes")
+            SunlitSpectrum::bake("test", &lights, 60, &Task::quiet()).expect("bakes")
         };
         let made = light(&image);
         assert_eq!(made.suns.len(), 3);
@@ -177,7 +177,7 @@ mod tests {
         for sun in &made.suns {
             let Sun::Cell(c) = sun else { panic!("{sun:?}") };
             let seen = texels.iter().any(|(i, j, l)| {
-                let cell = Cell::texel(*i, *j, 128, 64);
+                let cell = CellLight::texel(*i, *j, 128, 64);
                 (cell.centre() - c.centre()).length() < 1e-12
                     && (c.radiance[0] / f64::from(*l) - 1.0).abs() < 0.1
             });
@@ -185,15 +185,17 @@ mod tests {
         }
         let mut rest = made.spectrum.sh.clone();
         for sun in &made.suns {
-            let mut beams = sun.beams(60);
-            beams.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
-            add_beams(&mut rest, &beams);
+            let mut small_lights = sun.small_lights(60);
+            small_lights.iter_mut().for_each(|b| b.flux = b.flux.map(|f| -f));
+            add_small_lights(&mut rest, &small_lights);
         }
         let mut capped = sky;
         for (i, j, _) in texels {
             let k = capped.index(0, i, j);
             let sun = made.suns.iter().find_map(|s| match s {
-                Sun::Cell(c) if (c.centre() - Cell::texel(i, j, 128, 64).centre()).length() < 1e-9 => Some(c),
+                Sun::Cell(c) if (c.centre() - CellLight::texel(i, j, 128, 64).centre()).length() < 1e-9 => {
+                    Some(c)
+                }
                 _ => None,
             });
             let taken = sun.map_or(0.0, |c| c.radiance[0]) as f32;
@@ -203,6 +205,6 @@ mod tests {
         assert!(left < 1e-5, "{left}");
         let mut file = TensorFile::default();
         made.save(&mut file, "light");
-        assert_eq!(Sky::load(&file, "light").expect("its own file").suns, made.suns);
+        assert_eq!(SunlitSpectrum::load(&file, "light").expect("its own file").suns, made.suns);
     }
 }

@@ -1,13 +1,13 @@
-//! The frame state of rooms that look light up by direction: where the light is turned to.
+//! The frame state of techniques that look light up by direction: where the light is turned to.
 
 use crate::gpu::{Uniform, Value};
 use glam::Mat3;
 
 /// World to light: the inverse of the light's rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Turn(Mat3);
+pub struct LightRotation(Mat3);
 
-impl Turn {
+impl LightRotation {
     /// The frame in which the light is turned by `rotation`.
     pub fn new(rotation: Mat3) -> Self {
         Self(rotation.transpose())
@@ -21,7 +21,7 @@ impl Turn {
         [a.x * x + b.x * y + c.x * z, a.y * x + b.y * y + c.y * z, a.z * x + b.z * y + c.z * z]
     }
 
-    /// `room.turn` in WGSL.
+    /// `technique.turn` in WGSL.
     pub fn uniform(&self) -> Uniform {
         Uniform { name: "turn", value: Value::Mat3(self.0.to_cols_array_2d()) }
     }

@@ -1,0 +1,108 @@
+//! Results of earlier comparisons, kept in a file beside the table: what was computed once of the same inputs by the same
+//! version is not computed again.
+
+use super::Finding;
+use crate::failure::{Failure, Outcome};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use steradian_base::{Certificate, Evidence, Input};
+use steradian_formats::{read_text, write_atomic};
+use steradian_render::{Display, Errors};
+use steradian_session::compare::{Answer, Rendering};
+
+/// Bytes of such a file: a hundred thousand results take less.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The file and what it holds, by digest.
+pub struct Kept {
+    path: PathBuf,
+    results: Map<String, Value>,
+}
+
+/// The digest of everything that decides a result.
+pub fn key(parts: &[String]) -> String {
+    Input::of(Path::new("key"), parts.join("\n").as_bytes()).sha256
+}
+
+impl Kept {
+    /// What `path` holds; nothing where it is not there yet.
+    pub fn open(path: &Path) -> Result<Self, Failure> {
+        let path = path.to_path_buf();
+        if !path.exists() {
+            return Ok(Self { path, results: Map::new() });
+        }
+        let text = read_text(&path, MAX_BYTES, "a file of results")?;
+        let document: Value = serde_json::from_str(&text).unwrap_or_default();
+        match document.get("results").and_then(Value::as_object) {
+            Some(results) => Ok(Self { results: results.clone(), path }),
+            None => {
+                let why = "holds no results of compare --resume: name another file";
+                Err(Failure::input(format!("{}: {why}", path.display())))
+            }
+        }
+    }
+
+    /// The answer of a key, without its picture.
+    pub fn answer(&self, key: &str) -> Option<Answer> {
+        let v = self.results.get(key)?;
+        let (label, backend) = (v["technique"].as_str()?.to_string(), backend(v["backend"].as_str()?)?);
+        if let Some(why) = v["refused"].as_str() {
+            return Some(Answer::Refused { label, backend, why: why.into() });
+        }
+        let number = |name: &str| v[name].as_f64();
+        let errors = |_| {
+            let errors = Errors {
+                rmse: number("rmse")?,
+                relative_rms: number("relative_rms")?,
+                rel_mse: number("rel_mse")?,
+                median: number("median")?,
+                ninetieth: number("ninetieth")?,
+                stops: number("stops")?,
+                ..Errors::default()
+            };
+            Some((errors, number("flip")?))
+        };
+        let certificate = v["certificate"]["error"].as_f64().and_then(|e| {
+            let known = [Evidence::Proved, Evidence::Estimated, Evidence::Measured];
+            let word = v["certificate"]["known"].as_str()?;
+            Some(Certificate::new(e, known.into_iter().find(|k| k.word() == word)?))
+        });
+        Some(Answer::Rendered(Box::new(Rendering {
+            label,
+            backend,
+            picture: Display::filled(1, 1, [0; 3]),
+            errors: number("flip").and_then(errors),
+            difference: None,
+            flip_to_cpu: number("flip_to_cpu"),
+            certificate,
+            bake_seconds: number("bake_seconds")?,
+            shade_seconds: number("shade_seconds")?,
+            bytes: v["bytes"].as_u64()? as usize,
+        })))
+    }
+
+    /// Adds results and writes the file, whole or not at all.
+    pub fn add(&mut self, results: impl IntoIterator<Item = (String, Value)>) -> Outcome {
+        self.results.extend(results);
+        let document = json!({"version": env!("CARGO_PKG_VERSION"), "results": self.results});
+        let text = format!("{document:#}\n");
+        Ok(write_atomic(&self.path, |w| w.write_all(text.as_bytes()))?)
+    }
+}
+
+fn backend(name: &str) -> Option<&'static str> {
+    ["cpu", "gpu"].into_iter().find(|b| *b == name)
+}
+
+/// Were all results of a row kept?
+pub fn whole(kept: Option<&Kept>, keys: &[String]) -> Option<Vec<Answer>> {
+    keys.iter().map(|k| kept?.answer(k)).collect()
+}
+
+impl Finding {
+    /// Its results by key.
+    pub fn results(&self, keys: &[String]) -> Vec<(String, Value)> {
+        let answers = self.answers.iter().map(crate::report::answer_json);
+        keys.iter().cloned().zip(answers).collect()
+    }
+}

@@ -1,0 +1,178 @@
+//! `steradian transfer`: a mesh in, what its sites see and are lit by out.
+
+use crate::context::Context;
+use crate::csv;
+use crate::failure::{Failure, Outcome};
+use crate::inputs;
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use steradian_formats::CsvTable;
+use steradian_session::check_output;
+use steradian_session::transfer::{Done, Places, Request};
+use steradian_transfer::{Settings, Site};
+
+/// Options of `steradian transfer`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Mesh: a file (.obj, .ply, .glb, .gltf) or a built-in shape such as torus
+    #[arg(value_name = "FILE|SHAPE")]
+    mesh: String,
+    /// Bands of spherical harmonics
+    #[arg(long, value_name = "B", default_value_t = 5)]
+    bands: usize,
+    /// Scattering events at surfaces: 1 is direct light alone, 2 adds what the mesh reflects once
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    bounces: u32,
+    /// Albedo of the surfaces that reflect, a number or R/G/B; the mean of a base-colour texture multiplies it [default:
+    /// the file's base colours]
+    #[arg(long, value_name = "A", value_parser = albedo)]
+    albedo: Option<[f64; 3]>,
+    /// Absolute error of the coefficients of t, and a fifth of that of v [default: 0.001]; a miss exits 4
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
+    tolerance: Option<f64>,
+    /// Rays of each site in place of a tolerance; the largest power of 4 that is not above is cast
+    #[arg(long, value_name = "N", conflicts_with = "tolerance", value_parser = clap::value_parser!(u32).range(1..=262_144))]
+    rays: Option<u32>,
+    /// How far off the surface rays start, along the normal, in the mesh's units
+    #[arg(long, value_name = "D", default_value_t = 1e-4, allow_negative_numbers = true)]
+    offset: f32,
+    /// CSV of points with columns px,py,pz,nx,ny,nz in place of the vertices; - is standard input
+    #[arg(short, long, value_name = "FILE.csv", conflicts_with = "atlas")]
+    points: Option<PathBuf>,
+    /// Texels of an atlas over the mesh's texture coordinates in place of the vertices
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    atlas: Option<(usize, usize)>,
+    /// Matrices of glossy transfer too, bands² x bands² a site
+    #[arg(long)]
+    matrices: bool,
+    /// Output: .safetensors, or with --points .csv [default with --points: standard output]
+    #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
+    output: Option<PathBuf>,
+}
+
+fn albedo(text: &str) -> Result<[f64; 3], String> {
+    let bad = || format!("'{text}' is no albedo from 0 to 1, nor three such as 0.7/0.5/0.3");
+    let v: Vec<f64> = text.split('/').map(|x| x.parse().map_err(|_| bad())).collect::<Result<_, _>>()?;
+    let v: [f64; 3] = match v[..] {
+        [a] => [a; 3],
+        [r, g, b] => [r, g, b],
+        _ => return Err(bad()),
+    };
+    if v.iter().all(|x| (0.0..=1.0).contains(x)) { Ok(v) } else { Err(bad()) }
+}
+
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let pair = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    pair.filter(|(w, h)| (1..=16384).contains(w) && (1..=16384).contains(h))
+        .ok_or_else(|| format!("'{text}' is no size such as 512x512"))
+}
+
+/// Is the result a table?
+fn is_csv(o: &Options) -> bool {
+    o.output
+        .as_ref()
+        .is_none_or(|p| p == Path::new("-") || p.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")))
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let table = match &o.points {
+        Some(path) => {
+            if is_csv(&o) {
+                inputs::check_text(o.output.as_deref())?;
+            }
+            let table = csv::read(path, &context.limits())?;
+            context.note_input(path);
+            Some(table)
+        }
+        None => None,
+    };
+    let file = o.output.as_deref().filter(|_| table.is_none() || !is_csv(&o));
+    if let Some(path) = file {
+        check_output(path, &["safetensors"])?;
+    }
+    let places = match (&table, o.atlas) {
+        (Some(table), _) => Places::Points(points(table)?),
+        (None, Some((w, h))) => Places::Texels(w, h),
+        (None, None) => Places::Vertices,
+    };
+    let defaults = Settings::default();
+    let settings = Settings {
+        bands: o.bands,
+        tolerance: o.tolerance.unwrap_or(defaults.tolerance),
+        rays: o.rays,
+        offset: o.offset,
+        matrices: o.matrices,
+        bounces: o.bounces,
+        ..defaults
+    };
+    let request = Request {
+        mesh: o.mesh.clone(),
+        places,
+        settings,
+        albedo: o.albedo,
+        asked: o.tolerance.is_some(),
+        output: file.map(Path::to_path_buf),
+    };
+    let (done, missed) = context.transfer(&request)?.even_if_missed();
+    let document = report(&done);
+    match (file, table) {
+        (Some(path), _) => context.write_transfer(done, path)?,
+        (None, Some(table)) => {
+            let text = columns(table, &done);
+            context.finish_transfer(done)?;
+            if context.common.json && o.output.is_none() {
+                return context.print_json(document);
+            }
+            context.write_text(o.output.as_deref(), &text)?;
+        }
+        (None, None) => return Err(Failure::usage("say where the result goes: -o FILE.safetensors")),
+    }
+    if context.common.json {
+        context.print_json(document)?;
+    }
+    missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m} (the largest of all sites)"))))
+}
+
+fn points(table: &CsvTable) -> Result<Vec<Site>, Failure> {
+    let n = csv::unit(table, ["nx", "ny", "nz"])?;
+    let p = table.vectors(["px", "py", "pz"])?;
+    let site = |(p, n): ([f64; 3], glam::DVec3)| Site { p: p.map(|x| x as f32).into(), n: n.as_vec3() };
+    Ok(p.into_iter().zip(n).map(site).collect())
+}
+
+/// The table with ao, t0 …, v0 …; of reflections in colour t is tr0 …, tg0 …, tb0 ….
+fn columns(mut table: CsvTable, done: &Done) -> String {
+    let x = &done.saved.transfer;
+    let sites = 0..x.len();
+    table.set_column("ao", x.ao.iter().map(|a| f64::from(*a)));
+    for c in 0..x.channels {
+        let name = if x.channels == 1 { "t" } else { ["tr", "tg", "tb"][c] };
+        for i in 0..x.bands.pow(2) {
+            table.set_column(&format!("{name}{i}"), sites.clone().map(|k| f64::from(x.vector(k, c)[i])));
+        }
+    }
+    for i in 0..x.bands.pow(2) {
+        table.set_column(&format!("v{i}"), sites.clone().map(|k| f64::from(x.visibility(k)[i])));
+    }
+    csv::text(&table)
+}
+
+fn report(done: &Done) -> serde_json::Value {
+    let x = &done.saved.transfer;
+    let [t, v] = x.worst_error();
+    json!({
+        "sites": x.len(),
+        "places": done.saved.sites,
+        "bands": x.bands,
+        "channels": x.channels,
+        "bounces": x.bounces,
+        "mesh_digest": done.saved.mesh,
+        "rays": x.rays,
+        "enclosed": x.enclosed.len(),
+        "error_t": t,
+        "error_v": v,
+        "resumed_blocks": done.resumed,
+        "seconds": done.seconds,
+    })
+}

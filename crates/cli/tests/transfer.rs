@@ -1,0 +1,111 @@
+//! `steradian transfer`, and pictures and points of techniques that bake on a mesh.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use steradian_formats::{Limits, read_tensors};
+
+/// Exit code, standard output and standard error.
+fn run(dir: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let o = Command::new(env!("CARGO_BIN_EXE_steradian"))
+        .current_dir(dir)
+        .args(arguments)
+        .output()
+        .expect("runs");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (o.status.code(), text(o.stdout), text(o.stderr))
+}
+
+fn well(dir: &Path, arguments: &[&str]) -> String {
+    let (code, out, err) = run(dir, arguments);
+    assert_eq!(code, Some(0), "{arguments:?}: {err}");
+    out
+}
+
+fn ends(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
+    let (got, _, err) = run(dir, arguments);
+    assert_eq!(got, Some(code), "{arguments:?}: {err}");
+    assert!(err.lines().last().is_some_and(|l| l.contains(want)), "{arguments:?}: {err}");
+}
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
+
+#[test]
+fn points_get_their_columns_and_vertices_a_file() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    fs::write(dir.join("p.csv"), "id,px,py,pz,nx,ny,nz\na,0,1,0,0,2,0\nb,0,0,0,0,1,0\n").expect("written");
+    let (code, out, err) = run(dir, &["transfer", "icosphere", "-p", "p.csv", "--bands", "2"]);
+    assert_eq!(code, Some(0), "{err}");
+    // Inside the solid all is zero, and that is said.
+    assert!(err.contains("1 of 2 sites see nothing"), "{err}");
+    let rows: Vec<Vec<&str>> = out.lines().map(|l| l.split(',').collect()).collect();
+    assert_eq!(rows[0].join(","), "id,px,py,pz,nx,ny,nz,ao,t0,t1,t2,t3,v0,v1,v2,v3");
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
+    assert_eq!((rows[1][0], number(1, 7)), ("a", 1.0));
+    assert!((number(1, 8) - 0.886_227).abs() < 1e-6 && (number(1, 9) - 1.023_327).abs() < 1e-5);
+    assert!((7..16).all(|c| number(2, c) == 0.0));
+    let json = well(dir, &["transfer", "torus:segments=16", "--rays", "64", "-o", "t.safetensors", "--json"]);
+    assert!(json.contains("\"bands\": 5") && json.contains("mesh_digest"));
+    assert!(!dir.join("t.safetensors.part").exists());
+    let file = read_tensors(&dir.join("t.safetensors"), &Limits::default()).expect("tensors");
+    assert_eq!(file.tensors["t"].shape[1..], [1, 25]);
+    let said = well(dir, &["inspect", "t.safetensors"]);
+    assert!(said.contains("vertices, 5 bands") && said.contains("direct light"), "{said}");
+    let three =
+        ["transfer", "torus:segments=16", "--rays", "64", "--bounces", "2", "--albedo", "0.8/0.2/0.1"];
+    let three: Vec<&str> =
+        three.into_iter().chain(["--matrices", "--bands", "2", "-o", "c.safetensors"]).collect();
+    well(dir, &three);
+    let file = read_tensors(&dir.join("c.safetensors"), &Limits::default()).expect("tensors");
+    assert_eq!((file.tensors["t"].shape[1], &file.tensors["m"].shape[1..]), (3, &[4, 4][..]));
+}
+
+#[test]
+fn what_cannot_be_is_said_in_one_line() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let obj = |name: &str, faces: &str| fs::write(dir.join(name), format!("{OBJ}{faces}")).expect("written");
+    obj("flat.obj", "f 1 1 1\n");
+    fs::write(dir.join("zero.obj"), format!("{OBJ}vn 0 0 0\nf 1//1 2//2 3//1\n")).expect("written");
+    fs::write(dir.join("zero.csv"), "px,py,pz,nx,ny,nz\n0,1,0,0,0,0\n").expect("written");
+    fs::write(dir.join("nan.csv"), "px,py,pz,nx,ny,nz\n0,1,nan,0,1,0\n").expect("written");
+    let to = ["-o", "x.safetensors"];
+    let with = |head: &[&'static str]| [head, &to].concat();
+    ends(dir, 3, "flat.obj", &with(&["transfer", "flat.obj"]));
+    ends(dir, 3, "normals are zero", &with(&["transfer", "zero.obj"]));
+    ends(dir, 3, "line 2", &["transfer", "sphere", "-p", "zero.csv"]);
+    ends(dir, 3, "line 2", &["transfer", "sphere", "-p", "nan.csv"]);
+    ends(dir, 3, "triangles have none", &with(&["transfer", "sphere", "--atlas", "4x4"]));
+    ends(dir, 2, "1 to 15", &with(&["transfer", "sphere", "--bands", "99"]));
+    ends(dir, 2, "--albedo", &with(&["transfer", "sphere", "--bounces", "2"]));
+    ends(dir, 2, "--help", &["transfer", "sphere"]);
+    assert!(!dir.join("x.safetensors").exists());
+}
+
+/// A picture with shadows is darker than one without, where the mesh blocks light; points read the mesh too.
+#[test]
+fn techniques_with_sites_bake_on_the_scenes_mesh() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let mean = |technique: &str| -> f64 {
+        let arguments =
+            ["render", "torus", "-e", "furnace", "-b", "lambert:albedo=0.5", "--technique", technique];
+        let size = ["--size", "48x48", "--background", "none", "-o", "x.pfm", "--json"];
+        well(dir, &[&arguments[..], &size].concat());
+        let bytes = fs::read(dir.join("x.pfm")).expect("a picture");
+        let floats = bytes[bytes.len() - 48 * 48 * 12..].as_chunks::<4>().0;
+        floats.iter().map(|b| f64::from(f32::from_le_bytes(*b))).sum::<f64>() / floats.len() as f64
+    };
+    let (open, shadowed, occluded) = (mean("sh_irradiance"), mean("prt_diffuse"), mean("ambient"));
+    assert!(shadowed < 0.995 * open && shadowed > 0.7 * open, "{open} {shadowed}");
+    // Under a constant light both hold the same.
+    assert!((shadowed - occluded).abs() < 0.01 * open, "{shadowed} {occluded}");
+    fs::write(dir.join("p.csv"), "px,py,pz,nx,ny,nz,vx,vy,vz\n0,2,0,0,1,0,0,1,0\n").expect("written");
+    let eval =
+        ["eval", "-e", "furnace", "-b", "lambert:albedo=0.5", "-p", "p.csv", "--technique", "prt_diffuse"];
+    let out = well(dir, &[&eval[..], &["--mesh", "sphere"]].concat());
+    let r: f64 =
+        out.lines().nth(1).and_then(|l| l.split(',').nth(9)).and_then(|x| x.parse().ok()).expect("radiance");
+    assert!((r - 0.5).abs() < 1e-4, "{out}");
+}

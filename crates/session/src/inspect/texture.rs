@@ -1,0 +1,82 @@
+//! What a texture is: its container and format, its levels, and what it says of itself.
+
+use crate::inputs::{Adjust, texture_map};
+use crate::{Error, Session};
+use std::path::Path;
+use steradian_formats::{Container, Texels};
+use steradian_light::load::LoadOptions;
+
+/// What a texture file is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TextureFacts {
+    /// Its container.
+    pub container: Container,
+    /// How its texels are stored.
+    pub texels: Texels,
+    /// 6 of a cube, else 1.
+    pub faces: usize,
+    /// Level by level.
+    pub levels: Vec<LevelFacts>,
+    /// Whose files lie like this, where the file says so.
+    pub profile: Option<String>,
+    /// What its levels are convolved with, where the file says so.
+    pub kernel: Option<String>,
+    /// All that it says: keys and values.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// A level of a texture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelFacts {
+    /// Width of a face.
+    pub width: usize,
+    /// Height of a face.
+    pub height: usize,
+    /// Perceptual roughness of its kernel, where the file says so.
+    pub perceptual_roughness: Option<f64>,
+    /// Mean over the sphere; a filter that loses no light leaves it as it is.
+    pub mean: [f64; 3],
+    /// Largest value of each channel.
+    pub largest: [f32; 3],
+}
+
+impl Session {
+    /// What a texture is; `None` for other files.
+    pub(super) fn inspect_texture(&self, spec: &str, adjust: &Adjust) -> Result<Option<TextureFacts>, Error> {
+        let path = Path::new(spec);
+        let Some(container) = Container::of_file(path) else { return Ok(None) };
+        let texels = container.texels(path)?;
+        let t = container.read(path, &self.limits())?;
+        let options = LoadOptions {
+            layout: adjust.layout,
+            profile: adjust.profile,
+            negative: self.negative,
+            limits: self.limits(),
+        };
+        let said = |key: &str| t.get(key).map(String::from);
+        let roughness: Vec<f64> = said("steradian.perceptual_roughness")
+            .map(|r| r.split_whitespace().filter_map(|v| v.parse().ok()).collect())
+            .unwrap_or_default();
+        let level = |m: usize| {
+            let image = texture_map(path, &t, m, &options)?.image;
+            let (width, height) = t.size(m);
+            Ok(LevelFacts {
+                width,
+                height,
+                perceptual_roughness: roughness.get(m).copied(),
+                mean: image.integral().map(|v| v / (4.0 * std::f64::consts::PI)),
+                largest: std::array::from_fn(|c| image.planes[c].iter().copied().fold(f32::MIN, f32::max)),
+            })
+        };
+        let levels = (0..t.levels.len()).map(level).collect::<Result<_, Error>>()?;
+        Ok(Some(TextureFacts {
+            container,
+            texels,
+            faces: t.faces,
+            levels,
+            profile: said("steradian.profile"),
+            kernel: said("steradian.kernel"),
+            metadata: t.metadata,
+        }))
+    }
+}

@@ -1,0 +1,193 @@
+//! Transfer: a mesh, and what each of its sites sees and is lit by.
+
+use crate::inputs::is_shape;
+use crate::{Error, Outcome, Session};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use steradian_formats::{TensorFile, read_tensors, write_tensors};
+use steradian_scene::Mesh;
+use steradian_transfer::{
+    BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, transfer,
+};
+
+/// The places that get transfer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Places {
+    /// Every vertex.
+    Vertices,
+    /// Every texel of an atlas: width and height.
+    Texels(usize, usize),
+    /// Given points.
+    Points(Vec<Site>),
+}
+
+/// What is computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// A built-in shape or a mesh file.
+    pub mesh: String,
+    /// Where.
+    pub places: Places,
+    /// What, and how well; its albedo is replaced by that of the slots.
+    pub settings: Settings,
+    /// Albedo of the surfaces that reflect, which the mean of a base-colour texture multiplies; `None` takes the base
+    /// colours of the mesh's file.
+    pub albedo: Option<[f64; 3]>,
+    /// Did someone ask for the tolerance? Then a miss is one.
+    pub asked: bool,
+    /// Where the result goes: finished blocks are kept beside it until it is there.
+    pub output: Option<PathBuf>,
+}
+
+/// Transfer, and what it was made of.
+pub struct Done {
+    /// The data.
+    pub saved: Saved,
+    /// The sites.
+    pub sites: Vec<Site>,
+    /// Seconds that it took.
+    pub seconds: f64,
+    /// Blocks that an interrupted computation had left.
+    pub resumed: usize,
+    store: Option<Store>,
+}
+
+impl From<TransferError> for Error {
+    fn from(e: TransferError) -> Self {
+        match e {
+            TransferError::Cancelled(c) => c.into(),
+            e => Self::Transfer(e),
+        }
+    }
+}
+
+impl Session {
+    /// Light transport at the places of a mesh.
+    pub fn transfer(&mut self, request: &Request) -> Result<Outcome<Done>, Error> {
+        let start = Instant::now();
+        let (mesh, albedo) = self.reflecting(request)?;
+        let settings = Settings { albedo, ..request.settings.clone() };
+        let scene = Scene::new(&mesh).map_err(|e| Error::input(format!("{}: {e}", request.mesh)))?;
+        let (sites, kind) = places(&request.places, &mesh, &request.mesh)?;
+        let store = match &request.output {
+            Some(path) => Some(Store::open(path, &key(&scene, &sites, &settings))?),
+            None => None,
+        };
+        let resumed = store.as_ref().map_or(0, Store::found);
+        if resumed > 0 {
+            self.say(format_args!("goes on after {resumed} of {} blocks", sites.len().div_ceil(BLOCK)));
+        }
+        let result = transfer(&scene, &sites, &settings, store.as_ref(), &self.task)?;
+        self.tell_enclosed(&result.enclosed, sites.len(), &request.mesh);
+        let [t, v] = result.worst_error();
+        self.note_error(format!("coefficients of t {t:.1e} and of v {v:.1e} (estimated)"));
+        let reached = t.max(0.2 * v);
+        let asked = (request.asked && settings.rays.is_none()).then_some(settings.tolerance);
+        let saved = Saved::new(result, &mesh, kind, &settings);
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Outcome::new(Done { saved, sites, seconds, resumed, store }, asked, reached))
+    }
+
+    fn tell_enclosed(&self, enclosed: &[u32], sites: usize, mesh: &str) {
+        if let Some(first) = enclosed.first() {
+            let n = enclosed.len();
+            let what = format!(
+                "{n} of {sites} sites see nothing, the first is site {first}: they lie inside the solid, and theirs is zero"
+            );
+            self.warn(mesh, what);
+        }
+    }
+
+    /// Writes transfer with its provenance; what was kept to go on after an interruption goes.
+    pub fn write_transfer(&mut self, done: Done, path: &Path) -> Result<(), Error> {
+        let matrices = done.saved.transfer.wide > done.saved.transfer.bands;
+        let n = done.saved.transfer.bands.pow(2) as u64;
+        let bytes = if matrices { 8 * n * n * done.sites.len() as u64 } else { 0 };
+        if bytes > self.task.max_memory() {
+            return Err(Error::failed(format!(
+                "matrices of {} sites take {} MiB: raise --max-memory, or leave --matrices out: v holds all that they are made of",
+                done.sites.len(),
+                bytes >> 20
+            )));
+        }
+        let mut file = done.saved.tensors(matrices.then_some(&done.sites[..]));
+        file.metadata.extend(self.provenance_pairs());
+        write_tensors(path, &file)?;
+        self.finish_transfer(done)
+    }
+
+    /// The result is kept: what was kept to go on after an interruption goes.
+    pub fn finish_transfer(&self, done: Done) -> Result<(), Error> {
+        done.store.map_or(Ok(()), |s| Ok(s.finish()?))
+    }
+
+    /// Transfer from a file; `None` where it holds something else.
+    pub fn saved_transfer(&mut self, path: &Path) -> Result<Option<(Saved, TensorFile)>, Error> {
+        let file = read_tensors(path, &self.limits())?;
+        if !Saved::is_one(&file) {
+            return Ok(None);
+        }
+        self.note_input(path);
+        let saved = Saved::read(&file).map_err(|e| Error::input(format!("{}: {e}", path.display())))?;
+        Ok(Some((saved, file)))
+    }
+
+    /// The mesh, and the albedo of each of its slots.
+    fn reflecting(&mut self, request: &Request) -> Result<(Mesh, Vec<[f64; 3]>), Error> {
+        let spec = &request.mesh;
+        if !is_shape(spec) {
+            let loaded = steradian_scene::load(Path::new(spec), &self.limits())?;
+            let bad: usize = loaded.reports.iter().map(|r| r.repaired_normals).sum();
+            if bad > 0 {
+                return Err(Error::input(format!(
+                    "{spec}: {bad} normals are zero or not finite: mend them, or write the file without normals"
+                )));
+            }
+        }
+        let model = self.model(spec)?;
+        let mean = |m: &steradian_render::FileMaterial| {
+            m.base_colour.as_ref().map_or([1.0; 3], |t| t.mean().map(|x| f64::from(x).clamp(0.0, 1.0)))
+        };
+        let base: Vec<[f64; 3]> = model.materials.iter().map(mean).collect();
+        let albedo = match request.albedo {
+            Some(a) if base.is_empty() => vec![a],
+            Some(a) => base.iter().map(|b| [0, 1, 2].map(|c| a[c] * b[c])).collect(),
+            None if request.settings.bounces <= 1 => vec![[0.0; 3]],
+            None if base.is_empty() => {
+                return Err(Error::usage(format!("{spec} has no base colours: say --albedo with --bounces")));
+            }
+            None => base,
+        };
+        Ok((model.mesh, albedo))
+    }
+}
+
+fn places(places: &Places, mesh: &Mesh, name: &str) -> Result<(Vec<Site>, String), Error> {
+    Ok(match places {
+        Places::Vertices => (Site::vertices(mesh), "vertices".into()),
+        Places::Points(sites) => (sites.clone(), "points".into()),
+        Places::Texels(w, h) => {
+            if mesh.uvs.is_empty() {
+                return Err(Error::input(format!("{name}: has no texture coordinates for an atlas")));
+            }
+            let (sites, atlas) = Site::texels(mesh, *w, *h);
+            if atlas.overlapping + atlas.missing > 0 {
+                return Err(Error::input(format!(
+                    "{name}: no atlas of {w} x {h}: {} texels are in more than one triangle, {} triangles have none",
+                    atlas.overlapping, atlas.missing
+                )));
+            }
+            (sites, format!("texels {w}x{h}"))
+        }
+    })
+}
+
+/// Is a saved transfer that of this mesh, with so many bands?
+pub fn check_fits(saved: &Saved, mesh: &Mesh, bands: usize, name: &Path) -> Result<(), Error> {
+    saved.fits(mesh, bands).map_err(|e| Error::input(format!("{}: {e}", name.display())))
+}
+
+/// The beginning of a mesh's digest, for reports.
+pub fn short_digest(mesh: &Mesh) -> String {
+    mesh_digest(mesh).chars().take(12).collect()
+}

@@ -1,0 +1,257 @@
+//! Certificates of techniques with sites: shading at points of the surface, or at a sample of other sites, against paths
+//! through the mesh.
+//!
+//! At each site, distant light is drawn in proportion to its brightness by a lattice with random shifts (Cranley &
+//! Patterson 1976), rays tell what the mesh blocks, and further scattering events follow the cosine. The spread of the
+//! shifts' means is the noise of the value, which is stated; it is part of the error as stated, so that this is hardly
+//! ever too small.
+
+use super::Report;
+use super::errors::{Errors, Look};
+use crate::shared::transport;
+use crate::{BakeError, Geometry, PointsBuf, Radiance, Sites};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+use steradian_base::{Certificate, Task};
+use steradian_brdf::Brdf;
+use steradian_light::Lights;
+use steradian_scene::{Bvh, Ray};
+use steradian_sphere::Frame;
+use steradian_sphere::sampling::{Pcg32, R2, SphereDistribution, cone, cosine_hemisphere};
+use steradian_transfer::Site;
+
+/// Points that are looked at, and views of each.
+const SITES: usize = 96;
+const VIEWS: usize = 2;
+/// Shifts of the lattice, and its points.
+const SHIFTS: u64 = 8;
+const POINTS: u32 = 256;
+/// How far off the surface rays start.
+const OFFSET: f32 = 1e-4;
+/// What the error is, in a certificate's words.
+const METRIC: &str =
+    "relative RMS error of outgoing radiance over points of the mesh and views, against paths through it";
+
+/// What light goes through.
+pub struct Paths<'a> {
+    /// The mesh and its sites.
+    pub geometry: &'a Geometry,
+    /// All light.
+    pub lights: &'a Lights,
+    /// The reflectance of the sites, and of slots without a material of their own.
+    pub brdf: &'a dyn Brdf,
+    /// Scattering events at most.
+    pub events: u32,
+}
+
+/// A point that reflects.
+#[derive(Clone, Copy)]
+struct Vertex<'a> {
+    p: DVec3,
+    /// The side that rays start on.
+    side: DVec3,
+    frame: Frame,
+    wo: DVec3,
+    brdf: &'a dyn Brdf,
+}
+
+impl Paths<'_> {
+    /// What `shade` errs by.
+    pub fn certificate(
+        &self,
+        slug: &'static str,
+        report: &Report,
+        task: &Task,
+        shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+    ) -> Result<Certificate, BakeError> {
+        let sample = self.spots(slug)?;
+        let (mut q, mut views) = (PointsBuf::default(), Vec::new());
+        for (k, &Spot { site, corners, weights }) in sample.iter().enumerate() {
+            for view in 0..VIEWS {
+                let frame = Frame::from_normal(site.n.as_dvec3().normalize());
+                let u = R2::default().point((VIEWS * k + view) as u32);
+                let wo = steradian_sphere::sampling::hemisphere::sample(u);
+                q.push(site.n, frame.t.as_vec3(), frame.to_world(wo).as_vec3(), site.p);
+                q.locate(Vec2::ZERO, corners, weights);
+                views.push((site, frame, wo));
+            }
+        }
+        let bvh = Bvh::build(&self.geometry.mesh);
+        let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));
+        let through = Through { paths: self, bvh: &bvh, image };
+        task.begin("certificate", views.len() as u64);
+        let exact = views.par_iter().enumerate().map(|(k, &(site, frame, wo))| {
+            task.check()?;
+            task.advance(1);
+            Ok(through.radiance(site, frame, wo, k as u64))
+        });
+        let exact: Result<Vec<([f64; 3], f64)>, BakeError> = exact.collect();
+        task.end();
+        let exact = exact?;
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; views.len()]);
+        shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        let look = |k: usize| Look {
+            weight: 1.0,
+            degrees: views[k].2.z.clamp(-1.0, 1.0).acos().to_degrees(),
+            shaded: [0, 1, 2].map(|c| f64::from(rgb[c][k])),
+            exact: exact[k].0,
+        };
+        let looks: Vec<Look> = (0..views.len()).map(look).collect();
+        let energy: f64 = looks.iter().flat_map(|l| l.exact).map(|x| x * x).sum();
+        let noise: f64 = exact.iter().map(|e| e.1).sum();
+        let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
+        Ok(Errors::of(&looks).certificate(report).metric(METRIC).detail("noise of the paths", noise))
+    }
+}
+
+/// A point that is looked at, and where it lies among the sites.
+#[derive(Clone, Copy)]
+struct Spot {
+    site: Site,
+    corners: [u32; 3],
+    weights: [f32; 2],
+}
+
+impl Paths<'_> {
+    /// Points spread over the surface by its area where the sites are vertices, since triangles are interpolated between
+    /// them; else some of the sites.
+    fn spots(&self, slug: &'static str) -> Result<Vec<Spot>, BakeError> {
+        let mesh = &self.geometry.mesh;
+        if matches!(self.geometry.sites, Sites::Vertices) && mesh.normals.len() == mesh.positions.len() {
+            let area = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
+                0.5 * (b - a).cross(c - a).length()
+            };
+            let mut sum = 0.0;
+            let ends: Vec<f64> = mesh
+                .triangles
+                .iter()
+                .map(|t| {
+                    sum += area(t);
+                    sum
+                })
+                .collect();
+            let spot = |k: usize| {
+                let at = sum * (k as f64 + 0.5) / SITES as f64;
+                let corners = mesh.triangles[ends.partition_point(|e| *e < at).min(ends.len() - 1)];
+                // Even over a triangle (Turk 1990).
+                let u = R2::default().point(k as u32);
+                let root = u.x.sqrt();
+                let w = [1.0 - root, root * (1.0 - u.y), root * u.y].map(|w| w as f32);
+                let mix = |v: &[Vec3]| (0..3).map(|i| v[corners[i] as usize] * w[i]).sum::<Vec3>();
+                let n = mix(&mesh.normals).normalize_or(mesh.normals[corners[0] as usize]);
+                Spot { site: Site { p: mix(&mesh.positions), n }, corners, weights: [w[1], w[2]] }
+            };
+            if sum > 0.0 {
+                return Ok((0..SITES).map(spot).collect());
+            }
+        }
+        let all = transport::sites(slug, self.geometry)?;
+        let there: Vec<u32> = (0..all.len() as u32).filter(|&k| !all[k as usize].is_absent()).collect();
+        let count = SITES.min(there.len());
+        let sites = (0..count).map(|k| there[k * there.len() / count.max(1)]);
+        Ok(sites.map(|s| Spot { site: all[s as usize], corners: [s; 3], weights: [0.0; 2] }).collect())
+    }
+}
+
+/// Paths with what they need of light and mesh.
+struct Through<'a> {
+    paths: &'a Paths<'a>,
+    bvh: &'a Bvh,
+    image: Option<SphereDistribution>,
+}
+
+impl<'a> Through<'a> {
+    /// Radiance that leaves a site, and the variance of it, summed over the channels.
+    fn radiance(&self, site: Site, frame: Frame, wo: DVec3, index: u64) -> ([f64; 3], f64) {
+        let v = Vertex { p: site.p.as_dvec3(), side: frame.n, frame, wo, brdf: self.paths.brdf };
+        let mut means = Vec::new();
+        for shift in 0..SHIFTS {
+            let mut random = Pcg32::new(index, shift);
+            let lattice = R2 { shift: DVec2::new(random.next_f64(), random.next_f64()) };
+            let mut mean = [0.0; 3];
+            for k in 0..POINTS {
+                let l = self.path(v, lattice.point(k), &mut random);
+                (0..3).for_each(|c| mean[c] += l[c] / f64::from(POINTS));
+            }
+            means.push(mean);
+        }
+        let n = SHIFTS as f64;
+        let mean: [f64; 3] = std::array::from_fn(|c| means.iter().map(|m| m[c]).sum::<f64>() / n);
+        let off = |m: &[f64; 3]| (0..3).map(|c| (m[c] - mean[c]).powi(2)).sum::<f64>();
+        (mean, means.iter().map(off).sum::<f64>() / (n * (n - 1.0)))
+    }
+
+    /// Light along one path: direct light at each of its points.
+    fn path(&self, first: Vertex<'a>, u: DVec2, random: &mut Pcg32) -> [f64; 3] {
+        let (mut v, mut u) = (first, u);
+        let (mut sum, mut throughput) = ([0.0; 3], [1.0; 3]);
+        for event in 0..self.paths.events {
+            if v.wo.z <= 0.0 {
+                break;
+            }
+            let direct = self.direct(&v, u, random);
+            (0..3).for_each(|c| sum[c] += throughput[c] * direct[c]);
+            if event + 1 == self.paths.events {
+                break;
+            }
+            let wi = cosine_hemisphere::sample(DVec2::new(random.next_f64(), random.next_f64()));
+            let f = v.brdf.f_cos(wi, v.wo);
+            (0..3).for_each(|c| throughput[c] *= f[c] / cosine_hemisphere::pdf(wi).max(f64::MIN_POSITIVE));
+            let Some(next) = self.hit(&v, v.frame.to_world(wi)) else { break };
+            v = next;
+            u = DVec2::new(random.next_f64(), random.next_f64());
+        }
+        sum
+    }
+
+    fn direct(&self, v: &Vertex<'_>, u: DVec2, random: &mut Pcg32) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let lights = self.paths.lights;
+        if let (Some(image), Some(e)) = (&self.image, &lights.environment) {
+            let (d, pdf) = image.sample(u);
+            if pdf > 0.0 {
+                let l = e.image.nearest(d).map(|x| f64::from(x) / pdf);
+                self.lit(v, d, l, &mut sum);
+            }
+        }
+        for disk in &lights.disks {
+            let axis = Frame::from_normal(disk.direction.normalize_or(DVec3::Y));
+            let u = DVec2::new(random.next_f64(), random.next_f64());
+            let d = axis.to_world(cone::sample(cone::versine(disk.angular_radius), u));
+            self.lit(v, d, disk.radiance.map(|x| x * disk.solid_angle()), &mut sum);
+        }
+        for light in &lights.directionals {
+            self.lit(v, light.direction.normalize_or_zero(), light.irradiance, &mut sum);
+        }
+        sum
+    }
+
+    /// Adds f_cos · E of light from `d` that nothing blocks.
+    fn lit(&self, v: &Vertex<'_>, d: DVec3, e: [f64; 3], sum: &mut [f64; 3]) {
+        let f = v.brdf.f_cos(v.frame.to_local(d), v.wo);
+        if f != [0.0; 3] && !self.bvh.occluded(&ray(v, d), f32::INFINITY) {
+            (0..3).for_each(|c| sum[c] += f[c] * e[c]);
+        }
+    }
+
+    fn hit(&self, v: &Vertex<'_>, d: DVec3) -> Option<Vertex<'a>> {
+        let mesh = &self.paths.geometry.mesh;
+        let s = mesh.surface(&self.bvh.closest(&ray(v, d), f32::INFINITY)?);
+        let frame = Frame::from_normal(s.normal.as_dvec3().normalize());
+        let own = self.paths.geometry.materials.get(s.material as usize);
+        Some(Vertex {
+            p: s.position.as_dvec3(),
+            side: s.geometric_normal.as_dvec3(),
+            frame,
+            wo: frame.to_local(-d),
+            brdf: own.map_or(self.paths.brdf, |m| &*m.brdf),
+        })
+    }
+}
+
+/// The ray that leaves a vertex, off the surface on the side that it leaves to.
+fn ray(v: &Vertex<'_>, d: DVec3) -> Ray {
+    let side = if d.dot(v.side) < 0.0 { -v.side } else { v.side };
+    Ray { origin: v.p.as_vec3() + side.as_vec3() * OFFSET, direction: d.as_vec3().normalize() }
+}

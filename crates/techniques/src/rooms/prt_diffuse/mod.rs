@@ -1,0 +1,126 @@
+//! Precomputed radiance transfer of diffuse surfaces: self-shadowing and interreflection under light from far away.
+//!
+//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, Low-Frequency
+//! Lighting Environments*, sections 3 and 4; STAR04 7.4.4, eq. 53.
+//!
+//! > L_o(x) = (albedo/π) Σ_i t_i(x) L_i,  t_i(x) = ∫ V(x, w) (n·w)₊ y_i(w) dw
+//!
+//! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is what rays
+//! find, interpolated between the sites of a triangle; f is exact. With more than one scattering event t also holds what
+//! the mesh reflects to x, with the albedo that was baked: another albedo bakes the transfer anew. Refused: any
+//! reflectance but Lambert's, and point lights. Small lights ring: a window over the bands trades sharpness for that.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::certify::{Model, Report, Target};
+use crate::shared::lights;
+use crate::shared::transport::PerSite;
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::{Albedo, Light, Params};
+use shade::Frame;
+use steradian_base::Task;
+use steradian_brdf::{Brdf, Form};
+use steradian_light::Lights;
+
+/// The technique.
+pub struct PrtDiffuse;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    match brdf.form() {
+        Form::Lambert { .. } => Ok(()),
+        _ => Err(format!("takes lambert only, not {}", brdf.info().name)),
+    }
+}
+
+const EXACT: &[Claim] = &[
+    Claim::new("the light is constant", lights::furnace, "lambert:albedo=0.8/0.5/0.2", 2e-4),
+    Claim::new(
+        "the light has no bands above those that are baked, whatever is blocked",
+        lights::quadratic,
+        "lambert:albedo=0.8/0.5/0.2",
+        2e-4,
+    ),
+];
+
+impl Technique for PrtDiffuse {
+    const CARD: Card = Card {
+        slug: "prt_diffuse",
+        title: "Precomputed radiance transfer, diffuse",
+        citation: "Sloan, Kautz & Snyder 2002, Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, \
+                   Low-Frequency Lighting Environments, sections 3 and 4; STAR04 7.4.4, eq. 53",
+        equation: "L_o = (albedo/π) Σ_i t_i L_i, t_i = ∫ V (n·w)₊ y_i dw",
+        light: "spherical harmonics of 5 bands (1 to 6)",
+        visibility: "self-shadowing, and interreflection where asked for, per site",
+        reflectance: "lambert, exact",
+        materials,
+        specimens: &["lambert:albedo=0.8/0.5/0.2"],
+        exact_when: EXACT,
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            shift_variant: true,
+            self_shadowing: true,
+            interreflections: true,
+            dynamic_lighting: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = Light;
+    type Material = Albedo;
+    type Transfer = PerSite;
+    type Linked = ();
+    type Frame = Frame;
+
+    fn light(l: &Lights, p: &Params, _: &Task) -> Result<Light, BakeError> {
+        Light::bake(l, p)
+    }
+
+    fn material(m: &Material, _: &Params, _: &Task) -> Result<Albedo, BakeError> {
+        Ok(Albedo::of(&*m.brdf))
+    }
+
+    fn transfer(g: Option<&Geometry>, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
+        g.map_or_else(|| Ok(PerSite::default()), |g| bake::transfer(g, m, p, task))
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
+        Ok(((), parts.light.report(p)))
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        Some(Target::Integral(Model::diffuse(b.material.0)))
+    }
+
+    fn transfer_reads_material(p: &Params) -> bool {
+        p.bounces > 1
+    }
+
+    fn events(b: &Bake<Self>) -> u32 {
+        b.params.bounces as u32
+    }
+
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
+        *f = Frame::new(&b.light, b.material.0, &b.transfer, v);
+    }
+
+    fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
+        shade::gpu(b, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<crate::gpu::Uniform>> {
+        Some(shade::uniforms(f))
+    }
+}

@@ -1,0 +1,107 @@
+use super::*;
+use crate::{AnyBake, PointsBuf, Sites, find};
+use glam::{Mat3, Vec2, Vec3};
+use std::sync::Arc;
+use steradian_base::ParamValues;
+use steradian_scene::{Mesh, shapes};
+
+fn bake(lights: &Lights, mesh: &Mesh, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
+    let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
+    let geometry = Geometry::new(Arc::new(mesh.clone()), Sites::Vertices);
+    let params: ParamValues = params.iter().copied().collect();
+    find("prt-diffuse").unwrap().bake(lights, &material, Some(&geometry), &params, &Task::quiet()).unwrap()
+}
+
+/// Radiance of all vertices, each seen along its normal.
+fn at_vertices(b: &dyn AnyBake, mesh: &Mesh) -> Vec<[f32; 3]> {
+    let mut q = PointsBuf::default();
+    for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {
+        q.push(*n, n.any_orthonormal_vector(), *n, *p);
+        q.locate(Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect()
+}
+
+fn ring() -> Mesh {
+    shapes::torus(0.7, 0.3, 24)
+}
+
+fn farthest(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+}
+
+/// The certificate is of paths through the mesh: far below what is lost without visibility, and above zero.
+#[test]
+fn the_certificate_sees_shadows() {
+    let mesh = ring();
+    let smooth = bake(&lights::smooth(), &mesh, &[]);
+    let c = smooth.certificate();
+    assert!(c.error < 0.03 && c.error > 1e-4, "{}", c.error);
+    assert!(c.metric.contains("points of the mesh"));
+    let sunny = bake(&lights::sunny(), &mesh, &[]);
+    // Both hold what interpolation between vertices loses; five bands lose more of a sun.
+    assert!(sunny.certificate().error > 1.3 * c.error, "{} {}", sunny.certificate().error, c.error);
+}
+
+/// Against paths: the certificate of two events holds for light that was reflected once.
+#[test]
+fn reflected_light_is_that_of_paths() {
+    let mesh = ring();
+    for bounces in [2.0, 5.0] {
+        let b = bake(&lights::quadratic(), &mesh, &[("bounces", bounces)]);
+        assert!(b.certificate().error < 0.02, "{bounces}: {}", b.certificate().error);
+        let direct = bake(&lights::quadratic(), &mesh, &[]);
+        let (more, less) = (at_vertices(&*b, &mesh), at_vertices(&*direct, &mesh));
+        assert!(more.iter().zip(&less).all(|(a, b)| a[0] > b[0] - 2e-3));
+        assert!(farthest(&more, &less) > 0.02);
+    }
+}
+
+/// Light turned in a frame is the light turned at bake time; the object turned is the light turned back.
+#[test]
+fn objects_turned_are_lights_turned_back() {
+    let r = Mat3::from_rotation_z(0.9) * Mat3::from_rotation_x(0.4);
+    let mesh = ring();
+    let light = lights::smooth();
+    let mut b = bake(&light, &mesh, &[("precision", 1e-3)]);
+    b.frame(&View { light_rotation: r.transpose(), ..View::default() });
+    let turned_back = at_vertices(&*b, &mesh);
+    let moved = mesh.transformed(&glam::Affine3A::from_mat3(r));
+    let turned = at_vertices(&*bake(&light, &moved, &[("precision", 1e-3)]), &moved);
+    let far = farthest(&turned_back, &turned);
+    // Rays of their own: each within the precision, times the light.
+    assert!(far < 3e-3, "{far}");
+}
+
+/// Half precision changes transfer by its rounding alone, and a window only the light.
+#[test]
+fn halves_and_windows() {
+    let mesh = ring();
+    let light = lights::smooth();
+    let plain = at_vertices(&*bake(&light, &mesh, &[]), &mesh);
+    let halves = at_vertices(&*bake(&light, &mesh, &[("halves", 1.0)]), &mesh);
+    let far = farthest(&plain, &halves);
+    assert!(far > 0.0 && far < 2e-3, "{far}");
+    let furnace = bake(&lights::furnace(), &mesh, &[]);
+    let windowed = bake(&lights::furnace(), &mesh, &[("window", 5.0)]);
+    assert!(farthest(&at_vertices(&*furnace, &mesh), &at_vertices(&*windowed, &mesh)) < 1e-5);
+}
+
+/// Points without sites are black, and none beyond the end is read.
+#[test]
+fn points_without_sites_are_black() {
+    let mesh = ring();
+    let b = bake(&lights::furnace(), &mesh, &[]);
+    let mut q = PointsBuf::default();
+    q.push(Vec3::Y, Vec3::X, Vec3::Y, Vec3::ZERO);
+    let shade = |q: &PointsBuf| {
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0]);
+        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        rgb[0][0]
+    };
+    assert_eq!(shade(&q), 0.0);
+    q.locate(Vec2::ZERO, [u32::MAX; 3], [0.3; 2]);
+    assert_eq!(shade(&q), 0.0);
+}

@@ -1,0 +1,115 @@
+//! The geometry's factor of techniques with sites: transfer per vertex or per given point.
+
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Geometry, Part, Points, Sites};
+use half::f16;
+use steradian_base::Task;
+use steradian_brdf::Form;
+use steradian_transfer::{Scene, Settings, Site, Transfer, TransferError, transfer};
+
+/// Numbers per site.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PerSite {
+    /// How many each site has.
+    pub stride: usize,
+    /// Site after site.
+    pub data: Vec<f32>,
+}
+
+impl PerSite {
+    /// The numbers of a site; `None` beyond the end.
+    #[inline(always)]
+    pub fn at(&self, site: u32) -> Option<&[f32]> {
+        let start = site as usize * self.stride;
+        self.data.get(start..start + self.stride)
+    }
+
+    /// The same rounded to 16-bit floats.
+    #[must_use]
+    pub fn rounded(mut self) -> Self {
+        self.data.iter_mut().for_each(|x| *x = f16::from_f32(*x).to_f32());
+        self
+    }
+}
+
+impl Part for PerSite {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let sites = self.data.len() / self.stride.max(1);
+        put_f32(to, format!("{prefix}.sites"), vec![sites, self.stride], self.data.clone());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let (shape, data) = get_f32(from, &format!("{prefix}.sites"), 2)?;
+        Ok(Self { stride: shape[1], data })
+    }
+
+    fn bytes(&self) -> usize {
+        4 * self.data.len()
+    }
+}
+
+/// The places of a geometry.
+pub fn sites(slug: &'static str, g: &Geometry) -> Result<Vec<Site>, BakeError> {
+    match &g.sites {
+        Sites::Vertices => Ok(Site::vertices(&g.mesh)),
+        Sites::Points { p, n } if p.len() == n.len() => {
+            Ok(p.iter().zip(n.iter()).map(|(&p, &n)| Site { p, n }).collect())
+        }
+        Sites::Points { .. } => {
+            Err(BakeError::Geometry { slug, why: "needs a normal for each point".into() })
+        }
+        Sites::Texels { .. } => {
+            Err(BakeError::Geometry { slug, why: "bakes per vertex or per point, not per texel".into() })
+        }
+    }
+}
+
+/// Transfer at the places of `g`. Where light is reflected between surfaces, each slot of the mesh has the albedo of its
+/// material, and `albedo` where it is the one that is baked.
+pub fn bake(
+    slug: &'static str,
+    g: &Geometry,
+    albedo: [f64; 3],
+    settings: Settings,
+    task: &Task,
+) -> Result<Transfer, BakeError> {
+    let slot = |m: &crate::Material| match m.brdf.form() {
+        Form::Lambert { albedo } => Ok(albedo),
+        _ => Err(BakeError::Geometry {
+            slug,
+            why: format!("reflections between surfaces are lambert's, not those of {}", m.brdf.spec()),
+        }),
+    };
+    let mut slots = Vec::new();
+    if settings.bounces > 1 {
+        slots = g.materials.iter().map(slot).collect::<Result<_, _>>()?;
+    }
+    slots.push(albedo);
+    let settings = Settings { albedo: slots, ..settings };
+    let error = |e: TransferError| match e {
+        TransferError::Cancelled(c) => c.into(),
+        TransferError::Memory { needed, allowed, .. } => BakeError::Memory { slug, need: needed, allowed },
+        e => BakeError::Geometry { slug, why: e.to_string() },
+    };
+    let scene = Scene::new(&g.mesh).map_err(error)?;
+    transfer(&scene, &sites(slug, g)?, &settings, None, task).map_err(error)
+}
+
+/// What `value` gives at the sites around each point, weighed; 0 where a point has none, or is seen from behind.
+#[inline(always)]
+pub fn gather(q: &Points<'_>, i: usize, value: impl Fn(u32) -> [f32; 3]) -> [f32; 3] {
+    let facing = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum::<f32>();
+    if facing <= 0.0
+        || q.site.index.iter().any(|s| s.is_empty())
+        || q.site.weight.iter().any(|s| s.is_empty())
+    {
+        return [0.0; 3];
+    }
+    let [u, v] = q.site.weight.map(|w| w[i]);
+    let mut out = [0.0; 3];
+    for (s, w) in q.site.index.iter().zip([1.0 - u - v, u, v]) {
+        let x = value(s[i]);
+        (0..3).for_each(|c| out[c] += w * x[c]);
+    }
+    out
+}

@@ -1,0 +1,198 @@
+//! Transfer as named tensors with metadata.
+
+use crate::{Products, Settings, Site, Transfer};
+use std::path::Path;
+use steradian_base::Input;
+use steradian_formats::{Tensor, TensorFile};
+use steradian_scene::Mesh;
+
+/// Why tensors are no transfer, or not that of a mesh.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FileError {
+    /// Tensors of something else.
+    #[error("holds no transfer: steradian transfer writes one")]
+    NoTransfer,
+    /// An entry or a tensor is missing or damaged.
+    #[error("damaged transfer: '{0}' is missing or not what it should be")]
+    Damaged(String),
+    /// It was made of another mesh.
+    #[error("transfer of another mesh: its digest is {file}…, that of this mesh {mesh}…")]
+    OtherMesh {
+        /// The beginning of the file's digest.
+        file: String,
+        /// The beginning of the mesh's.
+        mesh: String,
+    },
+    /// It has too few bands.
+    #[error("transfer of {file} bands, where {asked} are asked for")]
+    Bands {
+        /// Bands of the file.
+        file: usize,
+        /// Bands that are asked for.
+        asked: usize,
+    },
+}
+
+/// Key of the metadata that says the form of the file.
+const FORM: (&str, &str) = ("steradian.transfer", "1");
+
+/// Transfer with what it was made of, as a file holds it.
+///
+/// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error` (sites, 2), and
+/// where it was asked for `m` (sites, bands², bands²), the matrices of glossy transfer.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Saved {
+    /// The data.
+    pub transfer: Transfer,
+    /// Digest of the mesh ([`mesh_digest`]).
+    pub mesh: String,
+    /// What the sites are: `vertices`, `texels WxH` or `points`.
+    pub sites: String,
+    /// Tolerance asked for, of t.
+    pub tolerance: f64,
+    /// How far off the surface rays start.
+    pub offset: f32,
+    /// Albedo of each material slot.
+    pub albedo: Vec<[f64; 3]>,
+}
+
+impl Saved {
+    /// Transfer of `mesh`.
+    pub fn new(transfer: Transfer, mesh: &Mesh, sites: String, settings: &Settings) -> Self {
+        Self {
+            transfer,
+            mesh: mesh_digest(mesh),
+            sites,
+            tolerance: settings.tolerance,
+            offset: settings.offset,
+            albedo: settings.albedo.clone(),
+        }
+    }
+
+    /// As tensors; with matrices where `normals` of the sites are given.
+    pub fn tensors(&self, matrices: Option<&[Site]>) -> TensorFile {
+        let mut file = TensorFile::default();
+        let x = &self.transfer;
+        let (sites, n) = (x.len(), x.bands * x.bands);
+        let mut put = |name: &str, tensor: Tensor| file.tensors.insert(name.into(), tensor);
+        put("t", Tensor::f32([sites, x.channels, n], x.t.clone()));
+        put("v", Tensor::f32([sites, x.wide * x.wide], x.v.clone()));
+        put("ao", Tensor::f32([sites], x.ao.clone()));
+        put("bent", Tensor::f32([sites, 3], (0..sites).flat_map(|k| x.bent_normal(k)).collect()));
+        put("error", Tensor::f32([sites, 2], x.error.concat()));
+        if let Some(places) = matrices {
+            let products = Products::new(x.bands);
+            let rows = (0..sites).flat_map(|k| products.transfer(places[k].n.as_dvec3(), x.visibility(k)));
+            put("m", Tensor::f32([sites, n, n], rows.map(|m| m as f32).collect()));
+        }
+        file.metadata = self.metadata().into();
+        file
+    }
+
+    fn metadata(&self) -> [(String, String); 11] {
+        let x = &self.transfer;
+        let albedo = |a: &[f64; 3]| format!("{}/{}/{}", a[0], a[1], a[2]);
+        [
+            (FORM.0, FORM.1.into()),
+            ("steradian.mesh", self.mesh.clone()),
+            ("steradian.sites", self.sites.clone()),
+            ("steradian.bands", x.bands.to_string()),
+            ("steradian.wide", x.wide.to_string()),
+            ("steradian.bounces", x.bounces.to_string()),
+            ("steradian.albedo", self.albedo.iter().map(albedo).collect::<Vec<_>>().join(" ")),
+            ("steradian.tolerance", self.tolerance.to_string()),
+            ("steradian.offset", self.offset.to_string()),
+            ("steradian.enclosed", x.enclosed.len().to_string()),
+            (
+                "steradian.basis",
+                "real orthonormal SH over world axes, index l²+l+m, Y(1,-1) = 0.488603 y; t = ∫V(n·w)Y without albedo or 1/π, v = ∫VY over n·w > 0".into(),
+            ),
+        ]
+        .map(|(k, v)| (k.into(), v))
+    }
+
+    /// Is this a file of transfer?
+    pub fn is_one(file: &TensorFile) -> bool {
+        file.metadata.get(FORM.0).is_some_and(|f| f == FORM.1)
+    }
+
+    /// From [`Saved::tensors`].
+    pub fn read(file: &TensorFile) -> Result<Self, FileError> {
+        if !Self::is_one(file) {
+            return Err(FileError::NoTransfer);
+        }
+        let damaged = |name: &str| FileError::Damaged(name.into());
+        let text = |key: &str| file.metadata.get(key).ok_or_else(|| damaged(key));
+        let number =
+            |key: &str| text(key)?.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| damaged(key));
+        let count = |key: &str| {
+            text(key)?.parse::<usize>().ok().filter(|n| (1..=64).contains(n)).ok_or_else(|| damaged(key))
+        };
+        let (bands, wide) = (count("steradian.bands")?, count("steradian.wide")?);
+        let tensor = |name: &str| file.tensors.get(name).ok_or_else(|| damaged(name));
+        let sites = *tensor("t")?.shape.first().ok_or_else(|| damaged("t"))?;
+        let channels =
+            *tensor("t")?.shape.get(1).filter(|c| matches!(c, 1 | 3)).ok_or_else(|| damaged("t"))?;
+        let values = |name: &str, shape: &[usize]| {
+            let t = tensor(name)?;
+            let v = t.data.to_f32().into_owned();
+            let fits = t.shape == shape
+                && v.len() == shape.iter().product::<usize>()
+                && v.iter().all(|x| x.is_finite());
+            if fits { Ok(v) } else { Err(damaged(name)) }
+        };
+        let error = values("error", &[sites, 2])?;
+        let albedo = |a: &str| -> Option<[f64; 3]> {
+            let v: Vec<f64> = a.split('/').map_while(|x| x.parse().ok()).collect();
+            v.try_into().ok()
+        };
+        Ok(Self {
+            transfer: Transfer {
+                bands,
+                wide,
+                channels,
+                bounces: text("steradian.bounces")?.parse().map_err(|_| damaged("steradian.bounces"))?,
+                t: values("t", &[sites, channels, bands * bands])?,
+                v: values("v", &[sites, wide * wide])?,
+                ao: values("ao", &[sites])?,
+                error: error.as_chunks::<2>().0.to_vec(),
+                enclosed: Vec::new(),
+                rays: 0,
+            },
+            mesh: text("steradian.mesh")?.clone(),
+            sites: text("steradian.sites")?.clone(),
+            tolerance: number("steradian.tolerance")?,
+            offset: number("steradian.offset")? as f32,
+            albedo: text("steradian.albedo")?
+                .split(' ')
+                .map(|a| albedo(a).ok_or_else(|| damaged("steradian.albedo")))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Is it the transfer of this mesh, with at least so many bands?
+    ///
+    /// # Errors
+    /// Which of both it is not.
+    pub fn fits(&self, mesh: &Mesh, bands: usize) -> Result<(), FileError> {
+        let digest = mesh_digest(mesh);
+        if digest != self.mesh {
+            let short = |d: &str| d.chars().take(12).collect();
+            return Err(FileError::OtherMesh { file: short(&self.mesh), mesh: short(&digest) });
+        }
+        if self.transfer.bands < bands {
+            return Err(FileError::Bands { file: self.transfer.bands, asked: bands });
+        }
+        Ok(())
+    }
+}
+
+/// SHA-256, in hexadecimal, of what visibility depends on: positions, normals and triangles.
+pub fn mesh_digest(mesh: &Mesh) -> String {
+    let mut bytes = Vec::with_capacity(24 * mesh.positions.len() + 16 * mesh.triangles.len());
+    for v in mesh.positions.iter().chain(&mesh.normals) {
+        v.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    }
+    mesh.triangles.iter().flatten().for_each(|i| bytes.extend(i.to_le_bytes()));
+    Input::of(Path::new(""), &bytes).sha256
+}

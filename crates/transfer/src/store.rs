@@ -1,0 +1,149 @@
+//! Finished blocks in a file beside the output, so that an interrupted computation goes on where it was.
+//!
+//! The file begins with a key, the digest of everything that the blocks depend on; a file of another key is begun
+//! anew. Blocks follow in the order in which they were finished, each with its length and a checksum; what was written
+//! in part is cut off.
+
+use crate::TransferError;
+use crate::direct::Block;
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use steradian_base::Input;
+
+const KEY: usize = 64;
+
+/// The file of finished blocks.
+pub struct Store {
+    path: PathBuf,
+    found: HashMap<usize, Block>,
+    file: Mutex<File>,
+}
+
+impl Store {
+    /// Opens the file beside `output`, and reads what it has of the computation `key`, 64 characters.
+    pub fn open(output: &Path, key: &str) -> Result<Self, TransferError> {
+        let mut name = output.file_name().unwrap_or_default().to_os_string();
+        name.push(".part");
+        let path = output.with_file_name(name);
+        let fault = |e: std::io::Error| fault(&path, &e);
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(fault)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(fault)?;
+        let mut key = key.as_bytes().to_vec();
+        key.resize(KEY, b' ');
+        let (mut found, mut end) = (HashMap::new(), KEY);
+        if bytes.len() >= KEY && bytes[..KEY] == key {
+            while let Some((index, block, next)) = record(&bytes, end) {
+                found.insert(index, block);
+                end = next;
+            }
+        } else {
+            file.set_len(0).map_err(fault)?;
+            file.seek(SeekFrom::Start(0)).map_err(fault)?;
+            file.write_all(&key).map_err(fault)?;
+        }
+        file.set_len(end as u64).map_err(fault)?;
+        file.seek(SeekFrom::Start(end as u64)).map_err(fault)?;
+        Ok(Self { path, found, file: Mutex::new(file) })
+    }
+
+    /// Blocks that were there already.
+    pub fn found(&self) -> usize {
+        self.found.len()
+    }
+
+    /// The result is written: the file goes.
+    pub fn finish(self) -> Result<(), TransferError> {
+        std::fs::remove_file(&self.path).map_err(|e| fault(&self.path, &e))
+    }
+
+    pub(crate) fn read(&self, index: usize) -> Option<Block> {
+        self.found.get(&index).cloned()
+    }
+
+    pub(crate) fn write(&self, index: usize, block: &Block) -> Result<(), TransferError> {
+        let mut body = (index as u32).to_le_bytes().to_vec();
+        body.extend(block.rays.to_le_bytes());
+        body.extend((block.enclosed.len() as u32).to_le_bytes());
+        block.enclosed.iter().for_each(|i| body.extend(i.to_le_bytes()));
+        block.values.iter().for_each(|x| body.extend(x.to_le_bytes()));
+        let mut bytes = (body.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(checksum(&body));
+        bytes.extend(body);
+        let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        file.write_all(&bytes).map_err(|e| fault(&self.path, &e))
+    }
+}
+
+fn fault(path: &Path, e: &std::io::Error) -> TransferError {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    TransferError::Store { path: name, why: e.to_string() }
+}
+
+fn checksum(body: &[u8]) -> [u8; 8] {
+    let text = Input::of(Path::new(""), body).sha256;
+    let mut out = [0; 8];
+    out.iter_mut().zip(text.bytes()).for_each(|(o, b)| *o = b);
+    out
+}
+
+/// The record at `at`, and where the next begins; `None` where it is not whole.
+fn record(bytes: &[u8], at: usize) -> Option<(usize, Block, usize)> {
+    let length = u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize;
+    let body = bytes.get(at + 12..)?.get(..length)?;
+    if bytes[at + 4..at + 12] != checksum(body) {
+        return None;
+    }
+    let index = u32::from_le_bytes(*body.first_chunk()?) as usize;
+    let rays = u64::from_le_bytes(*body.get(4..)?.first_chunk()?);
+    let enclosed = u32::from_le_bytes(*body.get(12..)?.first_chunk()?) as usize;
+    let (words, rest) = body.get(16..)?.as_chunks::<4>();
+    if !rest.is_empty() {
+        return None;
+    }
+    let block = Block {
+        enclosed: words.get(..enclosed)?.iter().map(|w| u32::from_le_bytes(*w)).collect(),
+        values: words[enclosed..].iter().map(|w| f32::from_le_bytes(*w)).collect(),
+        rays,
+    };
+    Some((index, block, at + 12 + length))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_blocks_are_found_again_and_torn_ones_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.safetensors");
+        let block = |k: u32| Block { values: vec![k as f32; 5], enclosed: vec![k; k as usize], rays: 7 };
+        let store = Store::open(&output, "key").unwrap();
+        for k in 0..4 {
+            store.write(k as usize, &block(k)).unwrap();
+        }
+        drop(store);
+        let part = folder.path().join("out.safetensors.part");
+        let bytes = std::fs::read(&part).unwrap();
+        std::fs::write(&part, &bytes[..bytes.len() - 3]).unwrap();
+        let store = Store::open(&output, "key").unwrap();
+        assert_eq!((store.found(), store.read(2), store.read(3)), (3, Some(block(2)), None));
+        store.write(3, &block(3)).unwrap();
+        drop(store);
+        assert_eq!(Store::open(&output, "key").unwrap().read(3), Some(block(3)));
+        assert_eq!(Store::open(&output, "other").unwrap().found(), 0);
+        let store = Store::open(&output, "key").unwrap();
+        assert_eq!(store.found(), 0, "another computation has begun the file anew");
+        store.finish().unwrap();
+        assert!(!part.exists());
+    }
+}
