@@ -46,9 +46,10 @@ pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, 
 }
 
 /// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with sites is
-/// what it would be without them. Without points, the vertices of the ball.
+/// what it would be without them. Without points, the vertices of the ball, so many that radiance between them is nearly
+/// linear: certificates look at points between vertices.
 pub fn around(points: &[ReferencePoint]) -> Geometry {
-    let ball = Arc::new(shapes::icosphere(1));
+    let ball = Arc::new(shapes::icosphere(3));
     if points.is_empty() {
         return Geometry::new(ball, Sites::Vertices);
     }
