@@ -2,7 +2,7 @@
 # Runs tests of the numerical crates on aarch64 (NEON) under emulation, on an x86-64 Debian machine:
 #
 #   dpkg --add-architecture arm64 && apt-get update
-#   apt-get install rustc-web libstd-rust-web-dev:arm64 gcc-aarch64-linux-gnu qemu-user-static libc6:arm64
+#   apt-get install rustc-web libstd-rust-web-dev:arm64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static libc6:arm64
 #   scripts/test-aarch64.sh [PACKAGE ...]
 #
 # Debian's rustc-web is a recent compiler, and the standard library for arm64 belongs to it alone: hence its own target
