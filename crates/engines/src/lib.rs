@@ -17,6 +17,7 @@ mod range;
 mod request;
 mod snippet;
 mod sun;
+mod transfer;
 
 pub use companions::Companions;
 pub use error::EngineError;
@@ -28,3 +29,4 @@ pub use plan::{Filter, Kernel, Plan};
 pub use profile::{Curve, ENGINES, Engine, Files};
 pub use range::{BeyondRange, Remedy};
 pub use request::{KERNELS, MethodChoice, Request, kernel_name, kernels_with};
+pub use transfer::{OtherSites, VertexNumbers, glb, transfer_source};

@@ -53,6 +53,7 @@ fn lights(sky: &Lights, centre: Vec3, reach: f32) -> Lights {
             lamp(Vec3::new(1.5, 0.8, 0.6), [3.0, 1.0, 0.5]),
             lamp(Vec3::new(0.4, 1.6, -1.2), [0.5, 1.5, 3.0]),
         ],
+        ..Lights::default()
     }
 }
 

@@ -2,14 +2,17 @@
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec2, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use steradian_base::{Kind, ParamInfo, ParamValues, Task, Value};
 use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
 use steradian_light::{DiskLight, Environment, Lights};
+use steradian_scene::shapes;
 use steradian_sphere::{Frame, Layout, SphereImage};
-use steradian_techniques::{AnyBake, AnyTechnique, Material, PointsBuf, Radiance, View, registry};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, Geometry, Material, PointsBuf, Radiance, Sites, View, registry,
+};
 
 /// Largest |GPU − CPU| over the largest |CPU| of a channel-wise pair: the acceptance bound.
 const BOUND: f32 = 1e-3;
@@ -39,8 +42,16 @@ fn sunny() -> Lights {
 /// The parameter of techniques that shade suns apart from their maps.
 const SUNS: &str = "lights";
 
+/// The parameter of techniques that know reflections between surfaces.
+const BOUNCES: &str = "bounces";
+
+/// A mesh that shadows itself, for techniques with sites.
+fn ring() -> Geometry {
+    Geometry::new(Arc::new(shapes::torus(0.7, 0.3, 16)), Sites::Vertices)
+}
+
 /// Normals over the sphere (poles, cube edges and corners among them), views from facing to grazing and behind.
-fn points() -> PointsBuf {
+fn points(sites: Option<&Geometry>) -> PointsBuf {
     let mut normals = vec![
         DVec3::Y,
         DVec3::NEG_Y,
@@ -63,6 +74,11 @@ fn points() -> PointsBuf {
             let phi = 0.7 + i as f64;
             let wo = f.to_world(DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()));
             out.push(n.as_vec3(), f.t.as_vec3(), wo.as_vec3(), Vec3::new(0.1, 0.2, 0.3));
+            if let Some(triangles) = sites.map(|g| &g.mesh.triangles) {
+                let corners = triangles[(7 * i) % triangles.len()];
+                let weight = 0.9 * (0.37 * phi as f32).fract();
+                out.locate(Vec2::ZERO, corners, [weight, 0.8 * (1.0 - weight)]);
+            }
         }
     }
     out
@@ -114,11 +130,12 @@ fn technique(
     let sun = choice.as_ref().is_some_and(|(name, _)| *name == SUNS);
     let params: ParamValues = choice.into_iter().collect();
     let light = if sun { sunny() } else { light() };
+    let geometry = technique.card().needs.sites.then(ring);
     let mut refused = Failed::without_message();
     let mut taken = None;
     for spec in specs {
         let material = Material::new(steradian_brdf::parse(spec)?);
-        match technique.bake(&light, &material, None, &params, &Task::quiet()) {
+        match technique.bake(&light, &material, geometry.as_ref(), &params, &Task::quiet()) {
             Ok(bake) => {
                 taken = Some(bake);
                 break;
@@ -127,7 +144,7 @@ fn technique(
         }
     }
     let Some(mut bake) = taken else { return Err(refused) };
-    let points = points();
+    let points = points(geometry.as_ref());
     if sun && !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
         return Err("the sun is not apart: nothing of it was compared".into());
     }
@@ -143,7 +160,6 @@ fn main() {
     let ignored = gpu().is_err() && !required;
     let trials = registry()
         .iter()
-        .filter(|t| !t.card().needs.sites)
         .flat_map(|t| {
             let specimens = t.card().specimens;
             let each = || specimens.chunks(1);
@@ -151,7 +167,14 @@ fn main() {
             let chosen = choices(*t).into_iter().map(|choice| (specimens, Some(choice)));
             let suns = t.params().iter().any(|i| i.name == SUNS);
             let sunny = each().filter(move |_| suns).map(|spec| (spec, Some((SUNS, 1.0.into()))));
-            plain.chain(chosen).chain(sunny).map(|(specs, choice)| (*t, specs, choice)).collect::<Vec<_>>()
+            let bounces = t.params().iter().any(|i| i.name == BOUNCES);
+            let reflected = each().filter(move |_| bounces).map(|spec| (spec, Some((BOUNCES, 3.0.into()))));
+            plain
+                .chain(chosen)
+                .chain(sunny)
+                .chain(reflected)
+                .map(|(specs, choice)| (*t, specs, choice))
+                .collect::<Vec<_>>()
         })
         .map(|(t, specs, choice)| {
             let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();

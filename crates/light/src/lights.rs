@@ -74,6 +74,9 @@ pub struct Lights {
     pub directionals: Vec<DirectionalLight>,
     /// Point lights.
     pub points: Vec<PointLight>,
+    /// Distant lights whose straight light is shaded apart from the data that a technique makes of the others: of these the
+    /// data hold what surfaces reflect to each other, and techniques that know no reflections hold nothing.
+    pub apart: Option<Arc<Lights>>,
 }
 
 impl Lights {

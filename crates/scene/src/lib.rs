@@ -10,4 +10,4 @@ pub mod surface;
 pub use bvh::{Bvh, Hit};
 pub use camera::{Camera, Framing, Ray};
 pub use load::{Loaded, from_data, load, load_with};
-pub use mesh::{Mesh, MeshReport, Repairs, Surface};
+pub use mesh::{Edge, Mesh, MeshReport, Repairs, Surface, edge};

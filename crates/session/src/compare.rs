@@ -99,7 +99,7 @@ impl Session {
         plan: &Plan,
     ) -> Result<Vec<Answer>, Error> {
         let camera = scene.camera_or_framed()?;
-        let scene = &*scene.grounded(&camera);
+        let scene = &*scene.staged(&camera, methods, &self.task)?;
         let case = &Subject {
             scene,
             bvh: Bvh::build(&scene.mesh),

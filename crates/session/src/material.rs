@@ -78,8 +78,7 @@ pub struct Prepared {
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(feature = "gpu")]
     pub(crate) direct: (SharedBrdf, Direct),
-    /// Do rays shadow these lights?
-    #[cfg(feature = "gpu")]
+    /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
@@ -110,7 +109,6 @@ impl Prepared {
             bake: None,
             #[cfg(feature = "gpu")]
             direct: (material.brdf.clone(), Direct::default()),
-            #[cfg(feature = "gpu")]
             shadowed: false,
             bytes: 0,
             seconds: 0.0,
@@ -262,7 +260,6 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         bake: None,
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), Direct::default()),
-        #[cfg(feature = "gpu")]
         shadowed: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
@@ -316,7 +313,6 @@ fn framed(
         certificate = certificate.beside_exact_lights();
     }
     let bake = Arc::new(BakeShader(bake));
-    #[cfg(feature = "gpu")]
     let shadowed = shadows.is_some();
     let shader: Arc<dyn Shader> = if direct.is_empty() {
         bake.clone()
@@ -337,7 +333,6 @@ fn framed(
         bake: Some(bake),
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), direct),
-        #[cfg(feature = "gpu")]
         shadowed,
         bytes,
         seconds: 0.0,

@@ -49,7 +49,7 @@ impl Session {
         renderer: Option<Renderer>,
     ) -> Result<Outcome<Picture>, Error> {
         let camera = scene.camera_or_framed()?;
-        let scene = &*scene.grounded(&camera);
+        let scene = &*scene.staged(&camera, scene.methods(), &self.task)?;
         if by_paths(scene)? {
             let picture = self.traced(scene, camera)?;
             let error = picture.error();
@@ -75,7 +75,7 @@ impl Session {
         mut each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
     ) -> Result<Outcome<Option<Picture>>, Error> {
         let camera = scene.camera_or_framed()?;
-        let mut scene = scene.grounded(&camera).into_owned();
+        let mut scene = scene.staged(&camera, scene.methods(), &self.task)?.into_owned();
         let bvh = Bvh::build(&scene.mesh);
         let mut materials = self.prepare_all(&scene, &bvh, camera)?;
         let renderer = self.renderer_for(&materials, renderer)?;

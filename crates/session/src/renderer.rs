@@ -51,8 +51,11 @@ impl Renderer {
         {
             return Ok((film, self.name()));
         }
-        #[cfg(not(feature = "gpu"))]
-        let _ = materials;
-        Ok((steradian_render::render(stage, settings, &session.task)?, Self::Cpu.name()))
+        // Shadows have edges inside surfaces.
+        let settings = match materials.iter().any(|m| m.shadowed) {
+            true => Settings { inner: settings.inner.max(2), share: false, interpolate: false, ..*settings },
+            false => *settings,
+        };
+        Ok((steradian_render::render(stage, &settings, &session.task)?, Self::Cpu.name()))
     }
 }

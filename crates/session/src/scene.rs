@@ -2,13 +2,15 @@
 
 use crate::inputs::DEFAULT_SKY;
 use crate::model::complete;
-use crate::{Adjust, Error, Material, Model, Session, ground};
+use crate::{Adjust, Error, Material, Method, Model, Session, ground};
 use glam::Vec3;
 use std::borrow::Cow;
+use steradian_base::Task;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
 use steradian_scene::{Camera, Framing, Mesh};
+use steradian_transfer::{Refinement, refine};
 
 /// A mesh with its materials, lights, camera, and how its picture is made.
 #[derive(Clone)]
@@ -87,8 +89,31 @@ impl Scene {
         camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
 
+    /// The scene with its ground as part of the mesh, for a camera; where `methods` bake at the vertices, with triangles
+    /// divided where shadows and reflections vary over them.
+    pub(crate) fn staged<'a>(
+        &self,
+        camera: &Camera,
+        methods: impl IntoIterator<Item = &'a Method>,
+        task: &Task,
+    ) -> Result<Cow<'_, Self>, Error> {
+        let scene = self.grounded(camera);
+        let sites = |m: &Method| matches!(m, Method::Technique(t) if t.card().needs.sites);
+        if !methods.into_iter().any(sites) {
+            return Ok(scene);
+        }
+        let mut scene = scene.into_owned();
+        scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &Refinement::default(), task)?;
+        Ok(Cow::Owned(scene))
+    }
+
+    /// The techniques that its materials ask for.
+    pub(crate) fn methods(&self) -> impl Iterator<Item = &Method> {
+        self.materials.iter().chain(&self.ground).filter_map(|m| m.method.as_ref())
+    }
+
     /// The scene with its ground as part of the mesh, for a camera.
-    pub(crate) fn grounded(&self, camera: &Camera) -> Cow<'_, Self> {
+    fn grounded(&self, camera: &Camera) -> Cow<'_, Self> {
         let Some(material) = &self.ground else { return Cow::Borrowed(self) };
         let mut scene = self.clone();
         scene.ground = None;

@@ -2,9 +2,11 @@
 
 use crate::inputs::is_shape;
 use crate::{Error, Outcome, Session};
+use half::f16;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use steradian_formats::{TensorFile, read_tensors, write_tensors};
+use steradian_engines::{VertexNumbers, glb};
+use steradian_formats::{TensorData, TensorFile, read_tensors, write_atomic, write_tensors};
 use steradian_scene::Mesh;
 use steradian_transfer::{
     BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, transfer,
@@ -43,6 +45,8 @@ pub struct Request {
 pub struct Done {
     /// The data.
     pub saved: Saved,
+    /// The mesh.
+    pub mesh: Mesh,
     /// The sites.
     pub sites: Vec<Site>,
     /// Seconds that it took.
@@ -85,7 +89,8 @@ impl Session {
         let asked = (request.asked && settings.rays.is_none()).then_some(settings.tolerance);
         let saved = Saved::new(result, &mesh, kind, &settings);
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Outcome::new(Done { saved, sites, seconds, resumed, store }, asked, reached))
+        drop(scene);
+        Ok(Outcome::new(Done { saved, mesh, sites, seconds, resumed, store }, asked, reached))
     }
 
     fn tell_enclosed(&self, enclosed: &[u32], sites: usize, mesh: &str) {
@@ -98,8 +103,17 @@ impl Session {
         }
     }
 
-    /// Writes transfer with its provenance; what was kept to go on after an interruption goes.
-    pub fn write_transfer(&mut self, done: Done, path: &Path) -> Result<(), Error> {
+    /// Writes transfer: a file .glb as attributes of the mesh's vertices in numbers of that many bits (8, 16, 32), others as
+    /// tensors with their provenance, halves for 16 bits. What was kept to go on after an interruption goes.
+    pub fn write_transfer(&mut self, done: Done, bits: u32, path: &Path) -> Result<(), Error> {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
+            let numbers = VertexNumbers::of_bits(bits)
+                .ok_or_else(|| Error::usage(format!("numbers have 8, 16 or 32 bits, not {bits}")))?;
+            let bytes = glb(&done.mesh, &done.saved.transfer, numbers);
+            let bytes = bytes.map_err(|e| Error::usage(e.to_string()))?;
+            write_atomic(path, |w| w.write_all(&bytes))?;
+            return self.finish_transfer(done);
+        }
         let matrices = done.saved.transfer.wide > done.saved.transfer.bands;
         let n = done.saved.transfer.bands.pow(2) as u64;
         let bytes = if matrices { 8 * n * n * done.sites.len() as u64 } else { 0 };
@@ -112,6 +126,16 @@ impl Session {
         }
         let mut file = done.saved.tensors(matrices.then_some(&done.sites[..]));
         file.metadata.extend(self.provenance_pairs());
+        match bits {
+            16 => {
+                for tensor in file.tensors.values_mut() {
+                    tensor.data =
+                        TensorData::F16(tensor.data.to_f32().iter().map(|x| f16::from_f32(*x)).collect());
+                }
+            }
+            32 => {}
+            _ => return Err(Error::usage("tensors have 16 or 32 bits: 8 are for the vertices of a .glb")),
+        }
         write_tensors(path, &file)?;
         self.finish_transfer(done)
     }

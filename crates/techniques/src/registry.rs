@@ -1,7 +1,7 @@
 //! Every technique, one line each.
 
 use crate::rooms::{
-    ambient, banks_env, diffuse_map, factored_lighting, lafortune_env, lobe_maps, mirror_map,
+    ambient, banks_env, diffuse_map, factored_lighting, haar_transport, lafortune_env, lobe_maps, mirror_map,
     paraboloid_filter, phong_diffuse_maps, prt_diffuse, reflection_space_ibr, sh_irradiance, shrm,
     shrm_global, shrm_slices, split_sum,
 };
@@ -24,6 +24,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<shrm_slices::ShrmSlices>::new(),
     &Erased::<ambient::Ambient>::new(),
     &Erased::<prt_diffuse::PrtDiffuse>::new(),
+    &Erased::<haar_transport::HaarTransport>::new(),
 ];
 
 /// Every technique, in the order of menus.

@@ -6,7 +6,7 @@
 
 use crate::grid::{direction, jitter, place};
 use crate::table::Table;
-use crate::{Scene, Settings, Site, Transfer, TransferError, direct, memory};
+use crate::{Refinement, Scene, Settings, Site, Transfer, TransferError, direct, memory, refine};
 use glam::Vec3;
 use rayon::prelude::*;
 use steradian_base::Task;
@@ -46,6 +46,10 @@ pub(crate) fn add(
     task: &Task,
 ) -> Result<(), TransferError> {
     let channels = settings.channels();
+    // Light is reflected by what lies between vertices.
+    let fine = refine(scene.mesh, None, &Refinement::default(), task)?;
+    let fine = if fine == *scene.mesh { None } else { Some(Scene::new(&fine)?) };
+    let scene = fine.as_ref().unwrap_or(scene);
     let gather = Gather { scene, settings, channels, table: Table::new(1, 1, *LEVELS.end()) };
     let vertices = Site::vertices(scene.mesh);
     let own = if vertices == sites {
@@ -66,6 +70,7 @@ pub(crate) fn add(
             break;
         }
     }
+    out.direct = Some(out.t.clone());
     let own = spread(&out.t, settings.bands, channels);
     let mut levels = vec![*LEVELS.start(); sites.len()];
     let (t, errors) = gather.gather(sites, &all, &own, &mut levels, true, task)?;

@@ -76,6 +76,9 @@ impl Saved {
         let (sites, n) = (x.len(), x.bands * x.bands);
         let mut put = |name: &str, tensor: Tensor| file.tensors.insert(name.into(), tensor);
         put("t", Tensor::f32([sites, x.channels, n], x.t.clone()));
+        if let Some(direct) = &x.direct {
+            put("direct", Tensor::f32([sites, n], direct.clone()));
+        }
         put("v", Tensor::f32([sites, x.wide * x.wide], x.v.clone()));
         put("ao", Tensor::f32([sites], x.ao.clone()));
         put("bent", Tensor::f32([sites, 3], (0..sites).flat_map(|k| x.bent_normal(k)).collect()));
@@ -153,6 +156,10 @@ impl Saved {
                 channels,
                 bounces: text("steradian.bounces")?.parse().map_err(|_| damaged("steradian.bounces"))?,
                 t: values("t", &[sites, channels, bands * bands])?,
+                direct: match file.tensors.contains_key("direct") {
+                    true => Some(values("direct", &[sites, bands * bands])?),
+                    false => None,
+                },
                 v: values("v", &[sites, wide * wide])?,
                 ao: values("ao", &[sites])?,
                 error: error.as_chunks::<2>().0.to_vec(),

@@ -21,6 +21,7 @@ mod error;
 mod file;
 mod grid;
 mod products;
+mod refine;
 mod site;
 mod store;
 mod table;
@@ -30,6 +31,7 @@ pub use direct::{BLOCK, Direct};
 pub use error::TransferError;
 pub use file::{FileError, Saved, mesh_digest};
 pub use products::Products;
+pub use refine::{Refinement, refine};
 pub use site::{Atlas, Site};
 pub use store::Store;
 
@@ -162,6 +164,8 @@ pub struct Transfer {
     pub bounces: u32,
     /// Sites, channels, `bands`² coefficients of ∫ V (n·w)₊ y_i dw and of what is reflected to it.
     pub t: Vec<f32>,
+    /// What of `t` arrives without reflection, one vector a site; `None` where that is all.
+    pub direct: Option<Vec<f32>>,
     /// Sites, `wide`² coefficients of ∫ V y_i dw over n·w > 0.
     pub v: Vec<f32>,
     /// (1/π) ∫ V (n·w)₊ dw of each site.
@@ -256,6 +260,7 @@ pub fn transfer(
         ao: direct.t.chunks(n).map(ao).collect(),
         error: direct.error.iter().map(|e| e.map(|e| 2.0 * e)).collect(),
         t: direct.t,
+        direct: None,
         v: direct.v,
         enclosed: direct.enclosed,
         rays: direct.rays,

@@ -74,7 +74,7 @@ impl Alteration {
             disks.iter_mut().for_each(|d| d.radiance = d.radiance.map(|l| l.min(c)));
         }
         let environment = image.map(|image| std::sync::Arc::new(steradian_light::Environment { image }));
-        Lights { environment, disks, directionals: lights.directionals.clone(), points: Vec::new() }
+        Lights { environment, disks, directionals: lights.directionals.clone(), ..Lights::default() }
     }
 }
 

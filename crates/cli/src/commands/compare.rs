@@ -403,8 +403,8 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
         // What a scene file refers to is not part of its digest.
         return Err(Failure::usage("--sweep and --resume belong to a mesh or shape, not to a scene file"));
     }
-    if !(o.brdf.is_empty() && o.bake.is_empty() && o.params.is_empty()) {
-        let why = "--brdf, --param and --bake belong to a mesh; a scene file has materials";
+    if !(o.brdf.is_empty() && o.bake.is_empty()) {
+        let why = "--brdf and --bake belong to a mesh; a scene file has materials";
         return Err(Failure::usage(why));
     }
     let lights = if o.environment.is_empty() { vec![None] } else { o.environment.iter().map(Some).collect() };
@@ -415,6 +415,9 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
         let mut scene = context.scene_file(Path::new(&o.mesh), &overrides)?;
         if let SceneBackground::Environment(blur) = &mut scene.background {
             *blur = blur.max(BLUR);
+        }
+        for m in scene.materials.iter_mut().chain(&mut scene.ground) {
+            m.params.0.extend(inputs::parameters(&o.params)?.0);
         }
         let light = environment.map_or_else(|| "the scene's light".into(), |e| short(e));
         let brdf = short(&o.mesh);

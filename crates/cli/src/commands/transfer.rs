@@ -7,6 +7,7 @@ use crate::inputs;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use steradian_engines::transfer_source;
 use steradian_formats::CsvTable;
 use steradian_session::check_output;
 use steradian_session::transfer::{Done, Places, Request};
@@ -46,7 +47,14 @@ pub struct Options {
     /// Matrices of glossy transfer too, bands² x bands² a site
     #[arg(long)]
     matrices: bool,
-    /// Output: .safetensors, or with --points .csv [default with --points: standard output]
+    /// Bits of the numbers written: 32, 16 (halves in .safetensors), or 8 (vertices of a .glb alone)
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = bits)]
+    bits: u32,
+    /// WGSL that shades a vertex with such transfer, to this file
+    #[arg(long, value_name = "OUT.wgsl")]
+    wgsl: Option<PathBuf>,
+    /// Output: .safetensors, .glb (the mesh with transfer as attributes of its vertices), or with --points .csv [default with
+    /// --points: standard output]
     #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
     output: Option<PathBuf>,
 }
@@ -66,6 +74,11 @@ fn size(text: &str) -> Result<(usize, usize), String> {
     let pair = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     pair.filter(|(w, h)| (1..=16384).contains(w) && (1..=16384).contains(h))
         .ok_or_else(|| format!("'{text}' is no size such as 512x512"))
+}
+
+fn bits(text: &str) -> Result<u32, String> {
+    let bits = text.parse().ok().filter(|b| [8, 16, 32].contains(b));
+    bits.ok_or_else(|| format!("numbers have 8, 16 or 32 bits, not {text}"))
 }
 
 /// Is the result a table?
@@ -89,8 +102,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     };
     let file = o.output.as_deref().filter(|_| table.is_none() || !is_csv(&o));
     if let Some(path) = file {
-        check_output(path, &["safetensors"])?;
+        check_output(path, &["safetensors", "glb"])?;
+        let vertices = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+        if vertices && (o.points.is_some() || o.atlas.is_some() || o.matrices) {
+            return Err(Failure::usage(
+                "a .glb carries vectors of its vertices: for points, an atlas or matrices write .safetensors",
+            ));
+        }
+        if !vertices && o.bits == 8 {
+            return Err(Failure::usage("tensors have 16 or 32 bits: --bits 8 is for a .glb"));
+        }
     }
+    inputs::check_text(o.wgsl.as_deref())?;
     let places = match (&table, o.atlas) {
         (Some(table), _) => Places::Points(points(table)?),
         (None, Some((w, h))) => Places::Texels(w, h),
@@ -116,8 +139,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     };
     let (done, missed) = context.transfer(&request)?.even_if_missed();
     let document = report(&done);
+    if let Some(path) = &o.wgsl {
+        let t = &done.saved.transfer;
+        context.write_text(Some(path), &transfer_source(t.bands, t.channels))?;
+    }
     match (file, table) {
-        (Some(path), _) => context.write_transfer(done, path)?,
+        (Some(path), _) => context.write_transfer(done, o.bits, path)?,
         (None, Some(table)) => {
             let text = columns(table, &done);
             context.finish_transfer(done)?;

@@ -2,10 +2,12 @@
 
 mod clean;
 mod normals;
+mod split;
 mod surface;
 mod tangents;
 
 pub use clean::{MeshReport, Repairs};
+pub use split::{Edge, edge};
 pub use surface::Surface;
 
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A, Vec4};

@@ -190,7 +190,12 @@ impl<'a> Through<'a> {
             if v.wo.z <= 0.0 {
                 break;
             }
-            let direct = self.direct(&v, u, random);
+            let mut direct = self.direct(self.paths.lights, &v, u, random);
+            // Their straight light is no part of the data.
+            if let (1.., Some(apart)) = (event, &self.paths.lights.apart) {
+                let more = self.direct(apart, &v, u, random);
+                (0..3).for_each(|c| direct[c] += more[c]);
+            }
             (0..3).for_each(|c| sum[c] += throughput[c] * direct[c]);
             if event + 1 == self.paths.events {
                 break;
@@ -205,9 +210,9 @@ impl<'a> Through<'a> {
         sum
     }
 
-    fn direct(&self, v: &Vertex<'_>, u: DVec2, random: &mut Pcg32) -> [f64; 3] {
+    /// Light of `lights` that reaches a point, and is reflected by it.
+    fn direct(&self, lights: &Lights, v: &Vertex<'_>, u: DVec2, random: &mut Pcg32) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let lights = self.paths.lights;
         if let (Some(image), Some(e)) = (&self.image, &lights.environment) {
             let (d, pdf) = image.sample(u);
             if pdf > 0.0 {

@@ -22,6 +22,7 @@ use rule::Cap;
 use shadow::Place;
 pub use shadow::Shadows;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 pub use steradian_brdf::BrdfShader;
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
@@ -79,7 +80,8 @@ pub struct Direct {
 const WIDEST: f64 = 0.35;
 
 /// The lights that a technique bakes, and those that are shaded exactly: of the disks those of at most 20 degrees (0.35
-/// radians) radius, point lights always.
+/// radians) radius, point lights always. The first know the disks and directional lights of the second
+/// ([`Lights::apart`]), for what surfaces reflect of them.
 pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
     let mut baked = lights.clone();
     let mut direct = Direct { points: std::mem::take(&mut baked.points), ..Direct::default() };
@@ -87,6 +89,13 @@ pub fn split(lights: &Lights, suns: Suns) -> (Lights, Direct) {
         (direct.disks, baked.disks) =
             std::mem::take(&mut baked.disks).into_iter().partition(|d| d.angular_radius <= WIDEST);
         direct.directionals = std::mem::take(&mut baked.directionals);
+        let apart = Lights {
+            disks: direct.disks.clone(),
+            directionals: direct.directionals.clone(),
+            ..Lights::default()
+        };
+        let any = !apart.disks.is_empty() || !apart.directionals.is_empty();
+        baked.apart = any.then(|| Arc::new(apart));
     }
     (baked, direct)
 }

@@ -4,6 +4,7 @@ pub mod ambient;
 pub mod banks_env;
 pub mod diffuse_map;
 pub mod factored_lighting;
+pub mod haar_transport;
 pub mod lafortune_env;
 pub mod lobe_maps;
 pub mod mirror_map;

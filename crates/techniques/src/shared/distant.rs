@@ -64,7 +64,7 @@ impl DistantLight {
 }
 
 /// The disks and directional lights beside an image.
-fn small(lights: &Lights) -> Vec<SmallLight> {
+pub fn small(lights: &Lights) -> Vec<SmallLight> {
     let disks = lights.disks.iter().map(SmallLight::from);
     disks.chain(lights.directionals.iter().map(SmallLight::from)).collect()
 }
@@ -86,23 +86,13 @@ pub fn refuse_points(slug: &'static str, lights: &Lights) -> Result<(), BakeErro
 impl Part for DistantLight {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         // What filters see: the image at the size to which they reduce it, from which the same split follows again.
-        if let Some(e) = &self.image {
-            let image = reduced(&e.image, MAX_HEIGHT);
-            let shape = vec![3, image.height, image.width];
-            put_f32(to, format!("{prefix}.base"), shape, image.planes.concat());
-        }
-        let small_light = |b: &SmallLight| {
-            [b.direction.x, b.direction.y, b.direction.z, b.radius, b.flux[0], b.flux[1], b.flux[2]]
-        };
-        let small_lights = self.small.iter().flat_map(small_light).collect();
-        put_f64(to, format!("{prefix}.small_lights"), vec![self.small.len(), 7], small_lights);
+        let image = self.image.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
+        save_plain(image.as_ref(), &self.small, to, prefix);
         put_f64(to, format!("{prefix}.order"), vec![1], vec![self.source.order() as f64]);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let name = format!("{prefix}.base");
-        let base = if from.tensors.contains_key(&name) { Some(load_base(from, &name)?) } else { None };
-        let small = load_small_lights(from, &format!("{prefix}.small_lights"))?;
+        let (base, small) = load_plain(from, prefix)?;
         let name = format!("{prefix}.order");
         let (_, order) = get_f64(from, &name, 1)?;
         let order = order.first().copied().filter(|o| (0.0..=2047.0).contains(o));
@@ -121,6 +111,28 @@ impl Part for DistantLight {
     fn kept_light(&self) -> Option<&Tree> {
         Some(&self.tree)
     }
+}
+
+/// Writes an image and the small lights beside it.
+pub fn save_plain(image: Option<&SphereImage>, small: &[SmallLight], to: &mut TensorFile, prefix: &str) {
+    if let Some(image) = image {
+        put_f32(to, format!("{prefix}.base"), vec![3, image.height, image.width], image.planes.concat());
+    }
+    let small_light = |b: &SmallLight| {
+        [b.direction.x, b.direction.y, b.direction.z, b.radius, b.flux[0], b.flux[1], b.flux[2]]
+    };
+    let small_lights = small.iter().flat_map(small_light).collect();
+    put_f64(to, format!("{prefix}.small_lights"), vec![small.len(), 7], small_lights);
+}
+
+/// What [`save_plain`] wrote.
+pub fn load_plain(
+    from: &TensorFile,
+    prefix: &str,
+) -> Result<(Option<SphereImage>, Vec<SmallLight>), PartError> {
+    let name = format!("{prefix}.base");
+    let base = if from.tensors.contains_key(&name) { Some(load_base(from, &name)?) } else { None };
+    Ok((base, load_small_lights(from, &format!("{prefix}.small_lights"))?))
 }
 
 fn load_base(from: &TensorFile, name: &str) -> Result<SphereImage, PartError> {

@@ -15,6 +15,7 @@ pub mod lobe;
 pub mod once;
 pub mod quadric;
 pub mod reflectance;
+pub mod sh_light;
 pub mod shrm;
 pub mod spectral_error;
 pub mod spectrum;

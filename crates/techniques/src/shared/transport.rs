@@ -95,6 +95,19 @@ pub fn bake(
     transfer(&scene, &sites(slug, g)?, &settings, None, task).map_err(error)
 }
 
+/// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each channel.
+pub fn reflected(t: &Transfer) -> PerSite {
+    let n = t.bands * t.bands;
+    let Some(direct) = &t.direct else { return PerSite::default() };
+    let site = |(all, direct): (&[f32], &[f32])| -> Vec<f32> {
+        all.iter().enumerate().map(|(i, x)| x - direct[i % n]).collect()
+    };
+    PerSite {
+        stride: t.channels * n,
+        data: t.t.chunks(t.channels * n).zip(direct.chunks(n)).flat_map(site).collect(),
+    }
+}
+
 /// What `value` gives at the sites around each point, weighed; 0 where a point has none, or is seen from behind.
 #[inline(always)]
 pub fn gather(q: &Points<'_>, i: usize, value: impl Fn(u32) -> [f32; 3]) -> [f32; 3] {

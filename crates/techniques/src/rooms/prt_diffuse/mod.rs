@@ -8,7 +8,7 @@
 //! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is what rays
 //! find, interpolated between the sites of a triangle; f is exact. With more than one scattering event t also holds what
 //! the mesh reflects to x, with the albedo that was baked: another albedo bakes the transfer anew. Refused: any
-//! reflectance but Lambert's, and point lights. Small lights ring: a window over the bands trades sharpness for that.
+//! reflectance but Lambert's, and point lights. Of suns that are shaded exactly beside the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
 
 mod bake;
 mod shade;
@@ -17,12 +17,13 @@ mod tests;
 
 use crate::certify::{Model, Report, Target};
 use crate::shared::lights;
+use crate::shared::sh_light::{Albedo, ShLight};
 use crate::shared::transport::PerSite;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Albedo, Light, Params};
+use bake::Params;
 use shade::Frame;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
@@ -74,14 +75,14 @@ impl Technique for PrtDiffuse {
         waived: &[],
     };
     type Params = Params;
-    type Light = Light;
+    type Light = ShLight;
     type Material = Albedo;
     type Transfer = PerSite;
     type Linked = ();
     type Frame = Frame;
 
-    fn light(l: &Lights, p: &Params, _: &Task) -> Result<Light, BakeError> {
-        Light::bake(l, p)
+    fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
+        ShLight::bake(Self::CARD.slug, l, p.window)
     }
 
     fn material(m: &Material, _: &Params, _: &Task) -> Result<Albedo, BakeError> {
@@ -93,7 +94,7 @@ impl Technique for PrtDiffuse {
     }
 
     fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
-        Ok(((), parts.light.report(p)))
+        Ok(((), parts.light.report(p.bands)))
     }
 
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
@@ -109,7 +110,7 @@ impl Technique for PrtDiffuse {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
-        *f = Frame::new(&b.light, b.material.0, &b.transfer, v);
+        *f = Frame::new(&b.light, b.material.0, b.params.bands, &b.transfer, v);
     }
 
     fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {

@@ -1,8 +1,8 @@
 //! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the three sites.
 
 use super::PrtDiffuse;
-use super::bake::Light;
 use crate::gpu::{Buffer, Entry, Numbers, Uniform, Value};
+use crate::shared::sh_light::ShLight;
 use crate::shared::transport::{self, PerSite};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
@@ -10,40 +10,107 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_sphere::sh::Rotation;
 
+/// Thirty-six names.
+macro_rules! names {
+    ($p:literal) => {
+        [
+            concat!($p, "0"),
+            concat!($p, "1"),
+            concat!($p, "2"),
+            concat!($p, "3"),
+            concat!($p, "4"),
+            concat!($p, "5"),
+            concat!($p, "6"),
+            concat!($p, "7"),
+            concat!($p, "8"),
+            concat!($p, "9"),
+            concat!($p, "10"),
+            concat!($p, "11"),
+            concat!($p, "12"),
+            concat!($p, "13"),
+            concat!($p, "14"),
+            concat!($p, "15"),
+            concat!($p, "16"),
+            concat!($p, "17"),
+            concat!($p, "18"),
+            concat!($p, "19"),
+            concat!($p, "20"),
+            concat!($p, "21"),
+            concat!($p, "22"),
+            concat!($p, "23"),
+            concat!($p, "24"),
+            concat!($p, "25"),
+            concat!($p, "26"),
+            concat!($p, "27"),
+            concat!($p, "28"),
+            concat!($p, "29"),
+            concat!($p, "30"),
+            concat!($p, "31"),
+            concat!($p, "32"),
+            concat!($p, "33"),
+            concat!($p, "34"),
+            concat!($p, "35"),
+        ]
+    };
+}
+
+/// What the vectors of a site are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Form {
+    /// Coefficients of a vector.
+    n: usize,
+    /// Vectors of reflected light: none, one, or one for each channel.
+    reflected: usize,
+}
+
+impl Form {
+    pub(super) fn of(bands: usize, stride: usize) -> Self {
+        let n = bands * bands;
+        Self { n, reflected: (stride / n.max(1)).saturating_sub(1) }
+    }
+}
+
 /// The light of a frame, and what each site reflects of it.
 #[derive(Default)]
 pub struct Frame {
-    /// albedo/π · L_i, turned.
-    light: Vec<[f32; 3]>,
+    form: Form,
+    /// albedo/π · L_i, turned: of what arrives straight, and of what is reflected.
+    light: [Vec<[f32; 3]>; 2],
     radiance: Vec<[f32; 3]>,
 }
 
 impl Frame {
-    pub(super) fn new(light: &Light, albedo: [f64; 3], transfer: &PerSite, v: &View) -> Self {
-        let (n, mono) = match transfer.stride {
-            0 => return Self::default(),
-            s if s.isqrt().pow(2) == s => (s, true),
-            s => (s / 3, false),
-        };
-        let bands = light.bands(n.isqrt());
-        let turned = Rotation::new(bands.order, v.light_rotation.as_dmat3()).apply_rgb(&bands);
-        let scaled = |i: usize| [0, 1, 2].map(|c| (turned.c[c][i] * albedo[c] / PI) as f32);
-        let light: Vec<[f32; 3]> = (0..n).map(scaled).collect();
-        let site = |t: &[f32]| sum(&light, t, mono);
+    pub(super) fn new(light: &ShLight, albedo: [f64; 3], bands: usize, transfer: &PerSite, v: &View) -> Self {
+        if transfer.stride == 0 {
+            return Self::default();
+        }
+        let form = Form::of(bands, transfer.stride);
+        let light = light.bands(bands).map(|l| {
+            let turned = Rotation::new(l.order, v.light_rotation.as_dmat3()).apply_rgb(&l);
+            let scaled = |i: usize| [0, 1, 2].map(|c| (turned.c[c][i] * albedo[c] / PI) as f32);
+            (0..form.n).map(scaled).collect()
+        });
+        let site = |t: &[f32]| sum(form, &light, t);
         let radiance = transfer.data.par_chunks_exact(transfer.stride).map(site).collect();
-        Self { light, radiance }
+        Self { form, light, radiance }
     }
 }
 
-/// Σ_i L_i t_i, of one vector or of one for each channel.
+/// Σ_i L_i t_i over what arrives straight and what is reflected.
 #[inline(always)]
-fn sum(light: &[[f32; 3]], t: &[f32], mono: bool) -> [f32; 3] {
+fn sum(form: Form, light: &[Vec<[f32; 3]>; 2], t: &[f32]) -> [f32; 3] {
     let mut out = [0.0; 3];
-    let n = light.len();
-    for (i, l) in light.iter().enumerate() {
-        for c in 0..3 {
-            out[c] += l[c] * t[if mono { i } else { c * n + i }];
+    let mut add = |light: &[[f32; 3]], t: [&[f32]; 3]| {
+        for (i, l) in light.iter().enumerate() {
+            (0..3).for_each(|c| out[c] += l[c] * t[c][i]);
         }
+    };
+    let (direct, reflected) = t.split_at(form.n);
+    add(&light[0], [direct; 3]);
+    match form.reflected {
+        0 => {}
+        1 => add(&light[1], [reflected; 3]),
+        _ => add(&light[1], [0, 1, 2].map(|c| &reflected[c * form.n..][..form.n])),
     }
     out
 }
@@ -56,32 +123,34 @@ pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     }
 }
 
-/// Names of the light's coefficients, up to six bands.
-const NAMES: [&str; 36] = [
-    "light_0", "light_1", "light_2", "light_3", "light_4", "light_5", "light_6", "light_7", "light_8",
-    "light_9", "light_10", "light_11", "light_12", "light_13", "light_14", "light_15", "light_16",
-    "light_17", "light_18", "light_19", "light_20", "light_21", "light_22", "light_23", "light_24",
-    "light_25", "light_26", "light_27", "light_28", "light_29", "light_30", "light_31", "light_32",
-    "light_33", "light_34", "light_35",
-];
+/// Names of the light's coefficients, up to six bands: of what arrives straight, and of what is reflected.
+const NAMES: [[&str; 36]; 2] = [names!("light_"), names!("reflected_")];
 
 pub(super) fn uniforms(f: &Frame) -> Vec<Uniform> {
     let value = |l: &[f32; 3]| Value::Vec4([l[0], l[1], l[2], 0.0]);
-    NAMES.iter().zip(&f.light).map(|(name, l)| Uniform { name, value: value(l) }).collect()
+    let both = NAMES.iter().zip(&f.light).take(if f.form.reflected > 0 { 2 } else { 1 });
+    both.flat_map(|(names, l)| names.iter().zip(l).map(|(name, l)| Uniform { name, value: value(l) }))
+        .collect()
 }
 
 /// The sum over coefficients, written out: members of a uniform block have no index.
-fn sum_wgsl(n: usize, mono: bool) -> String {
-    let term = |i: usize| {
-        let light = format!("technique.{}.xyz", NAMES[i]);
-        if mono {
-            format!("    l += {light} * fetch_transfer_at(site, {i}u);\n")
-        } else {
-            let at = |c: usize| format!("fetch_transfer_at(site, {}u)", c * n + i);
-            format!("    l += {light} * vec3<f32>({}, {}, {});\n", at(0), at(1), at(2))
+fn sum_wgsl(form: Form) -> String {
+    let mut terms = String::new();
+    let mut add = |names: &[&str; 36], at: [usize; 3]| {
+        for (i, name) in names.iter().enumerate().take(form.n) {
+            let light = format!("technique.{name}.xyz");
+            let t = at.map(|first| format!("fetch_transfer_at(site, {}u)", first + i));
+            let t = if at[0] == at[1] { t[0].clone() } else { format!("vec3<f32>({})", t.join(", ")) };
+            terms += &format!("    l += {light} * {t};\n");
         }
     };
-    let terms: String = (0..n).map(term).collect();
+    let n = form.n;
+    add(&NAMES[0], [0; 3]);
+    match form.reflected {
+        0 => {}
+        1 => add(&NAMES[1], [n; 3]),
+        _ => add(&NAMES[1], [n, 2 * n, 3 * n]),
+    }
     format!(
         "// Sum of L_i t_i over {n} coefficients (STAR04 eq. 53).\n\
          fn transferred(site: Site) -> vec3<f32> {{\n    var l = vec3<f32>(0.0);\n{terms}    return l;\n}}\n"
@@ -89,7 +158,7 @@ fn sum_wgsl(n: usize, mono: bool) -> String {
 }
 
 pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
-    let (stride, n) = (b.transfer.stride, f.light.len());
+    let stride = b.transfer.stride;
     let data = if b.params.halves {
         Numbers::F16(b.transfer.data.iter().map(|x| f16::from_f32(*x)).collect())
     } else {
@@ -97,7 +166,7 @@ pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
     };
     GpuTechnique {
         slug: PrtDiffuse::CARD.slug,
-        modules: vec![sum_wgsl(n, stride == n).into(), include_str!("shade.wgsl").into()],
+        modules: vec![sum_wgsl(f.form).into(), include_str!("shade.wgsl").into()],
         entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: uniforms(f),

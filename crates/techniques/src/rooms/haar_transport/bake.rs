@@ -1,0 +1,98 @@
+//! Parameters, and the transport of all sites.
+
+use super::HaarTransport;
+use super::light::transform;
+use super::transport::{MOST_SITES, Row, Transport};
+use super::visibility::{Pyramid, Scratch};
+use crate::shared::sh_light::Albedo;
+use crate::shared::transport::{self, PerSite};
+use crate::{BakeError, Geometry, Technique};
+use rayon::prelude::*;
+use steradian_base::{ParamInfo, Task, params};
+use steradian_transfer::{BLOCK, Scene, Settings};
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// log2 of the texels a side of a face.
+        pub size: usize = ParamInfo::whole("size", [2.0, 7.0], 6.0, "binary logarithm of the texels a side of a cube face: 6 is 64"),
+        /// Wavelets of the light in a frame.
+        pub wavelets: usize = ParamInfo::whole("wavelets", [6.0, 98304.0], 200.0, "wavelets of the light that a frame sums, the six scaling functions among them"),
+        /// How they are chosen.
+        pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
+        /// What is left out of each site's transport.
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.03, "part of the length of each site's transport vector that is left out"),
+        /// Scattering events.
+        pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
+        /// Bands of what is reflected.
+        pub bands: usize = ParamInfo::whole("bands", [1.0, 6.0], 5.0, "bands of spherical harmonics of reflected light"),
+    }
+}
+
+impl Params {
+    pub(super) fn side(&self) -> usize {
+        1 << self.size
+    }
+}
+
+/// Transport of all sites of `g`.
+pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Transport, BakeError> {
+    let slug = HaarTransport::CARD.slug;
+    let sites = transport::sites(slug, g)?;
+    if sites.len() > MOST_SITES {
+        let why = format!("takes {MOST_SITES} sites at most, not {}", sites.len());
+        return Err(BakeError::Geometry { slug, why });
+    }
+    let side = p.side();
+    let texels = 6 * side * side;
+    // A few hundred coefficients of 8 bytes a site, of which the rows and the columns are held at the same time.
+    let need = sites.len() as u64 * 300 * 16 + texels as u64 * 64;
+    if need > task.max_memory() {
+        return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+    }
+    let scene = Scene::new(&g.mesh).map_err(|e| BakeError::Geometry { slug, why: e.to_string() })?;
+    let pyramid = Pyramid::new(side);
+    let offset = Settings::default().offset;
+    task.begin("visibility", sites.len() as u64);
+    let block = |(b, sites): (usize, &[steradian_transfer::Site])| {
+        task.check()?;
+        let (mut scratch, mut all) = (Scratch::default(), vec![0.0; texels]);
+        let mut squares = vec![0.0f64; texels];
+        let mut rows = Vec::with_capacity(sites.len());
+        for (k, site) in sites.iter().enumerate() {
+            if site.is_absent() {
+                rows.push(Row::default());
+                continue;
+            }
+            let seed = (b * BLOCK + k) as u64;
+            pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
+            transform(&mut all, side);
+            squares.iter_mut().zip(&all).for_each(|(s, x)| *s += f64::from(*x).powi(2));
+            rows.push(Row::of(&all, side, p.precision));
+        }
+        task.advance(sites.len() as u64);
+        Ok((rows, squares))
+    };
+    let blocks: Result<Vec<(Vec<Row>, Vec<f64>)>, BakeError> =
+        sites.par_chunks(BLOCK).enumerate().with_max_len(1).map(block).collect();
+    task.end();
+    let (mut rows, mut squares) = (Vec::with_capacity(sites.len()), vec![0.0; texels]);
+    for (some, s) in blocks? {
+        rows.extend(some);
+        squares.iter_mut().zip(s).for_each(|(a, b)| *a += b);
+    }
+    let norms = squares.iter().map(|s| s.sqrt() as f32).collect();
+    Ok(Transport::new(&rows, norms, side, reflected(g, m, p, task)?))
+}
+
+/// What the mesh reflects to each site.
+fn reflected(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
+    if p.bounces == 1 {
+        return Ok(PerSite::default());
+    }
+    let settings =
+        Settings { bands: p.bands, tolerance: 5e-3, bounces: p.bounces as u32, ..Settings::default() };
+    let t = transport::bake(HaarTransport::CARD.slug, g, m.0, settings, task)?;
+    Ok(transport::reflected(&t))
+}

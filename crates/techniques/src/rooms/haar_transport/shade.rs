@@ -1,0 +1,112 @@
+//! Radiance of every site once a frame, interpolated at points.
+
+use super::HaarTransport;
+use super::bake::Params;
+use super::cube::Level;
+use super::light::{Light, transform};
+use super::transport::Transport;
+use crate::gpu::{Buffer, Entry, Numbers};
+use crate::shared::transport;
+use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use steradian_sphere::sh::Rotation;
+
+/// What each site sends out in a frame.
+#[derive(Default)]
+pub struct Frame {
+    radiance: Vec<[f32; 3]>,
+}
+
+/// Wavelets of the light: the scaling coefficients, and the others that are chosen.
+pub(super) struct Chosen {
+    pub scaling: [[f32; 3]; 6],
+    pub others: Vec<(u32, [f32; 3])>,
+}
+
+/// The wavelets of `light` (transformed faces) that a frame sums.
+pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen {
+    let face = t.side * t.side;
+    let of = |k: usize| [light[0][k], light[1][k], light[2][k]];
+    // Wavelets of level s, in [s, 2s) of rows or columns, stand for (side/s)² texels.
+    let area = |k: usize| {
+        let (i, j) = (k % t.side, k % face / t.side);
+        let s = 1usize << i.max(j).max(1).ilog2();
+        (t.side / s).pow(2) as f32
+    };
+    let weight = |k: usize| {
+        let squares: f32 = of(k).iter().map(|l| l * l).sum();
+        let by = match p.choice {
+            0 => t.norms[k],
+            1 => 1.0,
+            _ => area(k),
+        };
+        squares * by * by
+    };
+    let mut all: Vec<(f32, u32)> = (0..6 * face)
+        .filter(|k| !k.is_multiple_of(face))
+        .map(|k| (weight(k), k as u32))
+        .filter(|(w, _)| *w > 0.0)
+        .collect();
+    let count = p.wavelets.saturating_sub(6).min(all.len());
+    let order = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+    if count > 0 && count < all.len() {
+        all.select_nth_unstable_by(count - 1, order);
+    }
+    all.truncate(count);
+    // In the order of columns, so that sums have the same bits whatever the order of choice.
+    all.sort_unstable_by_key(|(_, k)| *k);
+    Chosen {
+        scaling: std::array::from_fn(|f| of(f * face)),
+        others: all.into_iter().map(|(_, k)| (k, of(k as usize))).collect(),
+    }
+}
+
+impl Frame {
+    pub(super) fn new(light: &Light, albedo: [f64; 3], t: &Transport, p: &Params, v: &View) -> Self {
+        if t.side == 0 {
+            return Self::default();
+        }
+        let mut planes = light.on_cube(&Level::new(t.side), v.light_rotation);
+        planes.par_iter_mut().for_each(|plane| transform(plane, t.side));
+        let chosen = choose(&planes, t, p);
+        let mut radiance = t.apply(&chosen.scaling, &chosen.others);
+        let albedo32 = albedo.map(|a| a as f32);
+        radiance.par_iter_mut().for_each(|l| (0..3).for_each(|c| l[c] *= albedo32[c]));
+        if t.reflected.stride > 0 {
+            let [_, bands] = light.sh.bands(p.bands);
+            let turned = Rotation::new(bands.order, v.light_rotation.as_dmat3()).apply_rgb(&bands);
+            let n = p.bands * p.bands;
+            let own = if t.reflected.stride > n { [0, n, 2 * n] } else { [0; 3] };
+            let scaled: [Vec<f32>; 3] =
+                std::array::from_fn(|c| turned.c[c].iter().map(|l| (l * albedo[c] / PI) as f32).collect());
+            let rows = t.reflected.data.par_chunks_exact(t.reflected.stride);
+            radiance.par_iter_mut().zip(rows).for_each(|(l, row)| {
+                for c in 0..3 {
+                    l[c] += row[own[c]..own[c] + n].iter().zip(&scaled[c]).map(|(t, l)| t * l).sum::<f32>();
+                }
+            });
+        }
+        Self { radiance }
+    }
+}
+
+pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+    for i in 0..q.len() {
+        let value = |s: u32| f.radiance.get(s as usize).copied().unwrap_or_default();
+        let l = transport::gather(q, i, value);
+        (0..3).for_each(|c| out.rgb[c][i] = l[c]);
+    }
+}
+
+/// The sums over wavelets are made once a frame, as in the paper; a GPU interpolates them.
+pub(super) fn gpu(_: &Bake<HaarTransport>, f: &Frame) -> GpuTechnique {
+    GpuTechnique {
+        slug: HaarTransport::CARD.slug,
+        modules: vec![include_str!("shade.wgsl").into()],
+        entry: Entry::SITE,
+        tables: Vec::new(),
+        uniforms: Vec::new(),
+        buffers: vec![Buffer { name: "radiance", stride: 3, data: Numbers::F32(f.radiance.concat()) }],
+    }
+}

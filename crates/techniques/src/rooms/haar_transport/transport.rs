@@ -1,0 +1,179 @@
+//! Transport of all sites as sparse columns, one for each wavelet.
+
+use crate::Part;
+use crate::shared::transport::PerSite;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use rayon::prelude::*;
+use steradian_formats::{Tensor, TensorData};
+
+/// Sites that an entry can tell apart.
+pub const MOST_SITES: usize = 1 << 24;
+
+/// Transport matrix: a row for each site, a column for each wavelet.
+///
+/// The scaling coefficient of each face is held in full precision. Of the others a site keeps the largest, each as a
+/// multiple of 1/127 of the largest of its column.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Transport {
+    /// Texels a side of a face.
+    pub side: usize,
+    /// Number of sites.
+    pub sites: usize,
+    /// Scaling coefficients of the six faces, `sites` each.
+    pub scaling: Vec<f32>,
+    /// Where the entries of each column begin, and of the last one end.
+    pub starts: Vec<u32>,
+    /// What 1 stands for in each column.
+    pub steps: Vec<f32>,
+    /// Length of each column over all sites, with what is not held: √Σ t².
+    pub norms: Vec<f32>,
+    /// Entries of the columns, sites ascending: site · 256 + value + 128.
+    pub entries: Vec<u32>,
+    /// Vectors of reflected light in spherical harmonics: none, one or three a site.
+    pub reflected: PerSite,
+}
+
+/// A site's transport: coefficients that are kept, by number, beside the six of scaling.
+#[derive(Debug, Clone, Default)]
+pub struct Row {
+    pub scaling: [f32; 6],
+    pub kept: Vec<(u32, f32)>,
+}
+
+impl Row {
+    /// The largest of `all` (the transformed faces of a site) that leave at most `precision` of the vector's length.
+    pub fn of(all: &[f32], side: usize, precision: f64) -> Self {
+        let face = side * side;
+        let scaling = std::array::from_fn(|f| all[f * face]);
+        let total: f64 = all.iter().map(|x| f64::from(*x).powi(2)).sum();
+        let mut left = precision * precision * total;
+        // From the smallest on, what fits is left out.
+        let mut others: Vec<(u32, f32)> = (0u32..)
+            .zip(all)
+            .filter(|(k, x)| !(*k as usize).is_multiple_of(face) && **x != 0.0)
+            .map(|(k, x)| (k, *x))
+            .collect();
+        others.sort_unstable_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(a.0.cmp(&b.0)));
+        let mut out = 0;
+        for (_, x) in &others {
+            left -= f64::from(*x).powi(2);
+            if left < 0.0 {
+                break;
+            }
+            out += 1;
+        }
+        others.drain(..out);
+        Self { scaling, kept: others }
+    }
+}
+
+impl Transport {
+    /// From the rows of all sites.
+    pub fn new(rows: &[Row], norms: Vec<f32>, side: usize, reflected: PerSite) -> Self {
+        let columns = 6 * side * side;
+        let (mut counts, mut largest) = (vec![0u32; columns + 1], vec![0.0f32; columns]);
+        for (k, x) in rows.iter().flat_map(|r| &r.kept) {
+            counts[*k as usize + 1] += 1;
+            largest[*k as usize] = largest[*k as usize].max(x.abs());
+        }
+        for k in 0..columns {
+            counts[k + 1] += counts[k];
+        }
+        let starts = counts.clone();
+        let steps: Vec<f32> = largest.iter().map(|x| x / 127.0).collect();
+        let mut entries = vec![0; starts[columns] as usize];
+        for (site, row) in (0u32..).zip(rows) {
+            for (k, x) in &row.kept {
+                let step = steps[*k as usize];
+                let value = if step > 0.0 { (x / step).round().clamp(-127.0, 127.0) as i32 } else { 0 };
+                let at = &mut counts[*k as usize];
+                entries[*at as usize] = (site << 8) | (value + 128) as u32;
+                *at += 1;
+            }
+        }
+        let scaling = (0..6).flat_map(|f| rows.iter().map(move |r| r.scaling[f])).collect();
+        Self { side, sites: rows.len(), scaling, starts, steps, norms, entries, reflected }
+    }
+
+    /// Σ_k L_k T_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling coefficients of
+    /// `light`.
+    pub fn apply(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])]) -> Vec<[f32; 3]> {
+        // Sites of a block stay in the cache while columns pass.
+        const BLOCK: usize = 4096;
+        let mut out = vec![[0.0f32; 3]; self.sites];
+        out.par_chunks_mut(BLOCK).enumerate().for_each(|(b, block)| {
+            let first = b * BLOCK;
+            for (f, l) in scaling.iter().enumerate() {
+                let column = &self.scaling[f * self.sites + first..][..block.len()];
+                for (to, t) in block.iter_mut().zip(column) {
+                    (0..3).for_each(|c| to[c] += l[c] * t);
+                }
+            }
+            let end = first + block.len();
+            for (k, l) in chosen {
+                let k = *k as usize;
+                let column = &self.entries[self.starts[k] as usize..self.starts[k + 1] as usize];
+                let from = column.partition_point(|e| (e >> 8) < first as u32);
+                let l = l.map(|l| l * self.steps[k]);
+                for e in column[from..].iter().take_while(|e| (**e >> 8) < end as u32) {
+                    let t = ((e & 255) as i32 - 128) as f32;
+                    let to = &mut block[(e >> 8) as usize - first];
+                    (0..3).for_each(|c| to[c] += l[c] * t);
+                }
+            }
+        });
+        out
+    }
+}
+
+impl Part for Transport {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let name = |n: &str| format!("{prefix}.{n}");
+        let columns = self.steps.len();
+        put_f32(to, name("scaling"), vec![6, self.sites], self.scaling.clone());
+        put_f32(to, name("steps"), vec![columns], self.steps.clone());
+        put_f32(to, name("norms"), vec![columns], self.norms.clone());
+        for (n, v) in [("starts", &self.starts), ("entries", &self.entries)] {
+            let tensor = Tensor { shape: vec![v.len()], data: TensorData::U32(v.clone()) };
+            to.tensors.insert(name(n), tensor);
+        }
+        self.reflected.save(to, &name("reflected"));
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = |n: &str| format!("{prefix}.{n}");
+        let unexpected = |n: &str| PartError::Unexpected(name(n));
+        let words = |n: &str| match from.tensors.get(&name(n)).map(|t| &t.data) {
+            Some(TensorData::U32(v)) => Ok(v.clone()),
+            _ => Err(unexpected(n)),
+        };
+        let (shape, scaling) = get_f32(from, &name("scaling"), 2)?;
+        let (_, steps) = get_f32(from, &name("steps"), 1)?;
+        let (_, norms) = get_f32(from, &name("norms"), 1)?;
+        let (starts, entries) = (words("starts")?, words("entries")?);
+        let (columns, sites) = (steps.len(), shape[1]);
+        let side = (columns / 6).isqrt();
+        if shape[0] != 6 || columns > 0 && (6 * side * side != columns || !side.is_power_of_two()) {
+            return Err(unexpected("scaling"));
+        }
+        let rising = starts.windows(2).all(|w| w[0] <= w[1]);
+        let ends = starts.len() == columns + 1 && starts.last().is_some_and(|e| *e as usize == entries.len());
+        if norms.len() != columns || !rising || !ends {
+            return Err(unexpected("starts"));
+        }
+        for k in 0..columns {
+            let column = &entries[starts[k] as usize..starts[k + 1] as usize];
+            let inside = column.last().is_none_or(|e| ((e >> 8) as usize) < sites);
+            if !inside || column.windows(2).any(|w| w[0] >> 8 >= w[1] >> 8) {
+                return Err(unexpected("entries"));
+            }
+        }
+        let reflected = PerSite::load(from, &name("reflected"))?;
+        Ok(Self { side, sites, scaling, starts, steps, norms, entries, reflected })
+    }
+
+    fn bytes(&self) -> usize {
+        let numbers = self.scaling.len() + self.starts.len() + self.steps.len() + self.norms.len();
+        4 * (numbers + self.entries.len()) + self.reflected.bytes()
+    }
+}

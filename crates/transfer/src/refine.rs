@@ -1,0 +1,183 @@
+//! A mesh divided where transfer varies between its vertices, so that interpolation over triangles is right (Křivánek,
+//! Pattanaik & Žára 2004, *Adaptive Mesh Subdivision for Precomputed Radiance Transfer*).
+//!
+//! An edge is halved where the transfer vector of its middle is far from the mean of those of its ends. What stands on a
+//! large triangle may leave all middles of edges as they are: near the object no edge stays longer than
+//! [`Refinement::coarsest`], whatever its middle says.
+
+use crate::{Scene, Settings, Site, TransferError, direct};
+use glam::Vec3;
+use std::collections::HashSet;
+use steradian_base::Task;
+use steradian_scene::{Edge, Mesh, edge};
+
+/// How far a mesh is divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// |t(middle) − ½(t(a) + t(b))| that is left, over |t| of an open hemisphere: the error of radiance at the middle of an
+    /// edge under the worst light.
+    pub tolerance: f64,
+    /// Length of edges that are halved untested near the object, over its diagonal.
+    pub coarsest: f32,
+    /// Length of edges of the mesh that are tested, over the diagonal; shorter ones stay as they were modelled.
+    pub given: f32,
+    /// Length of edges that are left as they are, over the diagonal.
+    pub finest: f32,
+    /// Vertices at most that are added.
+    pub most: usize,
+}
+
+impl Default for Refinement {
+    /// 3 %, edges between 1/256 and 1/12 of the diagonal.
+    fn default() -> Self {
+        Self { tolerance: 0.03, coarsest: 1.0 / 12.0, given: 1.0 / 64.0, finest: 1.0 / 256.0, most: 100_000 }
+    }
+}
+
+/// Bands of the vectors that are compared: what is left out of a clamped cosine is 1 % (Ramamoorthi & Hanrahan 2001).
+const BANDS: usize = 3;
+/// |t| of an open hemisphere in these bands: √Σ A_l² (2l + 1)/4π with A = π, 2π/3, π/4.
+const OPEN: f64 = 1.441;
+/// Error of the vectors that are compared.
+const PRECISION: f64 = 1e-2;
+
+/// `mesh` with edges halved where transfer varies between their ends. `object` are the corners of the box of what is
+/// looked at, where a ground reaches far beyond it; else the mesh's own.
+///
+/// # Errors
+/// A mesh without triangles, too little memory, or the task was cancelled.
+pub fn refine(
+    mesh: &Mesh,
+    object: Option<(Vec3, Vec3)>,
+    refinement: &Refinement,
+    task: &Task,
+) -> Result<Mesh, TransferError> {
+    let scene = Scene::new(mesh)?;
+    let (low, high) = object.or_else(|| mesh.bounds()).unwrap_or_default();
+    let diagonal = (high - low).length();
+    let margin = Vec3::splat(0.25 * diagonal);
+    let mut work = Work {
+        scene: &scene,
+        settings: Settings { bands: BANDS, tolerance: PRECISION, ..Settings::default() },
+        task,
+        near: (low - margin, high + margin),
+        fine: mesh.clone(),
+        vectors: vec![Vec::new(); mesh.positions.len()],
+        settled: HashSet::new(),
+    };
+    let given = mesh.positions.len();
+    let most = given + refinement.most;
+    loop {
+        task.check()?;
+        let (mut marked, mut tested) = (Vec::new(), Vec::new());
+        for e in work.open_edges() {
+            let [a, b] = e.map(|v| work.fine.positions[v as usize]);
+            let length = a.distance(b) / diagonal.max(f32::MIN_POSITIVE);
+            let modelled = e.iter().all(|v| (*v as usize) < given);
+            if length <= if modelled { refinement.given.max(refinement.finest) } else { refinement.finest } {
+                work.settled.insert(e);
+            } else if length > refinement.coarsest && work.is_near(a, b) {
+                marked.push(e);
+            } else {
+                tested.push(e);
+            }
+        }
+        for (e, off) in tested.iter().zip(work.deviations(&tested)?) {
+            if off > refinement.tolerance {
+                marked.push(*e);
+            } else {
+                work.settled.insert(*e);
+            }
+        }
+        if marked.is_empty() || work.fine.positions.len() + marked.len() > most {
+            return Ok(work.fine);
+        }
+        let parents = work.fine.halve_edges(&marked);
+        work.vectors.resize(work.vectors.len() + parents.len(), Vec::new());
+    }
+}
+
+struct Work<'a> {
+    scene: &'a Scene<'a>,
+    settings: Settings,
+    task: &'a Task,
+    near: (Vec3, Vec3),
+    fine: Mesh,
+    /// Of vertices that were looked at; empty for others.
+    vectors: Vec<Vec<f32>>,
+    /// Edges that stay.
+    settled: HashSet<Edge>,
+}
+
+impl Work<'_> {
+    /// Edges that nothing is known of, in order.
+    fn open_edges(&self) -> Vec<Edge> {
+        let sides = |t: &[u32; 3]| [edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])];
+        let mut all: Vec<Edge> =
+            self.fine.triangles.iter().flat_map(sides).filter(|e| !self.settled.contains(e)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    fn is_near(&self, a: Vec3, b: Vec3) -> bool {
+        let (low, high) = self.near;
+        a.max(b).cmpge(low).all() && a.min(b).cmple(high).all()
+    }
+
+    /// How far the middles of edges are from the mean of their ends.
+    fn deviations(&mut self, edges: &[Edge]) -> Result<Vec<f64>, TransferError> {
+        let mut ends: Vec<u32> = edges.iter().flatten().copied().collect();
+        ends.sort_unstable();
+        ends.dedup();
+        ends.retain(|v| self.vectors[*v as usize].is_empty());
+        let vertex = |v: &u32| Site { p: self.fine.positions[*v as usize], n: self.normal(*v) };
+        let middle = |[a, b]: &Edge| Site {
+            p: 0.5 * (self.fine.positions[*a as usize] + self.fine.positions[*b as usize]),
+            n: (self.normal(*a) + self.normal(*b)).normalize_or_zero(),
+        };
+        let sites: Vec<Site> = ends.iter().map(vertex).chain(edges.iter().map(middle)).collect();
+        let found = direct::direct(self.scene, &sites, &self.settings, None, self.task)?;
+        let mut vectors = found.t.chunks(BANDS * BANDS).map(<[f32]>::to_vec);
+        for (v, t) in ends.iter().zip(vectors.by_ref()) {
+            self.vectors[*v as usize] = t;
+        }
+        let off = |([a, b], t): (&Edge, Vec<f32>)| {
+            let (x, y) = (&self.vectors[*a as usize], &self.vectors[*b as usize]);
+            let squares =
+                t.iter().zip(x.iter().zip(y)).map(|(t, (x, y))| f64::from(t - 0.5 * (x + y)).powi(2));
+            squares.sum::<f64>().sqrt() / OPEN
+        };
+        Ok(edges.iter().zip(vectors).map(off).collect())
+    }
+
+    fn normal(&self, v: u32) -> Vec3 {
+        self.fine.normals.get(v as usize).copied().unwrap_or(Vec3::ZERO)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Affine3A, Vec3Swizzles};
+    use steradian_scene::shapes;
+
+    /// A ball on a plate of two triangles: the plate is divided about the ball and little elsewhere, and interpolated
+    /// transfer is then near that of rays; a lone plate stays coarse.
+    #[test]
+    fn a_plate_is_divided_where_something_stands_on_it() {
+        let ball = shapes::icosphere(4).transformed(&Affine3A::from_translation(Vec3::Y));
+        let mut plate = shapes::plane(6.0, 0.0, 1);
+        plate.materials.clear();
+        let mesh = Mesh::merged(&[ball, plate.clone()]);
+        let fine = refine(&mesh, None, &Refinement::default(), &Task::quiet()).unwrap();
+        assert!((fine.area() - mesh.area()).abs() < 1e-4);
+        let at = |r: f32| move |p: &&Vec3| p.y == 0.0 && p.xz().length() < r;
+        let density = |r: f32| fine.positions.iter().filter(at(r)).count() as f32 / (r * r);
+        assert!(density(1.0) > 2.0 * density(3.0), "{} {}", density(1.0), density(3.0));
+        assert!(fine.positions.len() < mesh.positions.len() + 20_000, "{}", fine.positions.len());
+
+        let lone = refine(&plate, None, &Refinement::default(), &Task::quiet()).unwrap();
+        assert!(lone.positions.len() < 800, "{}", lone.positions.len());
+    }
+}
