@@ -109,3 +109,61 @@ fn techniques_with_sites_bake_on_the_scenes_mesh() {
         out.lines().nth(1).and_then(|l| l.split(',').nth(9)).and_then(|x| x.parse().ok()).expect("radiance");
     assert!((r - 0.5).abs() < 1e-4, "{out}");
 }
+
+#[test]
+fn engines_get_vertices_with_transfer_and_its_shader() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let ring = ["transfer", "torus:segments=12", "--rays", "64"];
+    let with = |more: &[&'static str]| -> Vec<&'static str> { ring.iter().chain(more).copied().collect() };
+    well(dir, &with(&["--bits", "8", "-o", "t.glb", "--wgsl", "t.wgsl"]));
+    let (bytes, text) = (fs::read(dir.join("t.glb")).expect("read"), fs::read_to_string(dir.join("t.wgsl")));
+    assert!(bytes.starts_with(b"glTF") && text.expect("read").contains("fn transfer_radiance("));
+    // The same mesh again, for a picture.
+    well(
+        dir,
+        &[
+            "render",
+            "t.glb",
+            "-b",
+            "lambert:albedo=0.5",
+            "-t",
+            "diffuse-map",
+            "--size",
+            "16x16",
+            "-o",
+            "x.png",
+        ],
+    );
+    well(dir, &with(&["--bits", "16", "-o", "h.safetensors"]));
+    well(dir, &with(&["-o", "f.safetensors"]));
+    let size = |name: &str| fs::metadata(dir.join(name)).expect("there").len() as f64;
+    assert!(size("h.safetensors") < 0.6 * size("f.safetensors"));
+    assert!(well(dir, &["inspect", "h.safetensors"]).contains("5 bands"));
+    ends(dir, 2, "--bits 8 is for a .glb", &with(&["--bits", "8", "-o", "x.safetensors"]));
+    ends(dir, 2, "vectors of its vertices", &with(&["--matrices", "-o", "x.glb"]));
+}
+
+/// A plate of two triangles under a ball: radiance between its vertices is near that of paths.
+#[test]
+fn coarse_ground_has_its_contact_shadow() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let plate = "v -2 -1 -2\nv 2 -1 -2\nv 2 -1 2\nv -2 -1 2\nvn 0 1 0\n";
+    fs::write(dir.join("plate.obj"), format!("{plate}f 1//1 3//1 2//1\nf 1//1 4//1 3//1\n"))
+        .expect("written");
+    let scene = "[camera]\nfrom = [0, 2, 4]\nfov = 40\n[[mesh]]\nfile = \"plate.obj\"\nmaterial = \"m\"\n\
+                 [[mesh]]\nshape = \"icosphere\"\nmaterial = \"m\"\n[material.m]\nbrdf = \"lambert:albedo=0.5\"\n\
+                 [light]\nenvironment = \"overcast\"\n";
+    fs::write(dir.join("s.toml"), scene).expect("written");
+    let line =
+        ["compare", "s.toml", "--path", "--bounces", "1", "--noise", "0.02", "--size", "48x36", "--json"];
+    for technique in ["prt-diffuse", "haar-transport"] {
+        let line: Vec<&str> = line.iter().chain(&["-t", technique]).copied().collect();
+        let out: serde_json::Value = serde_json::from_str(&well(dir, &line)).expect("JSON");
+        let text = out.to_string();
+        let at = text.find("\"relative_rms\":").expect("an error") + 15;
+        let error: f64 = text[at..].split([',', '}']).next().and_then(|x| x.parse().ok()).expect("a number");
+        assert!(error < 0.04, "{technique}: {error}");
+    }
+}

@@ -43,7 +43,8 @@ fn path() -> PathBuf {
 
 const HEAD: &str = "# technique | reflectance | light | relative RMS error against the reference | as the certificate states\n";
 
-/// The table with these lines; where some techniques alone were tried, with these in place of those of the same keys.
+/// The table with these lines; where some techniques alone were tried, with these in place of those of the same keys, and new
+/// ones at the end.
 fn blessed(before: &str, lines: &[Line]) -> String {
     let mut text = String::from(HEAD);
     if std::env::var_os("STERADIAN_TECHNIQUES").is_none() {
@@ -54,6 +55,8 @@ fn blessed(before: &str, lines: &[Line]) -> String {
         let same = |l: &&Line| row.strip_prefix(l.key.as_str()).is_some_and(|r| r.starts_with(" | "));
         text += &lines.iter().find(same).map_or_else(|| format!("{row}\n"), Line::text);
     }
+    let known = |l: &&Line| before.lines().any(|row| row.starts_with(&format!("{} | ", l.key)));
+    lines.iter().filter(|l| !known(l)).for_each(|l| text += &l.text());
     text
 }
 

@@ -22,7 +22,7 @@ params! {
         /// How they are chosen.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
         /// What is left out of each site's transport.
-        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.03, "part of the length of each site's transport vector that is left out"),
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.1, "part of the length of each site's transport vector that is left out"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
         /// Bands of what is reflected.

@@ -105,10 +105,11 @@ impl Technique for HaarTransport {
         g.map_or_else(|| Ok(Transport::default()), |g| bake::transfer(g, m, p, task))
     }
 
-    fn link(parts: Parts<'_, Self>, _: &Params, _: &Task) -> Result<((), Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
         let t = parts.transfer;
         let mean = t.entries.len() as f64 / t.sites.max(1) as f64;
-        Ok(((), Report::default().detail("wavelets a site", mean)))
+        let error = shade::left_out(parts.light, t, p);
+        Ok(((), Report::estimated(error, Vec::new()).detail("wavelets a site", mean)))
     }
 
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {

@@ -8,6 +8,7 @@ use super::transport::Transport;
 use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::transport;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
+use glam::Mat3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_sphere::sh::Rotation;
@@ -60,6 +61,32 @@ pub(super) fn choose(light: &[Vec<f32>; 3], t: &Transport, p: &Params) -> Chosen
         scaling: std::array::from_fn(|f| of(f * face)),
         others: all.into_iter().map(|(_, k)| (k, of(k as usize))).collect(),
     }
+}
+
+/// The light that falls on the faces from where it came, transformed.
+fn unturned(light: &Light, side: usize) -> [Vec<f32>; 3] {
+    let mut planes = light.on_cube(&Level::new(side), Mat3::IDENTITY);
+    planes.iter_mut().for_each(|plane| transform(plane, side));
+    planes
+}
+
+/// What a frame leaves out of the light, and sites of their transport, as if coefficients were independent:
+/// √(Σ_left |L_k|² |T_k|² / Σ |L_k|² |T_k|²), over the lengths of the columns.
+pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
+    if t.side == 0 {
+        return 0.0;
+    }
+    let planes = unturned(light, t.side);
+    let square = |k: usize| {
+        let l: f64 = planes.iter().map(|p| f64::from(p[k]).powi(2)).sum();
+        l * f64::from(t.norms[k]).powi(2)
+    };
+    let all: f64 = (0..t.norms.len()).map(square).sum();
+    let chosen = choose(&planes, t, p);
+    let others: f64 = chosen.others.iter().map(|(k, _)| square(*k as usize)).sum();
+    let face = t.side * t.side;
+    let scaling: f64 = (0..6).map(|f| square(f * face)).sum();
+    if all > 0.0 { ((all - others - scaling).max(0.0) / all).sqrt() } else { 0.0 }
 }
 
 impl Frame {

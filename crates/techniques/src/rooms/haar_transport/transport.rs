@@ -143,8 +143,8 @@ impl Part for Transport {
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = |n: &str| format!("{prefix}.{n}");
         let unexpected = |n: &str| PartError::Unexpected(name(n));
-        let words = |n: &str| match from.tensors.get(&name(n)).map(|t| &t.data) {
-            Some(TensorData::U32(v)) => Ok(v.clone()),
+        let words = |n: &str| match from.tensors.get(&name(n)) {
+            Some(Tensor { shape, data: TensorData::U32(v) }) if *shape == [v.len()] => Ok(v.clone()),
             _ => Err(unexpected(n)),
         };
         let (shape, scaling) = get_f32(from, &name("scaling"), 2)?;
