@@ -102,6 +102,14 @@ pub trait Brdf: Debug + Send + Sync {
         self.eval(wi, wo).map(|f| f * wi.z)
     }
 
+    /// [`Brdf::f_cos`] of many directions to the light, into `out`: one call through the trait, and what depends on `wo`
+    /// alone is computed once.
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        for (f, wi) in out.iter_mut().zip(wi) {
+            *f = self.f_cos(*wi, wo);
+        }
+    }
+
     /// Where `f_cos` may be non-zero.
     fn domain(&self) -> Domain {
         Domain::Hemisphere

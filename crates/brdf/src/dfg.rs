@@ -17,9 +17,9 @@ pub use lut::{Layout, Lut};
 pub use multiscatter::{average_albedo, average_fresnel, kulla_conty, kulla_conty_fresnel};
 
 use crate::math::pow5;
-use rayon::prelude::*;
 use ring::{NODES, Ring, Rule, rule};
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_parallel::prelude::*;
 
 /// The two factors of the split sum: albedo = f0 · `scale` + `bias`.
 #[derive(Debug, Clone, Copy, PartialEq)]

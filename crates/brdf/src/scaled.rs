@@ -43,6 +43,11 @@ impl Brdf for Scaled {
         self.times(self.brdf.f_cos(wi, wo))
     }
 
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        self.brdf.f_cos_batch(wi, wo, out);
+        out.iter_mut().for_each(|f| *f = self.times(*f));
+    }
+
     fn domain(&self) -> Domain {
         self.brdf.domain()
     }

@@ -2,7 +2,7 @@
 //!
 //! Paige & Saunders (1982), *LSQR: An Algorithm for Sparse Linear Equations and Sparse Least Squares*, ACM TOMS 8.
 
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// One number per channel.
 pub type Rgb = [f64; 3];

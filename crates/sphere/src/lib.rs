@@ -20,3 +20,4 @@ pub mod wavelet;
 pub use frame::Frame;
 pub use image::SphereImage;
 pub use layout::Layout;
+pub use sh::fft;

@@ -8,8 +8,8 @@ use crate::grid::{direction, jitter, place};
 use crate::table::Table;
 use crate::{Refinement, Scene, Settings, Site, Transfer, TransferError, direct, memory, refine};
 use glam::Vec3;
-use rayon::prelude::*;
 use steradian_base::Task;
+use steradian_parallel::prelude::*;
 use steradian_scene::{Hit, Ray};
 use steradian_sphere::Frame;
 

@@ -4,8 +4,8 @@ use crate::store::Store;
 use crate::table::Table;
 use crate::visibility::{Blocked, Effort, Scratch, Seen};
 use crate::{Scene, Settings, Site, TransferError};
-use rayon::prelude::*;
 use steradian_base::Task;
+use steradian_parallel::prelude::*;
 use steradian_sphere::Frame;
 use steradian_sphere::sh::{self, Rotation};
 

@@ -1,6 +1,6 @@
 //! Products of harmonics: matrices of glossy transfer from visibility.
 
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::quadrature::product_sphere;
 use steradian_sphere::sh;
 

@@ -1,7 +1,7 @@
 //! Integrals of the harmonics over the cells of the hemisphere, with and without the cosine.
 
 use crate::grid::{LIFT, MEASURE, direction, place, start};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh;
 
 /// For each cell of each level: ∫ (n·w) y_i dw for the first `bands`² harmonics about the normal, then ∫ y_i dw for

@@ -5,9 +5,9 @@
 //! tried. Divided by the same sum of even light a kernel is normalised, and most of the interpolation's error with it.
 
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
+use steradian_parallel::prelude::*;
 use steradian_prefilter::{SmallLight, Tree, Zonal};
 
 /// The first node, radians; what is nearer counts there.

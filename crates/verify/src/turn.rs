@@ -1,7 +1,7 @@
 //! Which way round a map is: among the 48 symmetries of the cube, turns about +Y, and faces that changed places.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::layout::Position;
 use steradian_sphere::{Layout, SphereImage};
 

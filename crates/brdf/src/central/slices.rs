@@ -5,9 +5,9 @@ use super::kernel::{self, Kernel, Request};
 use super::theta::Polar;
 use super::{CentralError, MAX_ORDER, choose};
 use crate::Brdf;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::Task;
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::zonal;
 
 /// RMS error of f_cos that the quadrature aims at, relative to its norm; 1e-8 or less is what it mostly reaches.

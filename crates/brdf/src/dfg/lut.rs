@@ -2,8 +2,8 @@
 
 use super::charlie::{Albedo, Visibility};
 use super::{DfgTable, average_albedo, ggx};
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 
 /// What the channels of a table hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,7 +13,7 @@ mod tests;
 
 use crate::WriteReport;
 use half::f16;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Bytes of a block.
 pub(crate) const BLOCK: usize = 16;

@@ -16,10 +16,10 @@ use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use half::f16;
-use rayon::prelude::*;
 use std::collections::HashSet;
 use std::io::{Read, Seek};
 use std::path::Path;
+use steradian_parallel::prelude::*;
 
 /// Decoded bytes that are in flight at once.
 const BATCH_BYTES: usize = 32 << 20;
@@ -182,15 +182,15 @@ impl<R: Read + Seek> Walk<'_, R> {
     }
 
     fn chunk(&mut self, tiles: bool, at: [i32; 4], size: usize) -> Result<Chunk, String> {
-        let mut compressed_pixels_le = vec![0; size];
-        self.reader.read_exact(&mut compressed_pixels_le).map_err(|e| describe(&e.into()))?;
+        let mut compressed_pixels = vec![0; size];
+        self.reader.read_exact(&mut compressed_pixels).map_err(|e| describe(&e.into()))?;
         let compressed_block = if tiles {
             let index = |v: i32| usize::try_from(v).map_err(|_| "damaged: a tile's place is negative");
             let tile_index = Vec2(index(at[0])?, index(at[1])?);
             let coordinates = TileCoordinates { tile_index, level_index: Vec2(0, 0) };
-            CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
+            CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels })
         } else {
-            CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate: at[0], compressed_pixels_le })
+            CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate: at[0], compressed_pixels })
         };
         Ok(Chunk { layer_index: self.part, compressed_block })
     }

@@ -12,8 +12,8 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, Compression, LineOrder, SampleType, Text};
 use exr::meta::header::Header;
 use half::f16;
-use rayon::prelude::*;
 use std::io::{self, SeekFrom, Write};
+use steradian_parallel::prelude::*;
 
 /// Blocks that are compressed at once.
 const BATCH: usize = 64;
@@ -133,7 +133,7 @@ fn compress(
     let chunk =
         guarded(|| block.compress_to_chunk(std::slice::from_ref(header))).map_err(io::Error::other)?;
     match chunk.compressed_block {
-        CompressedBlock::ScanLine(line) => Ok((line.compressed_pixels_le, report)),
+        CompressedBlock::ScanLine(line) => Ok((line.compressed_pixels, report)),
         _ => Err(io::Error::other("a scan line became something else")),
     }
 }

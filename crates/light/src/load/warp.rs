@@ -6,7 +6,7 @@
 //! weights over a step of s texels sum to 1/s within 1 − s, the step of n texels on n − 1 intervals being
 //! 1 − 1/n; so the energy of a single texel is kept to about 2/n, that of wider lights better.
 
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;
 
 /// x_file = shift + scale·(x − n/2), in texel coordinates (centres at half-integers).

@@ -137,7 +137,7 @@ struct Columns {
 
 impl Columns {
     fn new() -> Self {
-        use rayon::prelude::*;
+        use steradian_parallel::prelude::*;
         let h = (TOP * TOP - GROUND * GROUND).sqrt();
         let table = (0..RADII * COSINES)
             .into_par_iter()

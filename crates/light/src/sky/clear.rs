@@ -5,8 +5,8 @@ use super::scattering::{Multiple, Ray, Scattered, scattered};
 use super::spectrum::{Spectrum, into_gamut, rgb};
 use crate::DiskLight;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage, layout::Position};
 
 /// Height of the eye above the ground, metres.

@@ -1,8 +1,8 @@
 //! Skies of one line: overcast, furnace, and the studio.
 
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// A lat-long image of `f`, averaged over `n`² points per texel (spread evenly in its two angles).

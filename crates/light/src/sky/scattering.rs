@@ -2,8 +2,8 @@
 
 use super::atmosphere::{Air, GROUND, TOP, cell, density, to_ground, to_top};
 use super::spectrum::{BINS, Spectrum};
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 use steradian_sphere::quadrature::gauss_legendre;
 
 /// Per unit of solar irradiance: light scattered once by air and by aerosol (each to be multiplied by its

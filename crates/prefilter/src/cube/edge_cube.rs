@@ -7,9 +7,9 @@
 
 use crate::SmallLight;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// An RGB cube map with shared edges.

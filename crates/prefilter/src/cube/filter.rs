@@ -8,8 +8,8 @@ use super::edge_cube::{self, EdgeCube};
 use crate::image::{Row, at_points};
 use crate::{SmallLight, Source, Tree, Zonal, angular, probe};
 use glam::DVec3;
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::{self, ShRgb};
 
 /// Cube size: intervals per edge.

@@ -5,8 +5,8 @@ use super::edge_cube::{self, EdgeCube};
 use crate::Source;
 use crate::light::polar;
 use glam::DVec3;
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::{ColumnsRgb, PointSynthesis};
 
 /// Error of synthesis relative to the range of each map.

@@ -4,7 +4,7 @@ use super::texels::{Scratch, Texels};
 use crate::Zonal;
 use crate::light::sampled::{Sampled, small_lights_at};
 use glam::DVec3;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;
 
 /// How far an image is from the sum over all texels, at some of its texels.

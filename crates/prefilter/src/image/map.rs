@@ -13,8 +13,8 @@ use super::ways::{self, Frequency, Near, Plan};
 use crate::light::sampled::{Sampled, small_lights_at};
 use crate::{SmallLight, Zonal};
 use glam::DVec3;
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// How an image was filtered.

@@ -1,6 +1,6 @@
 //! Integrals of images made of texels, and raising what is below zero.
 
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// Solid angles of the texels of one face; all faces have the same.

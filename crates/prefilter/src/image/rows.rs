@@ -4,8 +4,8 @@
 use crate::light::cell::{nodes_for, step_scale};
 use crate::{SmallLight, Zonal};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, run};
 use steradian_sphere::{Layout, SphereImage};
 

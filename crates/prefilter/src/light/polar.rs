@@ -3,7 +3,7 @@
 
 use super::{SmallLight, source};
 use glam::{DMat3, DVec3, Vec3Swizzles};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::{self, Basis, ShRgb};
 
 /// Beams that are summed together.

@@ -9,12 +9,12 @@ use super::source::{self, Statistics, bright_texels};
 use crate::image::precision;
 use crate::{Cell, SmallLight, Zonal};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::{ColumnsRgb, Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 

@@ -4,10 +4,10 @@
 //! and their excess becomes a [`SmallLight`] that filters treat exactly, as they treat suns and directional lights.
 
 use crate::{Cell, SmallLight};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
 use steradian_light::Lights;
+use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel};
 use steradian_sphere::sh::{self, Grid, ShRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};

@@ -7,9 +7,9 @@
 
 use crate::SmallLight;
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::SphereImage;
 
 /// Radius over scale below which a node counts as a point.

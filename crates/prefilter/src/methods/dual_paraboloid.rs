@@ -15,9 +15,9 @@ use super::table::Table;
 use super::{Card, Cost, Made, Shape, reach};
 use crate::{Sampled, SmallLight, Zonal};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::Layout;
 
 pub(super) const CARD: Card = Card {

@@ -4,8 +4,8 @@ use super::Cost;
 use crate::Zonal;
 use crate::kernel::zonal::quadrature;
 use glam::DVec3;
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// Layout, width and height of a face.

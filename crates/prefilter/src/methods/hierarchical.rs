@@ -12,9 +12,9 @@ use super::{Card, Cost, Made, Shape, reach};
 use crate::light::sampled::{azimuth, small_lights_at};
 use crate::{Sampled, Zonal};
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 
 pub(super) const CARD: Card = Card {
     name: "hierarchical",

@@ -16,13 +16,11 @@ use super::table::Table;
 use super::{Card, Cost, Made, Shape, band_limit, reach};
 use crate::light::sampled::small_lights_at;
 use crate::{Sampled, Zonal};
-use rayon::prelude::*;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
+use steradian_sphere::fft::{Complex, Fft};
 use steradian_sphere::{Layout, SphereImage};
 
 pub(super) const CARD: Card = Card {
@@ -90,8 +88,7 @@ impl Plan {
         (w, h): (usize, usize),
         task: &Task,
     ) -> Result<(SphereImage, Cost), Cancelled> {
-        let mut planner = FftPlanner::new();
-        let spectra = self.analyze(&light.image, &*planner.plan_fft_forward(light.image.width));
+        let spectra = self.analyze(&light.image, &Fft::new(light.image.width));
         task.check()?;
         let table = Table::new(kernel, self.reach);
         let rings = Rings::new(self.band);
@@ -104,16 +101,16 @@ impl Plan {
         let pairs = pairs?;
         let cost = pairs.iter().map(|p| p.1).fold(Cost::default(), |a, b| a + b);
         let mut image = SphereImage::new(Layout::LatLong, w, h);
-        let fft = planner.plan_fft_inverse(w);
+        let fft = Fft::new(w);
         for (j, ([north, south], _)) in pairs.into_iter().enumerate() {
-            self.synthesize(&north, &*fft, j, &mut image);
-            self.synthesize(&south, &*fft, h - 1 - j, &mut image);
+            self.synthesize(&north, &fft, j, &mut image);
+            self.synthesize(&south, &fft, h - 1 - j, &mut image);
         }
         Ok((image, cost))
     }
 
     /// Σ_i L e^{−imφ} of each row times the solid angle of its texels; φ counts from the left edge.
-    fn analyze(&self, image: &SphereImage, fft: &dyn Fft<f64>) -> Vec<Spectrum> {
+    fn analyze(&self, image: &SphereImage, fft: &Fft) -> Vec<Spectrum> {
         let (width, height) = (image.width, image.height);
         let phases = phases(self.band, -PI / width as f64);
         let ones = vec![1.0; width];
@@ -121,9 +118,11 @@ impl Plan {
             let omega = image.layout.solid_angle(width, height, 0, 0, j);
             let mut out = Vec::with_capacity(8 * (self.band + 1));
             let colours = image.planes.iter().map(|p| &p[j * width..(j + 1) * width]);
-            for row in colours.chain(self.uneven(width).then_some(&ones[..])) {
-                let mut ring: Vec<_> = row.iter().map(|&l| Complex::new(omega * f64::from(l), 0.0)).collect();
-                fft.process(&mut ring);
+            let rows = colours.chain(self.uneven(width).then_some(&ones[..]));
+            let mut rings: Vec<_> =
+                rows.flatten().map(|&l| Complex::new(omega * f64::from(l), 0.0)).collect();
+            fft.forward(&mut rings, &mut Vec::new());
+            for ring in rings.chunks_exact(width) {
                 let shifted = |m: usize| ring[m % width] * phases[m];
                 out.extend((0..=self.band).map(|m| shifted(m).re));
                 out.extend((0..=self.band).map(|m| shifted(m).im));
@@ -150,10 +149,9 @@ impl Plan {
         let zero = vec![0.0; spectra[0].len()];
         let mut out = [zero.clone(), zero];
         let (mut weight, mut cost, mut work) = (0.0, Cost::default(), Work::default());
-        // Two real kernels are one complex ring.
-        for i in (first..=last).step_by(2) {
-            let others = [i, i + 1].map(|i| (i as f64 + 0.5) * step);
-            cost.kernel += rings.kappa(table, self.band, theta, others, &mut work);
+        for i in (first..=last).step_by(ROWS) {
+            let others: Vec<f64> = (i..=last).take(ROWS).map(|i| (i as f64 + 0.5) * step).collect();
+            cost.kernel += rings.kappa(table, self.band, theta, &others, &mut work);
             for (run, i) in work.kappa.iter().zip(i..=last) {
                 weight += run[0] * width as f64 * light.image.layout.solid_angle(width, height, 0, 0, i);
                 add(&spectra[i], run, self.band, &mut out[0]);
@@ -172,25 +170,24 @@ impl Plan {
     }
 
     /// Σ_m of the spectrum at the columns of row `j`.
-    fn synthesize(&self, spectrum: &Spectrum, fft: &dyn Fft<f64>, j: usize, image: &mut SphereImage) {
+    fn synthesize(&self, spectrum: &Spectrum, fft: &Fft, j: usize, image: &mut SphereImage) {
         let (width, n) = (image.width, self.band + 1);
         let phases = phases(self.band, PI / width as f64);
-        let mut rings = spectrum.chunks_exact(2 * n).map(|runs| {
-            let mut ring = vec![Complex::new(0.0, 0.0); width];
+        let mut rings = vec![Complex::default(); spectrum.len() / (2 * n) * width];
+        for (runs, ring) in spectrum.chunks_exact(2 * n).zip(rings.chunks_exact_mut(width)) {
             for m in 0..n {
                 let twice = if m == 0 { 1.0 } else { 2.0 };
                 let value = Complex::new(twice * runs[m], twice * runs[n + m]);
                 ring[m % width] += value * phases[m];
             }
-            fft.process(&mut ring);
-            ring
-        });
-        let colours: [_; 3] = std::array::from_fn(|_| rings.next().unwrap_or_default());
-        let weights = rings.next();
-        for (plane, ring) in image.planes.iter_mut().zip(colours) {
+        }
+        fft.inverse(&mut rings, &mut Vec::new());
+        let (colours, weights) = rings.split_at(3 * width);
+        let weights = (!weights.is_empty()).then_some(weights);
+        for (plane, ring) in image.planes.iter_mut().zip(colours.chunks_exact(width)) {
             let row = &mut plane[j * width..(j + 1) * width];
-            for (i, (v, z)) in row.iter_mut().zip(&ring).enumerate() {
-                let weight = weights.as_ref().map_or(1.0, |w| w[i].re / self.k0);
+            for (i, (v, z)) in row.iter_mut().zip(ring).enumerate() {
+                let weight = weights.map_or(1.0, |w| w[i].re / self.k0);
                 *v = if weight > 0.0 { (z.re / weight) as f32 } else { 0.0 };
             }
         }
@@ -198,7 +195,7 @@ impl Plan {
 }
 
 /// e^{i m angle}.
-fn phases(band: usize, angle: f64) -> Vec<Complex<f64>> {
+fn phases(band: usize, angle: f64) -> Vec<Complex> {
     (0..=band).map(|m| Complex::cis(m as f64 * angle)).collect()
 }
 
@@ -217,42 +214,47 @@ struct Rings {
 }
 
 struct Ring {
-    fft: Arc<dyn Fft<f64>>,
+    fft: Fft,
     /// sin²(Δφ/2) of half the samples.
     half2: Vec<f64>,
 }
 
-/// κ_m of two rows, and scratch.
+/// Rows whose kernels are transformed together: two in every lane.
+const ROWS: usize = 16;
+
+/// κ_m of some rows, and scratch.
 #[derive(Default)]
 struct Work {
-    kappa: [Vec<f64>; 2],
-    ring: Vec<Complex<f64>>,
-    scratch: Vec<Complex<f64>>,
+    kappa: [Vec<f64>; ROWS],
+    rings: Vec<Complex>,
+    scratch: Vec<f64>,
 }
 
 impl Rings {
     fn new(band: usize) -> Self {
-        let (mut planner, mut plans, mut n) = (FftPlanner::new(), BTreeMap::new(), 16);
+        let (mut plans, mut n) = (BTreeMap::new(), 16);
         while plans.last_key_value().is_none_or(|(&n, _)| n < 2 * band + 4) {
             for n in [n, n + n / 2] {
                 let half2 = (0..=n / 2).map(|q| (PI * q as f64 / n as f64).sin().powi(2)).collect();
-                plans.insert(n, Ring { fft: planner.plan_fft_forward(n), half2 });
+                plans.insert(n, Ring { fft: Fft::new(n), half2 });
             }
             n *= 2;
         }
         Self { plans }
     }
 
-    /// κ_m between row `theta` and two others, and how often the kernel was evaluated.
-    fn kappa(&self, table: &Table, band: usize, theta: f64, others: [f64; 2], work: &mut Work) -> u64 {
+    /// κ_m between row `theta` and others, and how often the kernel was evaluated.
+    fn kappa(&self, table: &Table, band: usize, theta: f64, others: &[f64], work: &mut Work) -> u64 {
         // P_l^m(cos θ) is negligible for m beyond l sin θ and a little more.
-        let sine = theta.sin().min(others[0].sin().max(others[1].sin()).max(0.0));
+        let sine = theta.sin().min(others.iter().fold(0.0, |m: f64, t| m.max(t.sin())));
         let highest = (band as f64 * sine + 2.5 * (band as f64).cbrt() + 4.0).min(band as f64) as usize;
         let Some((&n, plan)) = self.plans.range(2 * highest + 2..).next() else { return 0 };
-        work.ring.clear();
-        work.ring.resize(n, Complex::new(0.0, 0.0));
+        work.rings.clear();
+        work.rings.resize(others.len().div_ceil(2) * n, Complex::default());
         let mut count = 0;
-        for (part, other) in others.into_iter().enumerate() {
+        for (k, other) in others.iter().enumerate() {
+            // Two real kernels are one complex ring.
+            let ring = &mut work.rings[k / 2 * n..][..n];
             // chord² = 4 sin²((θ − θ')/2) + 4 sin θ sin θ' sin²(Δφ/2)
             let (base, swing) =
                 (4.0 * (0.5 * (theta - other)).sin().powi(2), 4.0 * theta.sin() * other.sin());
@@ -264,18 +266,17 @@ impl Rings {
                 count += 1;
                 let value = table.at(chord2) / n as f64;
                 for q in [q, (n - q) % n] {
-                    if part == 0 { work.ring[q].re = value } else { work.ring[q].im = value }
+                    if k % 2 == 0 { ring[q].re = value } else { ring[q].im = value }
                 }
             }
         }
-        work.scratch.resize(plan.fft.get_inplace_scratch_len(), Complex::new(0.0, 0.0));
-        plan.fft.process_with_scratch(&mut work.ring, &mut work.scratch);
-        // Both rings are even: their spectra are real.
-        let [a, b] = &mut work.kappa;
-        a.clear();
-        b.clear();
-        a.extend(work.ring[..=highest].iter().map(|z| z.re));
-        b.extend(work.ring[..=highest].iter().map(|z| z.im));
+        plan.fft.forward(&mut work.rings, &mut work.scratch);
+        // All rings are even: their spectra are real.
+        for (k, kappa) in work.kappa.iter_mut().enumerate().take(others.len()) {
+            let ring = &work.rings[k / 2 * n..][..=highest];
+            kappa.clear();
+            kappa.extend(ring.iter().map(|z| if k % 2 == 0 { z.re } else { z.im }));
+        }
         count
     }
 }

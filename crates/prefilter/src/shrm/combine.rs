@@ -1,7 +1,7 @@
 //! Linear combinations of planes: out_o = Σ_i M_oi in_i, texel by texel.
 
-use rayon::prelude::*;
 use steradian_numerics::dense;
+use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector};
 
 /// Planes that are made together.

@@ -4,11 +4,9 @@
 //! circle, which the parities of m and of the sine unfold; else by a complex FFT of two rows at once.
 
 use super::recursion::RINGS;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
-use std::sync::Arc;
 use steradian_simd::{Arch, Kernel, Vector};
+use steradian_sphere::fft::{Complex, Fft};
 
 /// Highest order of the direct product.
 const DIRECT: usize = 96;
@@ -23,8 +21,8 @@ pub(super) struct Buffers {
     /// Coefficients by row: cosines of even m, of odd m, sines of even m, of odd m.
     rows: Vec<f64>,
     sums: Vec<f64>,
-    spectrum: Vec<Complex<f64>>,
-    scratch: Vec<Complex<f64>>,
+    spectrum: Vec<Complex>,
+    scratch: Vec<f64>,
 }
 
 pub(super) struct Fourier {
@@ -37,7 +35,7 @@ enum Way {
     /// cos mβ of even m, of odd m, sin mβ of even m, of odd m: rows of a padded quarter.
     Direct { quarter: usize, tables: [Vec<f64>; 4] },
     /// The inverse transform and e^{im(π/columns − π)}.
-    Fast { fft: Arc<dyn Fft<f64>>, phases: Vec<Complex<f64>> },
+    Fast { fft: Fft, phases: Vec<Complex> },
 }
 
 /// One channel of one map over a block of rings: where its texels go, north and south.
@@ -68,14 +66,8 @@ impl Fourier {
                 tables: [table(false, 0), table(false, 1), table(true, 0), table(true, 1)],
             }
         } else {
-            let phase = |m: usize| {
-                let (s, c) = (m as f64 * (PI / columns as f64 - PI)).sin_cos();
-                Complex::new(c, s)
-            };
-            Way::Fast {
-                fft: FftPlanner::new().plan_fft_inverse(columns),
-                phases: (0..=order).map(phase).collect(),
-            }
+            let phase = |m: usize| Complex::cis(m as f64 * (PI / columns as f64 - PI));
+            Way::Fast { fft: Fft::new(columns), phases: (0..=order).map(phase).collect() }
         };
         Self { order, columns, way }
     }
@@ -90,7 +82,7 @@ impl Fourier {
     ) {
         match &self.way {
             Way::Direct { quarter, tables } => self.direct(*quarter, tables, cell, target, buffers),
-            Way::Fast { fft, phases } => self.fast(fft.as_ref(), phases, cell, target, buffers),
+            Way::Fast { fft, phases } => self.fast(fft, phases, cell, target, buffers),
         }
     }
 
@@ -126,8 +118,8 @@ impl Fourier {
 
     fn fast<'c>(
         &self,
-        fft: &dyn Fft<f64>,
-        phases: &[Complex<f64>],
+        fft: &Fft,
+        phases: &[Complex],
         cell: impl Fn(usize) -> [&'c [f64]; 4],
         target: Target<'_>,
         buffers: &mut Buffers,
@@ -137,30 +129,29 @@ impl Fourier {
         let rings = (target.north.len() / n).max(target.south.len() / n).min(RINGS);
         buffers.spectrum.clear();
         buffers.spectrum.resize(rings * n, zero);
-        buffers.scratch.resize(fft.get_inplace_scratch_len(), zero);
         for (m, phase) in phases.iter().enumerate() {
             let [cn, cs, sn, ss] = cell(m);
             let (up, down) = (m % n, (n - m % n) % n);
             for ring in 0..rings {
                 let row = &mut buffers.spectrum[ring * n..(ring + 1) * n];
                 // Half of (c − is) e^{imβ} and its conjugate, of the north and i times the south.
-                let a = Complex::new(cn[ring], -sn[ring]) * phase * 0.5;
-                let b = Complex::new(cs[ring], -ss[ring]) * phase * 0.5;
+                let a = Complex::new(cn[ring], -sn[ring]) * *phase * 0.5;
+                let b = Complex::new(cs[ring], -ss[ring]) * *phase * 0.5;
                 let i = Complex::new(0.0, 1.0);
                 row[up] += a + i * b;
                 row[down] += a.conj() + i * b.conj();
             }
         }
+        fft.inverse(&mut buffers.spectrum, &mut buffers.scratch);
         for ring in 0..rings {
-            let row = &mut buffers.spectrum[ring * n..(ring + 1) * n];
-            fft.process_with_scratch(row, &mut buffers.scratch);
+            let row = &buffers.spectrum[ring * n..(ring + 1) * n];
             if let Some(out) = target.north.get_mut(ring * n..(ring + 1) * n) {
-                out.iter_mut().zip(&*row).for_each(|(o, z)| *o = z.re as f32);
+                out.iter_mut().zip(row).for_each(|(o, z)| *o = z.re as f32);
             }
             let rows = target.south.len() / n;
             if ring < rows {
                 let at = (rows - 1 - ring) * n;
-                target.south[at..at + n].iter_mut().zip(&*row).for_each(|(o, z)| *o = z.im as f32);
+                target.south[at..at + n].iter_mut().zip(row).for_each(|(o, z)| *o = z.im as f32);
             }
         }
     }

@@ -4,11 +4,11 @@ use super::fourier::{Buffers, Fourier, Target};
 use super::recursion::{Column, Fill, RINGS, Rings, steps};
 use super::sums::{Accumulate, CELL};
 use super::{Grid, Key, Maps};
-use rayon::prelude::*;
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::ColumnsRgb;
 
 /// Bytes up to which a plan keeps the rotations' coefficients.

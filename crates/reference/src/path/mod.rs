@@ -12,11 +12,11 @@ mod tracer;
 
 use glam::DVec3;
 use random::Random;
-use rayon::prelude::*;
 use sampler::Sampler;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_light::Lights;
+use steradian_parallel::prelude::*;
 use steradian_scene::{Bvh, Camera, Mesh, Surface};
 use steradian_sphere::Frame;
 use tracer::{Tracer, Vertex};

@@ -1,7 +1,7 @@
 //! Adaptive integration over all distant light of one point: the worst rectangle is cut first.
 
 use super::cells::{Block, Cells, Corners, Moments, corner_moments};
-use super::geometry::{Axis, Chart, Rect};
+use super::geometry::{Axis, Chart, Nodes, Patch, Rect};
 use super::hints::Hints;
 use super::horizon::{Horizon, Side};
 use super::pyramid::Pyramid;
@@ -31,6 +31,18 @@ impl View {
     /// Of a chart.
     pub fn new(chart: Chart) -> Self {
         Self { horizon: Horizon::of(&chart), chart }
+    }
+
+    /// How a rectangle lies to the horizon; most are far from it.
+    fn side(&self, patch: &Patch) -> Side {
+        let z = self.chart.at(patch.centre).z;
+        if z > patch.reach {
+            Side::Above
+        } else if z < -patch.reach {
+            Side::Below
+        } else {
+            self.horizon.side(&patch.rect)
+        }
     }
 }
 
@@ -166,14 +178,15 @@ impl<'a, 'b> Engine<'a, 'b> {
     fn admit(&mut self, place: Place) {
         let mut stack = vec![place];
         while let Some(place) = stack.pop() {
-            let (view, rect) = self.rect(&place);
-            let side = if self.scene.clip { view.horizon.side(&rect) } else { Side::Above };
+            let (view, patch) = self.patch(&place);
+            let rect = patch.rect;
+            let side = if self.scene.clip { view.side(&patch) } else { Side::Above };
             if side == Side::Below || self.is_dark(&place) {
                 continue;
             }
             let hints = &self.scene.hints;
-            let large = hints.must_cut(&view.chart, &rect)
-                || (side == Side::Crossing && hints.must_cut_at_horizon(&rect));
+            let large = hints.must_cut(&view.chart, &patch)
+                || (side == Side::Crossing && hints.must_cut_at_horizon(&patch));
             if self.g.evaluations < self.budget && large {
                 let [a, b] = self.halves(&place, rect.long_axis());
                 stack.extend([b, a]);
@@ -188,9 +201,9 @@ impl<'a, 'b> Engine<'a, 'b> {
                 stack.extend([b, a]);
                 continue;
             }
-            let found = self.integrate(&lit, view, &rect, side);
+            let found = self.integrate(&lit, view, (&place, &rect), side);
             let index = self.leaves.len() as u32;
-            let [a, b] = rect.angular();
+            let [a, b] = patch.angular;
             if found.error > 0.0 && a.max(b) > SMALLEST {
                 self.heap.push(Entry(found.error, index));
             }
@@ -202,15 +215,12 @@ impl<'a, 'b> Engine<'a, 'b> {
         self.scene.image.as_ref().expect("blocks are only admitted where there is an image")
     }
 
-    fn rect(&self, place: &Place) -> (&'a View, Rect) {
+    fn patch(&self, place: &Place) -> (&'a View, Patch) {
         match *place {
-            Place::Tree(k) => {
-                let (cells, tree) = self.image();
-                (&self.scene.views[0], cells.rect(&tree.nodes[k as usize].block))
-            }
-            Place::Cells(block) => (&self.scene.views[0], self.image().0.rect(&block)),
-            Place::Part { rect, .. } => (&self.scene.views[0], rect),
-            Place::Disk { chart, rect } => (&self.scene.views[chart], rect),
+            Place::Tree(k) => (&self.scene.views[0], self.image().1.nodes[k as usize].patch),
+            Place::Cells(block) => (&self.scene.views[0], Patch::new(self.image().0.rect(&block))),
+            Place::Part { rect, .. } => (&self.scene.views[0], Patch::new(rect)),
+            Place::Disk { chart, rect } => (&self.scene.views[chart], Patch::new(rect)),
         }
     }
 
@@ -259,13 +269,21 @@ impl<'a, 'b> Engine<'a, 'b> {
         lit.moments().is_some_and(|m| self.image().1.is_heavy(m, rect))
     }
 
-    fn integrate(&mut self, lit: &Lit<'_>, view: &View, rect: &Rect, side: Side) -> Found {
+    fn integrate(&mut self, lit: &Lit<'_>, view: &View, (place, rect): (&Place, &Rect), side: Side) -> Found {
         let horizon = (side == Side::Crossing).then_some(&view.horizon);
+        let (chart, made) = (&view.chart, Nodes::new);
         match (lit, horizon) {
-            (Lit::Stored(m), h) => product(self.g, &view.chart, h, rect, m),
-            (Lit::Summed(m), h) => product(self.g, &view.chart, h, rect, m),
-            (Lit::Corners(l), Some(h)) => clipped(self.g, &view.chart, h, rect, l),
-            (Lit::Corners(l), None) => product(self.g, &view.chart, None, rect, &corner_moments(l, rect)),
+            (Lit::Stored(m), h) => match *place {
+                Place::Tree(k) => {
+                    product(self.g, chart, h, (rect, &self.image().1.nodes[k as usize].nodes), m)
+                }
+                _ => product(self.g, chart, h, (rect, &made(rect)), m),
+            },
+            (Lit::Summed(m), h) => product(self.g, chart, h, (rect, &made(rect)), m),
+            (Lit::Corners(l), Some(h)) => clipped(self.g, chart, h, rect, l),
+            (Lit::Corners(l), None) => {
+                product(self.g, chart, None, (rect, &made(rect)), &corner_moments(l, rect))
+            }
         }
     }
 }

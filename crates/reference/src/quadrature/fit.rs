@@ -39,6 +39,7 @@ pub(super) struct Fit {
 /// τ = max of the last two, s = max of the two before: ratio per degree ρ = √(τ/s). The interpolant misses
 /// degrees 6 and up, about τ ρ^1.5/(1 − ρ) at the geometric rate; τ·ρ is kept, which real functions, whose
 /// coefficients fall faster than geometrically, stay below.
+#[inline(always)]
 fn decay(e: &Row) -> (f64, f64) {
     let last = e[N - 1].max(e[N - 2]);
     let before = e[N - 3].max(e[N - 4]);
@@ -48,6 +49,11 @@ fn decay(e: &Row) -> (f64, f64) {
 
 /// Fits each channel.
 pub(super) fn fit(s: &Samples) -> [Fit; 3] {
+    steradian_simd::dispatch(|| fit_channels(s))
+}
+
+#[inline(always)]
+fn fit_channels(s: &Samples) -> [Fit; 3] {
     let first = fit_channel(s, 0);
     let grey = s.grid[1] == s.grid[0]
         && s.grid[2] == s.grid[0]
@@ -56,6 +62,7 @@ pub(super) fn fit(s: &Samples) -> [Fit; 3] {
     if grey { [first; 3] } else { [first, fit_channel(s, 1), fit_channel(s, 2)] }
 }
 
+#[inline(always)]
 fn fit_channel(s: &Samples, channel: usize) -> Fit {
     let c = coefficients(&s.grid[channel]);
     let (mut ex, mut ey) = ([0.0; N], [0.0; N]);
@@ -77,20 +84,22 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
     Fit { c, loose, tight: tail * rho, tight_at_border: tail, share }
 }
 
+/// Rows of all degrees, so that their numbers are computed side by side.
+#[inline(always)]
 fn coefficients(g: &Square) -> Square {
-    let t = &RULE.to_degree;
-    let mut half = [[0.0; N]; N];
-    for i in 0..N {
-        for q in 0..N {
-            for b in 0..N {
-                half[i][b] += t[i][q] * g[q][b];
-            }
-        }
-    }
+    let (t, of_node) = (&RULE.to_degree, &RULE.of_node);
     let mut c = [[0.0; N]; N];
     for i in 0..N {
-        for j in 0..N {
-            c[i][j] = (0..N).map(|b| t[j][b] * half[i][b]).sum();
+        let mut half = [0.0; N];
+        for q in 0..N {
+            for b in 0..N {
+                half[b] += t[i][q] * g[q][b];
+            }
+        }
+        for b in 0..N {
+            for j in 0..N {
+                c[i][j] += of_node[b][j] * half[b];
+            }
         }
     }
     c
@@ -103,11 +112,19 @@ impl Fit {
     }
 }
 
+#[inline(always)]
 fn blend(c: &Square, px: &Row, py: &Row) -> f64 {
-    (0..N).map(|i| px[i] * (0..N).map(|j| c[i][j] * py[j]).sum::<f64>()).sum()
+    let mut row = [0.0; N];
+    for i in 0..N {
+        for j in 0..N {
+            row[j] += px[i] * c[i][j];
+        }
+    }
+    (0..N).map(|j| row[j] * py[j]).sum()
 }
 
 /// Largest |g − interpolant| over the check points.
+#[inline(always)]
 fn discrepancy(c: &Square, s: &Samples, channel: usize) -> f64 {
     let mut worst: f64 = 0.0;
     for (k, [px, py]) in RULE.checks.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Rectangles in (φ, θ) and the charts that lay them on the sphere.
 
+use super::legendre::{CHECKS, N, RULE};
 use glam::DVec3;
 
 /// A rectangle of azimuths φ and polar angles θ of one [`Chart`]; radians.
@@ -70,6 +71,83 @@ fn widest_sine(theta: [f64; 2]) -> f64 {
     if theta[0] <= right && right <= theta[1] { 1.0 } else { theta[0].sin().max(theta[1].sin()) }
 }
 
+/// A rectangle with what takes trigonometry to tell of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch {
+    /// The rectangle.
+    pub rect: Rect,
+    /// [`Rect::angular`].
+    pub angular: [f64; 2],
+    /// The direction of its middle, in the chart's coordinates.
+    pub centre: DVec3,
+    /// No point of it is further from the middle; between unit vectors, and an angle too.
+    pub reach: f64,
+}
+
+impl Patch {
+    /// Of a rectangle. The chord between (φ, θ) and (φ', θ') is 4 sin²(Δθ/2) + 4 sin θ sin θ' sin²(Δφ/2), squared.
+    pub fn new(rect: Rect) -> Self {
+        let (angular, [phi, theta]) = (rect.angular(), rect.centre());
+        let reach = 0.5 * angular[0].hypot(angular[1]);
+        Self { rect, angular, centre: spherical(phi.sin_cos(), theta.sin_cos()), reach }
+    }
+}
+
+/// Where an integrand is sampled on a rectangle, in the chart's coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Nodes {
+    /// cos φ and sin φ of the Gauss rule's columns.
+    azimuths: [[f64; 2]; N],
+    /// sin θ and cos θ of its rows.
+    polars: [[f64; 2]; N],
+    /// The check points, and sin θ there.
+    checks: [(DVec3, f64); CHECKS.len()],
+}
+
+impl Nodes {
+    /// On a rectangle.
+    pub fn new(rect: &Rect) -> Self {
+        let ([cp, ct], [hp, ht]) = (rect.centre(), rect.size().map(|s| 0.5 * s));
+        let sin_cos = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            [sin, cos]
+        };
+        let check = |[x, y]: [f64; 2]| {
+            let theta = (ct + ht * y).sin_cos();
+            (spherical((cp + hp * x).sin_cos(), theta), theta.0)
+        };
+        Self {
+            azimuths: RULE.x.map(|x| sin_cos(cp + hp * x)).map(|[sin, cos]| [cos, sin]),
+            polars: RULE.x.map(|x| sin_cos(ct + ht * x)),
+            checks: CHECKS.map(check),
+        }
+    }
+
+    /// All local directions, those of the Gauss rule first, by columns; and sin θ there.
+    pub fn directions(&self, chart: &Chart) -> ([DVec3; SAMPLES], [f64; SAMPLES]) {
+        let (mut wi, mut sines) = ([DVec3::ZERO; SAMPLES], [0.0; SAMPLES]);
+        for (a, [cos, sin]) in self.azimuths.iter().enumerate() {
+            let column = chart.x * *cos + chart.z * *sin;
+            for (b, [sin, cos]) in self.polars.iter().enumerate() {
+                wi[a * N + b] = column * *sin + chart.y * *cos;
+                sines[a * N + b] = *sin;
+            }
+        }
+        for (k, (d, sine)) in self.checks.iter().enumerate() {
+            (wi[N * N + k], sines[N * N + k]) = (chart.at(*d), *sine);
+        }
+        (wi, sines)
+    }
+}
+
+/// Points of the Gauss rule, and check points.
+pub(super) const SAMPLES: usize = N * N + CHECKS.len();
+
+/// A chart's direction from sine and cosine of φ and of θ.
+fn spherical((sp, cp): (f64, f64), (st, ct): (f64, f64)) -> DVec3 {
+    DVec3::new(st * cp, ct, st * sp)
+}
+
 /// Polar coordinates laid on the sphere, seen from the shading frame: direction(φ, θ) =
 /// sin θ (cos φ · x + sin φ · z) + cos θ · y, all in local coordinates (the shading normal is +z there).
 #[derive(Debug, Clone, Copy)]
@@ -89,9 +167,13 @@ impl Chart {
         Self { x, y: pole, z: x.cross(pole) }
     }
 
+    /// The local direction of one in the chart's coordinates.
+    pub fn at(&self, d: DVec3) -> DVec3 {
+        self.x * d.x + self.y * d.y + self.z * d.z
+    }
+
     /// The local direction at (φ, θ).
     pub fn direction(&self, phi: f64, theta: f64) -> DVec3 {
-        let ((sp, cp), (st, ct)) = (phi.sin_cos(), theta.sin_cos());
-        (self.x * cp + self.z * sp) * st + self.y * ct
+        self.at(spherical(phi.sin_cos(), theta.sin_cos()))
     }
 }

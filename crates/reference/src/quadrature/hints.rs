@@ -1,6 +1,6 @@
 //! How finely rectangles must be cut whatever their samples say: near the lobes a reflectance names.
 
-use super::geometry::{Chart, Rect};
+use super::geometry::{Chart, Patch};
 use glam::DVec3;
 use steradian_brdf::Lobe;
 
@@ -60,28 +60,26 @@ impl Hints {
     }
 
     /// Is this rectangle too large to be sampled?
-    pub fn must_cut(&self, chart: &Chart, rect: &Rect) -> bool {
-        let [a, b] = rect.angular();
+    pub fn must_cut(&self, chart: &Chart, patch: &Patch) -> bool {
+        let [a, b] = patch.angular;
         let size = a.max(b);
-        if size > self.largest || (rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
+        if size > self.largest || (patch.rect.size()[0] > 0.51 * std::f64::consts::PI && a > 1e-9) {
             return true;
         }
         if size <= FACTOR * FINEST || self.ridges.is_empty() {
             return false;
         }
-        let [phi, theta] = rect.centre();
-        let centre = chart.direction(phi, theta);
-        let radius = 0.5 * a.hypot(b);
+        let centre = chart.at(patch.centre);
         self.ridges.iter().any(|r| {
-            let distance = (angle_between(centre, r.axis) - r.angle).abs() - radius;
-            size > FACTOR * r.width.max(distance)
+            let too_large = |distance: f64| size > FACTOR * distance;
+            too_large(r.width) && too_large((angle_between(centre, r.axis) - r.angle).abs() - patch.reach)
         })
     }
 
     /// Is this rectangle, which the horizon crosses, too large to be sampled? Shadowing by V-cavities creases
     /// where n·wi = n·wo, and so does much else at grazing views.
-    pub fn must_cut_at_horizon(&self, rect: &Rect) -> bool {
-        let [a, b] = rect.angular();
+    pub fn must_cut_at_horizon(&self, patch: &Patch) -> bool {
+        let [a, b] = patch.angular;
         a.max(b) > FACTOR * self.layer
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct Rule {
     pub x: Row,
     /// Discrete transform: c_i = Σ_q `to_degree[i][q]` g(x_q) are the Legendre coefficients of the interpolant.
     pub to_degree: Square,
+    /// The same, node first.
+    pub of_node: Square,
     /// Weights.
     pub w: Row,
     /// P_i(x_q), indexed `[i][q]`.
@@ -36,6 +38,7 @@ pub(super) static RULE: LazyLock<Rule> = LazyLock::new(|| {
         x: [0.0; N],
         w: [0.0; N],
         to_degree: [[0.0; N]; N],
+        of_node: [[0.0; N]; N],
         p: [[0.0; N]; N],
         checks: CHECKS.map(|c| c.map(polynomials)),
     };
@@ -45,6 +48,7 @@ pub(super) static RULE: LazyLock<Rule> = LazyLock::new(|| {
         for i in 0..N {
             rule.p[i][q] = p[i];
             rule.to_degree[i][q] = (i as f64 + 0.5) * weights[q] * p[i];
+            rule.of_node[q][i] = rule.to_degree[i][q];
         }
     }
     rule

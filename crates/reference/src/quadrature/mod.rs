@@ -28,11 +28,11 @@ use geometry::Chart;
 use glam::DVec3;
 use hints::Hints;
 use pyramid::Pyramid;
-use rayon::prelude::*;
 use rule::Integrand;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::{Lights, Unsound};
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Frame, Layout};
 
 /// Evaluations of f_cos after which a point stops, with whatever error is left stated.

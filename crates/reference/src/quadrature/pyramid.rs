@@ -3,13 +3,17 @@
 //! Blocks are halved along their longer side on the sphere, so that blocks near the poles span many columns.
 
 use super::cells::{Block, Cells, Moments};
-use super::geometry::{Axis, Rect};
+use super::geometry::{Axis, Nodes, Patch, Rect};
 use super::legendre::{N, affine};
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 
-/// Fewest cells of a stored leaf.
-const LEAF: usize = 32;
+/// Cells of a stored leaf: few in images of up to [`FINE`] leaves, more in larger ones, whose tree would not fit into a
+/// cache.
+const LEAF: [usize; 2] = [4, 32];
+
+/// Leaves up to which they are made small.
+const FINE: usize = 1 << 13;
 
 /// Most stored leaves, about: larger images get larger leaves.
 const LEAVES: usize = 1 << 16;
@@ -26,6 +30,18 @@ pub(super) struct Node {
     pub child: u32,
     /// Its moments.
     pub moments: Moments,
+    /// Its rectangle.
+    pub patch: Patch,
+    /// Where it is sampled.
+    pub nodes: Nodes,
+}
+
+impl Node {
+    fn new(block: Block, cells: &Cells<'_>) -> Self {
+        let rect = cells.rect(&block);
+        let (patch, nodes) = (Patch::new(rect), Nodes::new(&rect));
+        Self { block, child: 0, moments: Moments::ZERO, patch, nodes }
+    }
 }
 
 /// All blocks, level by level from the root.
@@ -41,8 +57,8 @@ impl Pyramid {
     /// Builds the tree over every cell.
     pub fn build(cells: &Cells<'_>, task: &Task) -> Result<Self, Cancelled> {
         let root = cells.all();
-        let leaf = LEAF.max(root.len() / LEAVES);
-        let mut nodes = vec![Node { block: root, child: 0, moments: Moments::ZERO }];
+        let leaf = (root.len() / FINE).clamp(LEAF[0], LEAF[1]).max(root.len() / LEAVES);
+        let mut nodes = vec![Node::new(root, cells)];
         let mut levels = vec![0];
         let mut from = 0;
         while from < nodes.len() {
@@ -51,8 +67,8 @@ impl Pyramid {
                 let block = nodes[k].block;
                 if block.len() > leaf {
                     nodes[k].child = nodes.len() as u32;
-                    let halves = block.halves(cells.rect(&block).long_axis());
-                    nodes.extend(halves.map(|block| Node { block, child: 0, moments: Moments::ZERO }));
+                    let halves = block.halves(nodes[k].patch.rect.long_axis());
+                    nodes.extend(halves.map(|block| Node::new(block, cells)));
                 }
             }
             levels.push(to);
@@ -71,7 +87,7 @@ impl Pyramid {
         }
         let mut power = [0.0; 3];
         for node in nodes.iter().filter(|n| n.child == 0) {
-            let share = on_sphere(&node.moments, &cells.rect(&node.block));
+            let share = on_sphere(&node.moments, &node.patch.rect);
             for c in 0..3 {
                 power[c] += share[c];
             }
@@ -97,7 +113,7 @@ fn merged(cells: &Cells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
     let parent = cells.rect(block);
     let mut out = Moments::ZERO;
     for half in halves {
-        let rect = cells.rect(&half.block);
+        let rect = half.patch.rect;
         let axis = if half.block.i == block.i { Axis::Theta } else { Axis::Phi };
         add_half(&mut out, &parent, &half.moments, &rect, axis);
         if half.moments.peak[0] > out.peak[0] {
@@ -108,7 +124,7 @@ fn merged(cells: &Cells<'_>, block: &Block, halves: [&Node; 2]) -> Moments {
     for c in 0..3 {
         let mean = out.m[c][0][0] / (dx * dy);
         for half in halves {
-            let [hx, hy] = cells.rect(&half.block).size();
+            let [hx, hy] = half.patch.rect.size();
             let h = &half.moments;
             out.spread[c] += h.spread[c] + (h.m[c][0][0] - mean * hx * hy).abs();
         }

@@ -2,7 +2,7 @@
 
 use super::cells::{Corners, Moments, bilinear};
 use super::fit::{Fit, Samples, fit};
-use super::geometry::{Axis, Chart, Rect};
+use super::geometry::{Axis, Chart, Nodes, Rect, SAMPLES};
 use super::horizon::Horizon;
 use super::legendre::{CHECKS, N, RULE};
 use glam::DVec3;
@@ -35,6 +35,22 @@ impl<'a> Integrand<'a> {
             [0.0; 3]
         }
     }
+
+    /// The same at many directions.
+    fn all(&mut self, wi: &[DVec3; SAMPLES], scale: &[f64; SAMPLES]) -> [[f64; 3]; SAMPLES] {
+        self.evaluations += SAMPLES as u64;
+        let mut f = [[0.0; 3]; SAMPLES];
+        self.brdf.f_cos_batch(wi, self.wo, &mut f);
+        for (f, scale) in f.iter_mut().zip(scale) {
+            if f.iter().all(|x| x.is_finite()) {
+                *f = f.map(|x| x * scale);
+            } else {
+                self.broken = true;
+                *f = [0.0; 3];
+            }
+        }
+        f
+    }
 }
 
 /// What a rule finds.
@@ -57,10 +73,10 @@ pub(super) fn product(
     g: &mut Integrand<'_>,
     chart: &Chart,
     horizon: Option<&Horizon>,
-    rect: &Rect,
+    (rect, nodes): (&Rect, &Nodes),
     l: &Moments,
 ) -> Found {
-    let mut samples = sample(g, chart, rect);
+    let mut samples = sample(g, chart, nodes);
     if l.peak[0] > 0.0 {
         let [_, phi, theta] = l.peak;
         samples.peak = Some((scaled(rect, phi, theta), g.at(chart.direction(phi, theta), theta.sin())));
@@ -151,28 +167,18 @@ fn axis(fits: &[Fit; 3], rect: &Rect) -> Axis {
     }
 }
 
-fn sample(g: &mut Integrand<'_>, chart: &Chart, rect: &Rect) -> Samples {
-    let [cp, ct] = rect.centre();
-    let [hp, ht] = rect.size().map(|s| 0.5 * s);
-    let azimuths = RULE.x.map(|x| {
-        let (s, c) = (cp + hp * x).sin_cos();
-        chart.x * c + chart.z * s
-    });
-    let polars = RULE.x.map(|x| (ct + ht * x).sin_cos());
+fn sample(g: &mut Integrand<'_>, chart: &Chart, nodes: &Nodes) -> Samples {
+    let (wi, sines) = nodes.directions(chart);
+    let f = g.all(&wi, &sines);
     let mut out = Samples::ZERO;
     for a in 0..N {
         for b in 0..N {
-            let (st, ct) = polars[b];
-            let v = g.at(azimuths[a] * st + chart.y * ct, st);
             for c in 0..3 {
-                out.grid[c][a][b] = v[c];
+                out.grid[c][a][b] = f[a * N + b][c];
             }
         }
     }
-    for (k, [x, y]) in CHECKS.into_iter().enumerate() {
-        let theta = ct + ht * y;
-        out.checks[k] = g.at(chart.direction(cp + hp * x, theta), theta.sin());
-    }
+    out.checks.copy_from_slice(&f[N * N..]);
     out
 }
 

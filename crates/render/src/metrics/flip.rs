@@ -7,7 +7,7 @@
 
 use crate::Display;
 use crate::tone::srgb_decode;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Pixels per degree of a 0.7 m wide 3840-pixel display at 0.7 m.
 pub const DEFAULT_PPD: f32 = 67.020_64;

@@ -20,9 +20,9 @@ pub use shader::{BakeShader, DirectShader, ReferenceShader, Shader};
 mod tests;
 
 use crate::{Background, Film, Maps, Texture};
-use rayon::prelude::*;
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_scene::{Bvh, Camera, Mesh};
 use tile::Tile;
 

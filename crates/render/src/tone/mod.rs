@@ -6,7 +6,7 @@ mod srgb;
 pub use srgb::{srgb_decode, srgb_encode};
 
 use crate::{Display, Film};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// How radiance above what a display can show is brought into its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

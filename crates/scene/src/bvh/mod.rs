@@ -8,7 +8,7 @@ mod triangle;
 
 use crate::{Mesh, Ray};
 use node::Node;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_simd::run;
 use traverse::{Closest, Occluded};
 use triangle::Block;

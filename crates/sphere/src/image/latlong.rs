@@ -2,8 +2,8 @@
 
 use super::{Filter, SphereImage};
 use crate::layout::Layout;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 
 /// Axes that shrink are averaged exactly over the new cells; then axes that grow are interpolated.
 pub fn resample(source: &SphereImage, width: usize, height: usize) -> SphereImage {

@@ -14,7 +14,7 @@ pub use lookup::Filter;
 
 use crate::layout::{Layout, Position};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Three planes of f32 over a layout; each plane holds its faces one after the other, rows from the top.
 #[derive(Debug, Clone, PartialEq)]

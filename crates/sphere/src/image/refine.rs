@@ -1,7 +1,7 @@
 //! Twice as many texels each way, with every texel's mean kept.
 
 use super::{Filter, SphereImage};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Each face's planes at 2 w × 2 h. Catmull–Rom at the quarter points; then each texel's four parts are drawn
 /// towards their mean until they lie between the smallest and the largest of its 3 × 3 neighbourhood, and

@@ -14,7 +14,7 @@ use super::refine::refine;
 use super::{Filter, SphereImage};
 use crate::layout::{Layout, Position, disc};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// `source` seen through `back` (target direction → source direction) in another layout and size.
 pub fn remap(source: &SphereImage, layout: Layout, width: usize, height: usize, back: DMat3) -> SphereImage {

@@ -1,7 +1,7 @@
 //! Rules on [−1, 1]; nodes ascend.
 
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 
 /// Nodes in (−1, 1), ascending, and weights of the n-point Gauss–Legendre rule, exact to degree 2n − 1.
 ///

@@ -6,6 +6,7 @@
 mod basis;
 mod dering;
 mod exchange;
+pub mod fft;
 mod points;
 mod project;
 mod rotation;

@@ -3,7 +3,7 @@
 use super::{Basis, Grid, ShRgb, ShTransform, count};
 use crate::layout::Position;
 use crate::{Layout, SphereImage};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Rows of texels per block: blocks are summed in index order, so the result does not depend on threads.
 const ROWS: usize = 16;

@@ -3,7 +3,7 @@
 use super::exchange::Band;
 use super::{ShRgb, count};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// ZYZ Euler angles (α, β, γ), radians: R = R_z(α) R_y(β) R_z(γ), active matrices on column vectors.
 ///

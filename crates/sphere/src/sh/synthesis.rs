@@ -6,7 +6,7 @@ use super::{Basis, ColumnsRgb, Grid, PointSynthesis, ShRgb, ShTransform, count};
 use crate::layout::Position;
 use crate::{Layout, SphereImage};
 use glam::DVec3;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// Above this order texels are interpolated from a lat-long grid: it is quicker than the sum over the basis.
 const DIRECT_ORDER: usize = 20;

@@ -2,7 +2,7 @@
 
 use super::ShRgb;
 use glam::Mat3;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector};
 
 /// Bands that are turned: orders 0 … 4.

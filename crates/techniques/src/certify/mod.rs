@@ -20,11 +20,11 @@ use crate::{PointsBuf, Radiance};
 use errors::Look;
 use glam::DVec3;
 use probes::Probe;
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::{Tree, angular};
 use steradian_sphere::Frame;
 

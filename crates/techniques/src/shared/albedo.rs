@@ -3,9 +3,9 @@
 use super::once;
 use super::tables::texel_bytes;
 use crate::gpu::{Format, Level, Shape, Table};
-use rayon::prelude::*;
 use std::sync::OnceLock;
 use steradian_brdf::dfg;
+use steradian_parallel::prelude::*;
 
 /// Samples over √(n·wo): denser towards grazing, where both bend.
 const WIDTH: usize = 48;

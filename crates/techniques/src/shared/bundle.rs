@@ -4,9 +4,9 @@
 use crate::gpu::{Format, Level, Shape, Table};
 use crate::shared::harmonics::{MAX_TERMS, globe_uv};
 use crate::tensors::{PartError, TensorFile};
-use rayon::prelude::*;
 use std::f32::consts::PI;
 use steradian_formats::{Tensor, TensorData};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::edge_cube::{direction, face_position};
 
 /// How directions find texels.

@@ -21,13 +21,13 @@ pub fn get<R: Send + Sync>(cell: &OnceLock<R>, make: impl FnOnce() -> R + Send) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rayon::prelude::*;
+    use steradian_parallel::prelude::*;
 
     #[test]
     fn a_parallel_loop_may_ask_for_what_a_parallel_loop_makes() {
         let cell = OnceLock::new();
         let make = || (0..100_000u64).into_par_iter().map(|x| x % 7).sum::<u64>();
-        let all: Vec<u64> = (0..64).into_par_iter().map(|_| *get(&cell, make)).collect();
+        let all: Vec<u64> = (0..64usize).into_par_iter().map(|_| *get(&cell, make)).collect();
         assert!(all.iter().all(|s| *s == make()));
     }
 }

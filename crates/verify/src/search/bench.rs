@@ -11,9 +11,9 @@ use crate::scale::{Column, Moments};
 use crate::texture;
 use crate::turn::{self, Turn};
 use glam::DMat3;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage};
 
 /// Levels that are off by less may be as their baker made them, unless a cause shows clearly.

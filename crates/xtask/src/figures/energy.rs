@@ -7,11 +7,11 @@
 use super::chart::{self, Bar};
 use super::{Options, percent, save, say};
 use anyhow::Result;
-use rayon::prelude::*;
 use std::time::Instant;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq};
 use steradian_brdf::{SpecError, parse};
+use steradian_parallel::prelude::*;
 use steradian_testkit::data_dir;
 
 /// The paper's F.

@@ -22,8 +22,8 @@ pub use profiles::{Axis, Residual, Views};
 pub use rings::{Curve, Rings};
 
 use crate::Brdf;
-use rayon::prelude::*;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 
 /// How a lobe's profile follows the view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

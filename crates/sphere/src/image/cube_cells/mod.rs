@@ -17,8 +17,8 @@ use self::cap::Cap;
 use self::columns::{Columns, Walk};
 use super::SphereImage;
 use crate::layout::{Layout, cube};
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_parallel::prelude::*;
 
 /// Longest piece of a side in azimuth, radians.
 const STEP: f64 = 0.05;

@@ -24,8 +24,8 @@ use super::{Basis, ShRgb, count};
 use glam::DVec3;
 use program::{Constraint, Program};
 use proof::Proof;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 
 /// How often lowest points join the constraints.
 const ROUNDS: usize = 40;

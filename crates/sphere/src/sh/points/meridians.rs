@@ -3,9 +3,9 @@
 use super::Grid2;
 use super::bell::WindowSpectrum;
 use crate::sh::transform::{Batch, Lanes, Real, aligned};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::marker::PhantomData;
+use steradian_parallel::prelude::*;
 
 /// From `height` rows of `width` samples at texel centres to a grid twice as dense in θ.
 pub(super) struct Meridians<T: Real> {

@@ -18,9 +18,9 @@ use bell::{WIDEST, WindowSpectrum, polynomials};
 pub(super) use cube::CubeAngles;
 use glam::DVec3;
 use meridians::Meridians;
-use rayon::prelude::*;
 use read::Read;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 
 /// A function of the sphere, ready to be read at any points, three channels at a time.
 pub struct PointSynthesis(Any);

@@ -2,14 +2,14 @@
 //!
 //! Decimation in frequency leaves frequencies in the order of their digits reversed, and decimation in time
 //! begins with that: whoever reads or writes a spectrum looks up where a frequency stands, and nothing is ever
-//! put in order. Lengths with a prime factor above 7 are left to rustfft, one lane at a time.
+//! put in order. A length with a prime factor above 7 is a convolution
+//! with a chirp, of two longer transforms (Bluestein 1970).
 
 use super::butterfly::{Pair, butterfly, times};
-use super::kernel::Real;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use super::fourier::Lanes;
+use super::kernel::{Real, aligned};
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::marker::PhantomData;
 use steradian_simd::{Arch, Kernel, Vector};
 
 /// Bytes of sequences that the first-level cache holds: longer ones are done in parts.
@@ -21,7 +21,7 @@ pub(in crate::sh) struct Batch<T: Real> {
     stages: Vec<Stage<T>>,
     /// Where frequencies stand.
     place: Vec<u32>,
-    other: Option<Arc<dyn Fft<T>>>,
+    chirp: Option<Box<Chirp<T>>>,
 }
 
 /// Butterflies of one radix over sequences of radix · `part` numbers.
@@ -37,8 +37,8 @@ struct Stage<T> {
 impl<T: Real> Batch<T> {
     pub(in crate::sh) fn new(length: usize) -> Self {
         let Some(radices) = radices(length) else {
-            let other = Some(FftPlanner::new().plan_fft_forward(length));
-            return Self { length, stages: vec![], place: (0..length as u32).collect(), other };
+            let chirp = (length > 0).then(|| Box::new(Chirp::new(length)));
+            return Self { length, stages: vec![], place: (0..length as u32).collect(), chirp };
         };
         let mut part = length;
         let stages: Vec<Stage<T>> = radices
@@ -57,7 +57,7 @@ impl<T: Real> Batch<T> {
             place as u32
         };
         let place = (0..length).map(place).collect();
-        Self { length, stages, place, other: None }
+        Self { length, stages, place, chirp: None }
     }
 
     /// Where each frequency stands in a spectrum.
@@ -68,8 +68,8 @@ impl<T: Real> Batch<T> {
     /// Spectra Σ_j x_j e^{−2πi jk/length}, in place; sequences as registers of real and of imaginary parts by
     /// turns.
     pub(in crate::sh) fn forward(&self, x: &mut [T]) {
-        if let Some(fft) = &self.other {
-            return self.by_lanes(&**fft, x);
+        if let Some(chirp) = &self.chirp {
+            return chirp.transform(x);
         }
         steradian_simd::run(Transform::<T, true> { batch: self, x });
     }
@@ -77,26 +77,79 @@ impl<T: Real> Batch<T> {
     /// The same sums from spectra to sequences. Real and imaginary parts exchanged, on both ends, it is the
     /// inverse, times the length.
     pub(in crate::sh) fn backward(&self, x: &mut [T]) {
-        if let Some(fft) = &self.other {
-            return self.by_lanes(&**fft, x);
+        if let Some(chirp) = &self.chirp {
+            return chirp.transform(x);
         }
         steradian_simd::run(Transform::<T, false> { batch: self, x });
     }
+}
 
-    fn by_lanes(&self, fft: &dyn Fft<T>, x: &mut [T]) {
-        let lanes = x.len() / (2 * self.length);
-        let zero = Complex::new(T::default(), T::default());
-        let mut sequence = vec![zero; self.length];
-        let mut scratch = vec![zero; fft.get_inplace_scratch_len()];
-        for lane in 0..lanes {
-            for (z, x) in sequence.iter_mut().zip(x.chunks_exact(2 * lanes)) {
-                *z = Complex::new(x[lane], x[lanes + lane]);
-            }
-            fft.process_with_scratch(&mut sequence, &mut scratch);
-            for (z, x) in sequence.iter().zip(x.chunks_exact_mut(2 * lanes)) {
-                (x[lane], x[lanes + lane]) = (z.re, z.im);
+/// A transform of any length n. With jk = (j² + k² − (k − j)²)/2 it is w_k Σ_j (x_j w_j) w̄_{k−j}, w_j = e^{−πi j²/n}: a
+/// convolution, which transforms of a length of 2n − 1 and more make.
+struct Chirp<T: Real> {
+    length: usize,
+    batch: Batch<T>,
+    /// w_j.
+    w: Vec<[T; 2]>,
+    /// The spectrum of w̄, where the batch has its frequencies, over the batch's length.
+    spectrum: Vec<[T; 2]>,
+}
+
+impl<T: Real> Chirp<T> {
+    fn new(length: usize) -> Self {
+        let mut long = 2 * length - 1;
+        while radices(long).is_none() {
+            long += 1;
+        }
+        // The angle is reduced exactly first.
+        let turns = 2 * length as u128;
+        let angle = |j: usize| -PI * ((j as u128).pow(2) % turns) as f64 / length as f64;
+        let lanes = steradian_simd::run(Lanes::<f64>(PhantomData));
+        let mut buffer = Vec::new();
+        let x = aligned::<f64>(&mut buffer, 2 * lanes * long);
+        for j in 0..length {
+            let (sin, cos) = angle(j).sin_cos();
+            for at in [j, (long - j) % long] {
+                (x[2 * lanes * at], x[2 * lanes * at + lanes]) = (cos, -sin);
             }
         }
+        Batch::<f64>::new(long).forward(x);
+        let scale = 1.0 / long as f64;
+        let spectrum = x.chunks_exact(2 * lanes).map(|x| [T::of(scale * x[0]), T::of(scale * x[lanes])]);
+        let w = (0..length).map(|j| angle(j).sin_cos()).map(|(sin, cos)| [T::of(cos), T::of(sin)]);
+        Self { length, w: w.collect(), spectrum: spectrum.collect(), batch: Batch::new(long) }
+    }
+
+    fn transform(&self, x: &mut [T]) {
+        let lanes = x.len() / (2 * self.length);
+        let mut buffer = Vec::new();
+        let y = aligned(&mut buffer, 2 * lanes * self.spectrum.len());
+        for ((y, x), w) in y.chunks_exact_mut(2 * lanes).zip(x.chunks_exact(2 * lanes)).zip(&self.w) {
+            let (re, im) = y.split_at_mut(lanes);
+            multiply(x, *w, re, im);
+        }
+        self.batch.forward(y);
+        let mut z = vec![T::default(); 2 * lanes];
+        for (y, s) in y.chunks_exact_mut(2 * lanes).zip(&self.spectrum) {
+            z.copy_from_slice(y);
+            let (im, re) = y.split_at_mut(lanes);
+            multiply(&z, *s, re, im);
+        }
+        self.batch.backward(y);
+        for ((y, x), w) in y.chunks_exact_mut(2 * lanes).zip(x.chunks_exact_mut(2 * lanes)).zip(&self.w) {
+            y.rotate_left(lanes);
+            let (re, im) = x.split_at_mut(lanes);
+            multiply(y, *w, re, im);
+        }
+    }
+}
+
+/// Real parts and then imaginary parts of some lanes, times w.
+fn multiply<T: Real>(x: &[T], w: [T; 2], re: &mut [T], im: &mut [T]) {
+    let lanes = re.len();
+    for i in 0..lanes {
+        re[i] = x[i] * w[0] - x[lanes + i] * w[1];
+        im[i] = x[i] * w[1] + x[lanes + i] * w[0];
     }
 }
 
@@ -238,23 +291,30 @@ impl<T: Real> Stage<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sh::transform::kernel::aligned;
+    use crate::sh::fft::Complex;
 
-    /// Lanes of f64 of the instruction set in use.
-    struct Lanes;
-
-    impl Kernel for Lanes {
-        type Output = usize;
-        #[inline(always)]
-        fn run<A: Arch>(self) -> usize {
-            A::F64::LANES
+    #[test]
+    fn chirps_in_single_precision() {
+        let lanes = steradian_simd::run(Lanes::<f32>(PhantomData));
+        for n in [11, 97, 1022] {
+            let (batch, mut buffer) = (Batch::<f32>::new(n), Vec::new());
+            let x = aligned(&mut buffer, 2 * lanes * n);
+            x.iter_mut().enumerate().for_each(|(i, x)| *x = ((i * i) as f32).sin());
+            let before = x.to_vec();
+            for _ in 0..2 {
+                batch.forward(x);
+                x.chunks_exact_mut(2 * lanes).for_each(|pair| pair.rotate_left(lanes));
+            }
+            for (a, b) in x.iter().zip(&before) {
+                assert!((a / n as f32 - b).abs() < 4e-6, "{n}: {a} {b}");
+            }
         }
     }
 
     #[test]
     fn spectra_are_sums_and_come_back() {
-        let lanes = steradian_simd::run(Lanes);
-        for n in [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 22, 30, 49, 64, 105, 128, 360, 1024] {
+        let lanes = steradian_simd::run(Lanes::<f64>(PhantomData));
+        for n in [1, 2, 3, 4, 5, 6, 7, 8, 10, 11, 12, 13, 16, 22, 30, 49, 64, 97, 105, 128, 360, 1022, 1024] {
             let batch = Batch::<f64>::new(n);
             let mut buffer = Vec::new();
             let x = aligned(&mut buffer, 2 * lanes * n);
@@ -263,13 +323,12 @@ mod tests {
             batch.forward(x);
             let lane = |x: &[f64], i: usize| Complex::new(x[2 * lanes * i + 1], x[2 * lanes * i + lanes + 1]);
             for k in (0..n).step_by(1 + n / 7) {
-                let sum: Complex<f64> = (0..n)
-                    .map(|j| {
-                        let angle = -2.0 * PI * (j * k % n) as f64 / n as f64;
-                        lane(&before, j) * Complex::from_polar(1.0, angle)
-                    })
-                    .sum();
-                assert!((sum - lane(x, batch.places()[k] as usize)).norm() < 1e-12 * n as f64, "{n} {k}");
+                let sum = (0..n).fold(Complex::default(), |sum, j| {
+                    let angle = -2.0 * PI * (j * k % n) as f64 / n as f64;
+                    sum + lane(&before, j) * Complex::cis(angle)
+                });
+                let missed = sum + lane(x, batch.places()[k] as usize) * -1.0;
+                assert!(missed.re.hypot(missed.im) < 1e-12 * n as f64, "{n} {k}");
             }
             let swap = |x: &mut [f64]| {
                 for pair in x.chunks_exact_mut(2 * lanes) {

@@ -9,7 +9,7 @@
 use super::Sample;
 use super::recursion::{Starts, Step};
 use super::rings::BLOCK;
-use rustfft::FftNum;
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 use steradian_simd::{Arch, Double, Single, Vector};
 
 /// Cosine terms of red, green and blue, then their sine terms, each three followed by a number that does not
@@ -20,7 +20,20 @@ pub(super) type Row = [f64; 8];
 pub(super) const CELL: usize = 12 * BLOCK;
 
 /// The precision of sums.
-pub(in crate::sh) trait Real: FftNum + Default + Sample {
+pub(in crate::sh) trait Real:
+    Sample
+    + Default
+    + std::fmt::Debug
+    + PartialOrd
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
     /// A register.
     type Vector<A: Arch>: Vector<T = Self>;
     /// A register of at least four, which may be less than the widest.

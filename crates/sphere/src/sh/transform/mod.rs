@@ -34,7 +34,6 @@ use fourier::{analysis_phase, synthesis_phase};
 pub(super) use kernel::{Real, aligned};
 use passes::Work;
 use pool::Pool;
-use rayon::prelude::*;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
 use rings::Rings;
@@ -42,6 +41,7 @@ pub use sample::Sample;
 use std::f64::consts::PI;
 use std::mem::take;
 use std::sync::{Mutex, PoisonError};
+use steradian_parallel::prelude::*;
 
 /// Bytes up to which a plan keeps the recursion's constants and starting values.
 const KEPT: usize = 128 << 20;

@@ -9,10 +9,10 @@ use super::pool::Pool;
 use super::rings::BLOCK;
 use super::synthesis::Synthesis;
 use super::{AnyWork, ColumnsRgb, Grid, Sample, ShTransform};
-use rayon::prelude::*;
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use steradian_parallel::prelude::*;
 
 /// Orders m whose cells of a block lie side by side, so that a block's spectra are met in long runs.
 pub(super) const SIDE: usize = 8;

@@ -9,10 +9,10 @@ use crate::shared::distant::DistantLight;
 use crate::shared::reflectance::Reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
-use rayon::prelude::*;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Form;
 use steradian_brdf::model::strand::Kind;
+use steradian_parallel::prelude::*;
 use steradian_prefilter::stack;
 
 /// Tolerance where the user gives none.

@@ -1,8 +1,8 @@
 //! How many slices, bands and texels the tolerance needs.
 
 use super::fibre::Fibre;
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::{Source, edge_cube};
 
 /// Slices over α = 0 … π/2, where none are asked for.

@@ -8,9 +8,9 @@ use crate::shared::reflectance::Reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::methods::{Footprint, Lookup, Paraboloids, paraboloids};
 use steradian_prefilter::{EdgeCube, Power, angular, probe};
 

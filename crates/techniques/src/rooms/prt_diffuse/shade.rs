@@ -6,8 +6,8 @@ use crate::shared::sh_light::ShLight;
 use crate::shared::transport::{self, PerSite};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use steradian_parallel::prelude::*;
 use steradian_sphere::sh::Rotation;
 
 /// Thirty-six names.

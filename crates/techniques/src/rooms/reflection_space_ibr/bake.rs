@@ -9,8 +9,8 @@ use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::shared::views::{MOST, Seen, ViewImage};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
-use rayon::prelude::*;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_parallel::prelude::*;
 use steradian_prefilter::{Cosine, EdgeCube, filter, probe};
 use steradian_sphere::sh::ShRgb;
 

@@ -9,9 +9,9 @@
 
 use super::scaled::{Scaled, both};
 use crate::shared::spectral_error;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use steradian_numerics::eigen;
+use steradian_parallel::prelude::*;
 
 /// Shares of the squared tolerance that components, F and lookups may use.
 const SHARES: [f64; 3] = [0.55, 0.1, 0.15];

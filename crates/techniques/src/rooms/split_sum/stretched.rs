@@ -17,10 +17,10 @@ use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::texel_bytes;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use steradian_brdf::Form;
 use steradian_brdf::model::ward::Variant;
+use steradian_parallel::prelude::*;
 
 /// Lookups that are further apart than this many of their widths would show one by one.
 const STEP: f64 = 1.5;

@@ -25,10 +25,10 @@ pub use seen::Seen;
 use crate::Part;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_parallel::prelude::*;
 
 /// Highest order that techniques ask for: the light must be known as far.
 pub const MOST: usize = 96;
