@@ -3,8 +3,9 @@
 use crate::{Destinations, Error, Notice, Session};
 use std::path::Path;
 use steradian_formats::{
-    Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_image,
+    Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_atomic, write_image,
 };
+use steradian_render::plot::Drawing;
 use steradian_render::{Develop, Display, Film};
 use steradian_sphere::SphereImage;
 
@@ -87,6 +88,15 @@ impl Session {
         let raster = Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
         let options = WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() };
         self.write_image(path, &raster, options).map(|_| ())
+    }
+
+    /// A drawing: .svg or .png.
+    pub fn write_drawing(&self, path: &Path, drawing: &Drawing) -> Result<(), Error> {
+        match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("svg") => Ok(write_atomic(path, |w| w.write_all(drawing.svg().as_bytes()))?),
+            Some("png") => self.write_display(path, &drawing.display(), Vec::new()),
+            _ => Err(Error::usage(format!("{}: plots are .svg or .png", path.display()))),
+        }
     }
 
     /// A cube map as a texture of one level, with provenance where the container has room.

@@ -1,19 +1,11 @@
 //! `steradian compare`: techniques side by side against the reference.
 
-mod chart;
-mod forms;
-mod resume;
-mod sweep;
-
-use crate::commands::inspect::plot;
 use crate::commands::render::{size, tone_mapper};
 use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs, PathArgs};
 use clap::Args;
-use forms::{csv, document, html, latex, sheet, table};
 use glam::Vec3;
-use resume::Kept;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
@@ -22,13 +14,15 @@ use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Maps, Settings, ToneMapper};
 use steradian_session::compare::{Answer, Plan};
+use steradian_session::comparison::{
+    Finding, Kept, Sweep, Swept, csv, digest, document, drawing, html, latex, mark as file_mark, sheet, table,
+};
 use steradian_session::{
     DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, check_output,
     for_any_mesh, light_as_baked,
 };
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
-use sweep::{Of, Sweep};
 
 /// Options of `steradian compare`.
 #[derive(Debug, Args)]
@@ -95,16 +89,6 @@ pub struct Options {
     tone_mapper: Option<ToneMapper>,
 }
 
-/// A row of the table: light, material and what every technique makes of them.
-struct Finding {
-    environment: String,
-    brdf: String,
-    /// The reflectance without what a sweep sets, and the value that it sets.
-    base: String,
-    value: Option<f64>,
-    answers: Vec<Answer>,
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let mut places = Destinations::default();
     let outputs = [(&o.output, &["png"][..]), (&o.html, &["html", "htm"]), (&o.table, &["csv", "tex"])];
@@ -123,13 +107,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let findings = compare(&o, context)?;
     if let (Some(path), Some(sweep)) = (&o.plot, &o.sweep) {
-        plot::write(&chart::drawing(&findings, sweep), path, context)?;
+        context.write_drawing(path, &drawing(&findings, sweep))?;
     }
     if let Some(path) = &o.output {
-        context.write_display(path, &sheet(&o, &findings).draw(), Vec::new())?;
+        context.write_display(path, &sheet(&short(&o.mesh), &findings).draw(), Vec::new())?;
     }
     if let Some(path) = &o.html {
-        context.write_text(Some(path), &html(&o, &findings)?)?;
+        context.write_text(Some(path), &html(&short(&o.mesh), &findings)?)?;
     }
     if let Some(path) = &o.table {
         let tex = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tex"));
@@ -162,7 +146,7 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
     let (mut findings, mut reused) = (Vec::new(), 0);
     for Case { environment, brdf, base, value, mark, mut scene } in scenes {
         let keys = keys(o, &mark, &methods, &renderers);
-        if let Some(answers) = resume::whole(kept.as_ref(), &keys) {
+        if let Some(answers) = kept.as_ref().and_then(|k| k.row(&keys)) {
             findings.push(Finding { environment, brdf, base, value, answers });
             reused += 1;
             continue;
@@ -193,7 +177,7 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
     let number = |v: Option<f64>| v.map_or_else(|| "-".into(), |v| v.to_string());
     let common = [
         env!("CARGO_PKG_VERSION").to_string(),
-        sweep::mark(&o.mesh),
+        file_mark(&o.mesh),
         mark.into(),
         format!("{:?}", o.adjust),
         format!("{:?}", o.params),
@@ -201,9 +185,9 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
         format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
         o.tone_mapper.unwrap_or_default().name().into(),
     ];
-    let one = |label: String, backend: &str| resume::key(&[&common[..], &[label, backend.into()]].concat());
+    let one = |label: String, backend: &str| digest(&[&common[..], &[label, backend.into()]].concat());
     let file = |m: &Method| match m {
-        Method::File(f) => sweep::mark(&f.path.display().to_string()),
+        Method::File(f) => file_mark(&f.path.display().to_string()),
         _ => m.label(),
     };
     let answers = methods.iter().flat_map(|m| renderers.iter().map(move |r| (file(m), r.name())));
@@ -251,7 +235,7 @@ fn methods(o: &Options, bakes: &[Arc<SavedBake>]) -> Result<Vec<Method>, Failure
     let all =
         slugs.into_iter().map(Method::find).filter(|m| !matches!(m, Ok(Method::Reference | Method::Path)));
     let mut out: Vec<Method> = all.collect::<Result<_, _>>()?;
-    let swept = o.sweep.iter().filter(|s| s.of == Of::Param).map(|s| &s.key);
+    let swept = o.sweep.iter().filter(|s| s.of == Swept::Param).map(|s| &s.key);
     for name in o.params.iter().map(|p| &p.0).chain(swept) {
         let has = |m: &Method| matches!(m, Method::Technique(t) if t.params().iter().any(|p| p.name == name));
         if !out.iter().any(has) {
@@ -287,8 +271,8 @@ fn swept(o: &Options, spec: &str) -> Result<Vec<(String, Option<f64>, ParamValue
     let params = inputs::parameters(&o.params)?;
     let Some(sweep) = &o.sweep else { return Ok(vec![(spec.into(), None, params)]) };
     let one = |value: f64| match sweep.of {
-        Of::Brdf => (sweep.spec(spec, value), Some(value), params.clone()),
-        Of::Param => {
+        Swept::Brdf => (sweep.spec(spec, value), Some(value), params.clone()),
+        Swept::Param => {
             let mut params = params.clone();
             params.0.insert(sweep.key.clone(), value.into());
             (spec.to_string(), Some(value), params)
@@ -346,10 +330,10 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
                     all.push(material(brdf, &params, None, Maps::default()));
                 }
                 let mut name = short(&spec);
-                if let (Some(s), Some(v)) = (o.sweep.as_ref().filter(|s| s.of == Of::Param), value) {
+                if let (Some(s), Some(v)) = (o.sweep.as_ref().filter(|s| s.of == Swept::Param), value) {
                     name += &format!(" [{}={v}]", s.key);
                 }
-                let mark = format!("{} {name}", sweep::mark(&spec));
+                let mark = format!("{} {name}", file_mark(&spec));
                 looks.push(Look { name, base: short(base), value, mark, materials: all });
             }
         }
@@ -372,7 +356,7 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
                 brdf: look.name.clone(),
                 base: look.base.clone(),
                 value: look.value,
-                mark: format!("{} {}", sweep::mark(environment), look.mark),
+                mark: format!("{} {}", file_mark(environment), look.mark),
                 scene,
             });
         }

@@ -1,19 +1,13 @@
 //! `steradian demo`: the first picture, from nothing but formulas.
 
 use crate::context::Context;
-use crate::failure::{Failure, Outcome};
-use crate::report::answer_json;
+use crate::failure::Outcome;
 use clap::Args;
-use glam::{Affine3A, Vec3};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use steradian_light::Lights;
-use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Cell, Row, Settings, Sheet, ToneMapper};
-use steradian_scene::{Camera, Mesh};
-use steradian_session::compare::{Answer, Plan, Rendering};
-use steradian_session::{Material, Method, Renderer, Scene, check_output};
+use steradian_session::check_output;
+use steradian_session::comparison::answer_json;
 
 /// Options of `steradian demo`.
 #[derive(Debug, Args)]
@@ -26,87 +20,21 @@ pub struct Options {
     size: u16,
 }
 
-/// A clear evening: the sun stands six degrees high, behind the object.
-const SKY: &str = "sky:elevation=6,azimuth=190,turbidity=3,ground=0.2/0.18/0.16";
-/// Size of the sky's image; the sun is a disk beside it.
-const SKY_SIZE: (usize, usize) = (256, 128);
-/// Floor and object.
-const MATERIALS: [&str; 2] = ["ggx:alpha=0.25,f0=0.5/0.52/0.55", "ggx:alpha=0.15,f0=1/0.77/0.34"];
-/// What engines do, and what this library adds; each with its panel's heading.
-const TECHNIQUES: [(&str, &str); 2] =
-    [("split_sum", "Split sum, as game engines shade"), ("shrm_slices", "Reflection map slices, Steradian")];
-/// Relative error of the reference at each sample: below what eight bits show.
-const TOLERANCE: f64 = 1e-2;
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["png"])?;
     let start = Instant::now();
-    let scene = scene(usize::from(o.size), context)?;
-    let methods: Vec<Method> =
-        TECHNIQUES.iter().map(|(slug, _)| Method::find(slug)).collect::<Result<_, _>>()?;
-    let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
-    let answers = context.compare(&scene, &methods, &[Renderer::Cpu], &plan)?;
-    context.write_display(&o.output, &sheet(&answers).draw(), Vec::new())?;
+    let demo = context.demo(usize::from(o.size))?;
+    context.write_display(&o.output, &demo.sheet().draw(), Vec::new())?;
     let seconds = start.elapsed().as_secs_f64();
     if context.common.json {
-        let techniques: Vec<_> = answers.iter().map(answer_json).collect();
+        let techniques: Vec<_> = demo.answers.iter().map(answer_json).collect();
         let name = o.output.file_name().map(|n| n.to_string_lossy());
         return context.print_json(json!({"output": name, "seconds": seconds, "techniques": techniques}));
     }
     context.say(format_args!("{}: {seconds:.1} s", o.output.display()));
-    let (brdf, slug) = (MATERIALS[1], TECHNIQUES[1].0);
+    let (brdf, slug) = demo.next();
     context.say(format_args!(
         "next: steradian render knot --environment sky:elevation=6 --brdf {brdf} --technique {slug} -o knot.png"
     ));
     Ok(())
-}
-
-/// A gold knot on a floor of brushed metal, against the sun.
-fn scene(width: usize, context: &mut Context) -> Result<Scene, Failure> {
-    let floor = context.mesh("plane:size=400")?.with_material(0);
-    let object = context.mesh("knot")?;
-    let (low, high) = object.bounds().ok_or_else(|| Failure::failed("a shape without triangles"))?;
-    // Its lowest point touches the floor.
-    let scale = 0.8 / (high.y - low.y);
-    let place = Affine3A::from_scale(Vec3::splat(scale)) * Affine3A::from_translation(Vec3::NEG_Y * low.y);
-    let object = object.transformed(&place).with_material(1);
-    let materials = MATERIALS.iter().map(|spec| Ok(Material::new(context.brdf(spec)?)));
-    let materials = materials.collect::<Result<_, Failure>>()?;
-    let lights = Lights::of_sky(SKY, SKY_SIZE).map_err(|e| Failure::failed(e.to_string()))?;
-    let from = Vec3::new(4.2, 1.15, 0.9);
-    Ok(Scene {
-        camera: Some(Camera::Pinhole { from, at: Vec3::Y * 0.3, up: Vec3::Y, fov_y: 24f32.to_radians() }),
-        settings: Settings { interpolate: true, ..Settings::new(width, width * 9 / 16) },
-        tone_mapper: ToneMapper::Aces,
-        background: SceneBackground::Environment(0.0),
-        ..Scene::new(Mesh::merged(&[floor, object]), materials, lights)
-    })
-}
-
-/// Practice, ours, the truth.
-fn sheet(answers: &[Answer]) -> Sheet {
-    let [reference, techniques @ ..] = answers else { return Sheet::default() };
-    let mut cells: Vec<Option<Cell>> = techniques
-        .iter()
-        .zip(TECHNIQUES)
-        .map(|(a, (_, heading))| Some(panel(a.rendering()?, heading.into())))
-        .collect();
-    cells.push(reference.rendering().map(|r| panel(r, "The lighting integral itself".into())));
-    Sheet {
-        title: "Steradian".into(),
-        subtitle: "Any reflectance under any environment, prefiltered: a GGX floor of α = 0.25 and gold of α = 0.15 under \
-                   an unclipped sun six degrees high"
-            .into(),
-        columns: vec![String::new(); cells.len()],
-        rows: vec![Row { label: Vec::new(), cells }],
-        text_size: 17.0,
-    }
-}
-
-fn panel(r: &Rendering, heading: String) -> Cell {
-    let number = match &r.errors {
-        Some((e, flip)) => format!("FLIP {flip:.3}, {:.2} stops off in the mean", e.stops),
-        None => format!("adaptive quadrature to {} %", 100.0 * TOLERANCE),
-    };
-    Cell { picture: r.picture.clone(), caption: vec![heading, number] }
 }

@@ -10,7 +10,7 @@ use steradian_brdf::dfg::{
     text::{Language, source},
 };
 use steradian_formats::{Container, Raster, TexelFormat, TextureLevels, WriteOptions};
-use steradian_session::{IMAGES, check_format, check_output};
+use steradian_session::{IMAGES, LookupTable, check_format, check_output};
 
 /// Options of `steradian lut`.
 #[derive(Debug, Args)]
@@ -35,10 +35,6 @@ fn layout(text: &str) -> Result<Layout, String> {
     Layout::from_name(text).ok_or_else(|| steradian_base::unknown("table", text, &names))
 }
 
-/// Bound of the quadrature's absolute error, which the tables' tests hold it to.
-const QUADRATURE: f64 = 1e-4;
-/// Points per axis at which lookups are compared with exact values.
-const POINTS: usize = 24;
 const TEXTS: [&str; 3] = ["wgsl", "glsl", "rs"];
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
@@ -51,12 +47,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let language = Language::of_extension(&extension);
     let size = usize::from(o.size.unwrap_or(if language.is_some() { 32 } else { 128 }));
-    let lut = Lut::new(o.table, size, &context.task)?;
-    let (worst, rms) = lut.interpolation_error(POINTS);
-    context.task.check()?;
-    context.note_error(format!(
-        "quadrature below {QUADRATURE:.0e}; bilinear lookup rms {rms:.1e}, worst {worst:.1e}"
-    ));
+    let LookupTable { lut, quadrature, worst, rms, points } = context.lookup_table(o.table, size)?;
     match language {
         Some(language) => {
             let notes: Vec<String> =
@@ -72,8 +63,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             "size": size,
             "channels": o.table.channels(),
             "axes": Lut::AXES,
-            "quadrature_error": QUADRATURE,
-            "lookup_error": {"rms": rms, "worst": worst, "points": POINTS * POINTS},
+            "quadrature_error": quadrature,
+            "lookup_error": {"rms": rms, "worst": worst, "points": points},
         }));
     }
     context.say(format_args!(

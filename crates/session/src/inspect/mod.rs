@@ -1,7 +1,14 @@
 //! What inputs are.
 
+mod brdf;
 mod light;
+mod mesh;
+mod plot;
 mod texture;
 
+pub use brdf::{BrdfFacts, brdf_models};
 pub use light::{Advice, EnvironmentFacts};
+pub use mesh::{MeshFacts, is_mesh};
+pub use plot::polar_plot;
+pub use steradian_brdf::Domain;
 pub use texture::{LevelFacts, TextureFacts};

@@ -1,37 +1,23 @@
 //! What a reflectance is.
 
-use super::{Line, Report, plot};
+use super::{Line, Report};
 use crate::context::Context;
 use crate::failure::Failure;
-use glam::DVec3;
 use serde_json::json;
 use std::path::Path;
-use steradian_brdf::{Brdf, Domain, albedo};
-use steradian_session::Method;
-
-/// View angles of the albedo table, degrees.
-const ANGLES: [f64; 6] = [0.0, 30.0, 60.0, 75.0, 85.0, 89.0];
-/// Relative tolerance of the albedos.
-const TOLERANCE: f64 = 1e-5;
+use steradian_session::inspect::{BrdfFacts, Domain, brdf_models, polar_plot};
 
 /// The report on `spec`; the list of models for an empty one.
 pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<Report, Failure> {
     if spec.is_empty() {
         return Ok(list());
     }
-    let brdf = context.brdf(spec)?;
+    let BrdfFacts { brdf, directional: table, hemispherical, techniques: taken } =
+        context.inspect_brdf(spec)?;
     let info = brdf.info();
-    let wo = |degrees: f64| {
-        let t = degrees.to_radians();
-        DVec3::new(t.sin(), 0.0, t.cos())
-    };
-    let table: Vec<(f64, [f64; 3])> =
-        ANGLES.iter().map(|&a| (a, albedo::directional(&*brdf, wo(a), TOLERANCE))).collect();
-    let hemispherical = albedo::hemispherical(&*brdf, 1e-4);
     if let Some(path) = plot {
-        plot::draw(&*brdf, path, context)?;
+        context.write_drawing(path, &polar_plot(&*brdf))?;
     }
-    let taken = techniques(&*brdf);
     let json = json!({
         "kind": "brdf",
         "name": info.name,
@@ -66,17 +52,8 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
     Ok(Report { json, lines })
 }
 
-/// Slugs of the techniques that take this reflectance.
-fn techniques(brdf: &dyn Brdf) -> Vec<&'static str> {
-    Method::slugs()
-        .into_iter()
-        .filter(|slug| steradian_techniques::find(slug).is_none_or(|t| (t.card().materials)(brdf).is_ok()))
-        .collect()
-}
-
 fn list() -> Report {
-    let models: Vec<_> =
-        steradian_brdf::models().iter().chain(steradian_brdf::measured_models()).copied().collect();
+    let models = brdf_models();
     let json = json!({
         "kind": "brdf models",
         "models": models.iter().map(|m| json!({"name": m.name, "source": m.source})).collect::<Vec<_>>(),

@@ -4,7 +4,6 @@ mod bake;
 mod brdf;
 mod light;
 mod mesh;
-pub mod plot;
 mod transfer;
 
 use crate::context::Context;
@@ -13,6 +12,7 @@ use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use steradian_session::inspect::is_mesh;
 
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         brdf::report(spec, o.plot.as_deref(), context)?
     } else if o.plot.is_some() {
         return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
-    } else if mesh::is_mesh(&o.what) {
+    } else if is_mesh(&o.what) {
         mesh::report(&o.what, context)?
     } else if let Some(report) = transfer::report(&o.what, context)? {
         report

@@ -1,9 +1,8 @@
 //! What a sweep found as a chart: error, bytes and time of baking against the parameter, a line per technique and light.
 
-use super::Finding;
-use super::sweep::Sweep;
+use super::{Finding, Sweep};
+use crate::compare::Rendering;
 use steradian_render::plot::{Anchor, Drawing, Mark};
-use steradian_session::compare::Rendering;
 
 const PANEL: (f64, f64) = (300.0, 260.0);
 const LEFT: f64 = 62.0;

@@ -1,14 +1,14 @@
 //! Results of earlier comparisons, kept in a file beside the table: what was computed once of the same inputs by the same
 //! version is not computed again.
 
-use super::Finding;
-use crate::failure::{Failure, Outcome};
+use super::{Finding, answer_json};
+use crate::Error;
+use crate::compare::{Answer, Rendering};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use steradian_base::{Certificate, Evidence, Input};
 use steradian_formats::{read_text, write_atomic};
 use steradian_render::{Display, Errors};
-use steradian_session::compare::{Answer, Rendering};
 
 /// Bytes of such a file: a hundred thousand results take less.
 const MAX_BYTES: u64 = 64 << 20;
@@ -20,13 +20,13 @@ pub struct Kept {
 }
 
 /// The digest of everything that decides a result.
-pub fn key(parts: &[String]) -> String {
+pub fn digest(parts: &[String]) -> String {
     Input::of(Path::new("key"), parts.join("\n").as_bytes()).sha256
 }
 
 impl Kept {
     /// What `path` holds; nothing where it is not there yet.
-    pub fn open(path: &Path) -> Result<Self, Failure> {
+    pub fn open(path: &Path) -> Result<Self, Error> {
         let path = path.to_path_buf();
         if !path.exists() {
             return Ok(Self { path, results: Map::new() });
@@ -37,13 +37,13 @@ impl Kept {
             Some(results) => Ok(Self { results: results.clone(), path }),
             None => {
                 let why = "holds no results of compare --resume: name another file";
-                Err(Failure::input(format!("{}: {why}", path.display())))
+                Err(Error::input(format!("{}: {why}", path.display())))
             }
         }
     }
 
     /// The answer of a key, without its picture.
-    pub fn answer(&self, key: &str) -> Option<Answer> {
+    fn answer(&self, key: &str) -> Option<Answer> {
         let v = self.results.get(key)?;
         let (label, backend) = (v["technique"].as_str()?.to_string(), backend(v["backend"].as_str()?)?);
         if let Some(why) = v["refused"].as_str() {
@@ -81,8 +81,13 @@ impl Kept {
         })))
     }
 
+    /// Those of a row, where all were kept.
+    pub fn row(&self, keys: &[String]) -> Option<Vec<Answer>> {
+        keys.iter().map(|k| self.answer(k)).collect()
+    }
+
     /// Adds results and writes the file, whole or not at all.
-    pub fn add(&mut self, results: impl IntoIterator<Item = (String, Value)>) -> Outcome {
+    pub fn add(&mut self, results: impl IntoIterator<Item = (String, Value)>) -> Result<(), Error> {
         self.results.extend(results);
         let document = json!({"version": env!("CARGO_PKG_VERSION"), "results": self.results});
         let text = format!("{document:#}\n");
@@ -94,15 +99,10 @@ fn backend(name: &str) -> Option<&'static str> {
     ["cpu", "gpu"].into_iter().find(|b| *b == name)
 }
 
-/// Were all results of a row kept?
-pub fn whole(kept: Option<&Kept>, keys: &[String]) -> Option<Vec<Answer>> {
-    keys.iter().map(|k| kept?.answer(k)).collect()
-}
-
 impl Finding {
     /// Its results by key.
     pub fn results(&self, keys: &[String]) -> Vec<(String, Value)> {
-        let answers = self.answers.iter().map(crate::report::answer_json);
+        let answers = self.answers.iter().map(answer_json);
         keys.iter().cloned().zip(answers).collect()
     }
 }

@@ -5,7 +5,7 @@ use steradian_base::split_spec;
 
 /// What is varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Of {
+pub enum Swept {
     /// A parameter of the reflectance.
     Brdf,
     /// A parameter of the techniques that have it.
@@ -16,7 +16,7 @@ pub enum Of {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
     /// Whose it is.
-    pub of: Of,
+    pub of: Swept,
     /// Its name.
     pub key: String,
     /// Its values, ascending as they are given.
@@ -38,8 +38,8 @@ impl Sweep {
         };
         let (of, rest) = text.split_once(':').ok_or_else(bad)?;
         let of = match of {
-            "brdf" => Of::Brdf,
-            "param" => Of::Param,
+            "brdf" => Swept::Brdf,
+            "param" => Swept::Param,
             _ => return Err(bad()),
         };
         let (rest, log) = rest.strip_suffix(":log").map_or((rest, false), |r| (r, true));
@@ -77,14 +77,14 @@ impl Sweep {
 /// What stands for a name in the key of a result: files by what they hold, so that another content is another result.
 pub fn mark(text: &str) -> String {
     if Path::new(text).is_file() {
-        return steradian_session::light_mark(text);
+        return crate::light_mark(text);
     }
     text.split_inclusive([':', ',', '='])
         .map(|part| {
             let end = part.trim_end_matches([':', ',', '=']).len();
             let (name, separator) = part.split_at(end);
             let file = Path::new(name).is_file();
-            if file { steradian_session::light_mark(name) + separator } else { part.into() }
+            if file { crate::light_mark(name) + separator } else { part.into() }
         })
         .collect()
 }
@@ -96,11 +96,11 @@ mod tests {
     #[test]
     fn sweeps_are_ranges_of_one_parameter() {
         let s = Sweep::parse("brdf:alpha=0.1..0.4:4").expect("a sweep");
-        assert_eq!((s.of, s.key.as_str(), &s.values[..]), (Of::Brdf, "alpha", &[0.1, 0.2, 0.3, 0.4][..]));
+        assert_eq!((s.of, s.key.as_str(), &s.values[..]), (Swept::Brdf, "alpha", &[0.1, 0.2, 0.3, 0.4][..]));
         assert_eq!(s.spec("ggx:alpha=0.7,f0=1/0.8/0.3", 0.2), "ggx:f0=1/0.8/0.3,alpha=0.2");
         assert_eq!(s.spec("ggx", 0.2), "ggx:alpha=0.2");
         let s = Sweep::parse("param:order=1..100:3:log").expect("a sweep");
-        assert_eq!((s.of, &s.values[..], s.log), (Of::Param, &[1.0, 10.0, 100.0][..], true));
+        assert_eq!((s.of, &s.values[..], s.log), (Swept::Param, &[1.0, 10.0, 100.0][..], true));
         for bad in [
             "alpha=1..2:3",
             "brdf:alpha=1:3",

@@ -1,9 +1,6 @@
 //! Polar plots of a reflectance in the plane of incidence.
 
-use crate::context::Context;
-use crate::failure::{Failure, Outcome};
 use glam::DVec3;
-use std::path::Path;
 use steradian_brdf::Brdf;
 use steradian_render::plot::{Anchor, Drawing, Mark};
 
@@ -17,18 +14,9 @@ const RADIUS: f64 = 380.0;
 const INK: [u8; 3] = [60, 62, 66];
 const FAINT: [u8; 3] = [208, 210, 214];
 
-/// Writes `path`: .svg or .png.
-pub fn draw(brdf: &dyn Brdf, path: &Path, context: &Context) -> Outcome {
-    write(&Drawing { marks: marks(brdf), ..Drawing::new(WIDTH as usize, HEIGHT as usize) }, path, context)
-}
-
-/// Writes a drawing: .svg or .png.
-pub fn write(drawing: &Drawing, path: &Path, context: &Context) -> Outcome {
-    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("svg") => context.write_text(Some(path), &drawing.svg()),
-        Some("png") => Ok(context.write_display(path, &drawing.display(), Vec::new())?),
-        _ => Err(Failure::usage(format!("{}: plots are .svg or .png", path.display()))),
-    }
+/// f · cos against the direction of light for four views, each curve scaled to its peak.
+pub fn polar_plot(brdf: &dyn Brdf) -> Drawing {
+    Drawing { marks: marks(brdf), ..Drawing::new(WIDTH as usize, HEIGHT as usize) }
 }
 
 fn text(at: (f64, f64), text: impl Into<String>, colour: [u8; 3]) -> Mark {

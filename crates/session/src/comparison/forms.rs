@@ -1,11 +1,11 @@
 //! What a comparison found, as a sheet of pictures, a table, a document and a web page.
 
-use super::{Finding, Options, short};
-use crate::failure::Failure;
-use crate::report::{Page, answer_json, cell};
+use super::{Finding, answer_json, cell};
+use crate::Error;
+use crate::compare::{Answer, Rendering};
+use crate::page::Page;
 use serde_json::{Value, json};
 use steradian_render::{Row, Sheet};
-use steradian_session::compare::{Answer, Rendering};
 
 fn columns(findings: &[Finding]) -> Vec<String> {
     // Every row answers for the same methods; those that no row shows have no column.
@@ -18,8 +18,8 @@ fn columns(findings: &[Finding]) -> Vec<String> {
     first.answers.iter().map(Answer::name).filter(|n| shown(n)).collect()
 }
 
-/// Pictures side by side.
-pub fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
+/// Pictures side by side, with the name of the mesh.
+pub fn sheet(mesh: &str, findings: &[Finding]) -> Sheet {
     let columns = columns(findings);
     let rows = findings
         .iter()
@@ -32,7 +32,7 @@ pub fn sheet(o: &Options, findings: &[Finding]) -> Sheet {
         title: "Techniques and the reference".into(),
         subtitle: format!(
             "{}: FLIP, and the mean difference in photographic stops, over the pixels of the mesh",
-            short(&o.mesh)
+            mesh
         ),
         columns: columns.iter().map(|c| heading(c)).collect(),
         rows,
@@ -195,8 +195,8 @@ pub fn latex(findings: &[Finding]) -> String {
 }
 
 /// One web page.
-pub fn html(o: &Options, findings: &[Finding]) -> Result<String, Failure> {
-    let mut page = Page::new("Techniques and the reference", &short(&o.mesh));
+pub fn html(mesh: &str, findings: &[Finding]) -> Result<String, Error> {
+    let mut page = Page::new("Techniques and the reference", mesh);
     page.table(&head(), findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
     for f in findings {
         page.heading(&format!("{} under {}", f.brdf, f.environment));

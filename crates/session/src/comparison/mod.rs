@@ -1,0 +1,66 @@
+//! What comparisons found, as tables, charts, pages and files of results that are gone on with.
+
+mod chart;
+mod forms;
+mod kept;
+mod sweep;
+
+use crate::compare::Answer;
+use serde_json::{Value, json};
+use steradian_render::Cell;
+
+pub use chart::drawing;
+pub use forms::{csv, document, html, latex, sheet, table};
+pub use kept::{Kept, digest};
+pub use sweep::{Sweep, Swept, mark};
+
+/// A row of a comparison: light, material and what every technique makes of them.
+pub struct Finding {
+    /// The light, without folders.
+    pub environment: String,
+    /// The material.
+    pub brdf: String,
+    /// The reflectance without what a sweep sets.
+    pub base: String,
+    /// The value that a sweep sets.
+    pub value: Option<f64>,
+    /// The reference's answer, then those of the techniques.
+    pub answers: Vec<Answer>,
+}
+
+/// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
+pub(crate) fn cell(answer: &Answer, named: bool) -> Option<Cell> {
+    let r = answer.rendering()?;
+    let error = r.errors.as_ref().map(|(e, flip)| format!("FLIP {flip:.3}, {:.2} stops", e.stops));
+    let name = match (named, &error) {
+        (false, _) => None,
+        (true, Some(_)) => Some(answer.name().replace('_', " ")),
+        (true, None) => Some("reference".into()),
+    };
+    Some(Cell { picture: r.picture.clone(), caption: name.into_iter().chain(error).collect() })
+}
+
+/// An answer as JSON.
+pub fn answer_json(answer: &Answer) -> Value {
+    match answer {
+        Answer::Refused { label, backend, why } => {
+            json!({"technique": label, "backend": backend, "refused": why})
+        }
+        Answer::Rendered(r) => json!({
+            "technique": r.label,
+            "backend": r.backend,
+            "relative_rms": r.errors.as_ref().map(|e| e.0.relative_rms),
+            "rmse": r.errors.as_ref().map(|e| e.0.rmse),
+            "median": r.errors.as_ref().map(|e| e.0.median),
+            "ninetieth": r.errors.as_ref().map(|e| e.0.ninetieth),
+            "stops": r.errors.as_ref().map(|e| e.0.stops),
+            "rel_mse": r.errors.as_ref().map(|e| e.0.rel_mse),
+            "flip": r.errors.as_ref().map(|e| e.1),
+            "flip_to_cpu": r.flip_to_cpu,
+            "certificate": r.certificate.as_ref().map(|c| json!({"error": c.error, "known": c.known.word()})),
+            "bake_seconds": r.bake_seconds,
+            "shade_seconds": r.shade_seconds,
+            "bytes": r.bytes,
+        }),
+    }
+}

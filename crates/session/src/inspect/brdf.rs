@@ -1,0 +1,55 @@
+//! What a reflectance is.
+
+use crate::{Error, Method, Session};
+use glam::DVec3;
+use steradian_brdf::{Brdf, Info, SharedBrdf, albedo};
+
+/// View angles of the albedo table, degrees.
+const ANGLES: [f64; 6] = [0.0, 30.0, 60.0, 75.0, 85.0, 89.0];
+/// Relative tolerance of the directional albedos.
+const DIRECTIONAL: f64 = 1e-5;
+/// Relative tolerance of the hemispherical one.
+const HEMISPHERICAL: f64 = 1e-4;
+
+/// What a reflectance is, beside what its model says of itself.
+#[derive(Debug, Clone)]
+pub struct BrdfFacts {
+    /// The reflectance.
+    pub brdf: SharedBrdf,
+    /// Albedo by the angle of view, degrees.
+    pub directional: Vec<(f64, [f64; 3])>,
+    /// Albedo under uniform light from the whole hemisphere.
+    pub hemispherical: [f64; 3],
+    /// Slugs of the techniques that take it, and of what computes without any.
+    pub techniques: Vec<&'static str>,
+}
+
+/// All models: formulas, then measurements.
+pub fn brdf_models() -> Vec<&'static Info> {
+    steradian_brdf::models().iter().chain(steradian_brdf::measured_models()).copied().collect()
+}
+
+impl Session {
+    /// What the reflectance of a spec is.
+    pub fn inspect_brdf(&mut self, spec: &str) -> Result<BrdfFacts, Error> {
+        let brdf = self.brdf(spec)?;
+        let of = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            albedo::directional(&*brdf, DVec3::new(sin, 0.0, cos), DIRECTIONAL)
+        };
+        Ok(BrdfFacts {
+            directional: ANGLES.iter().map(|a| (*a, of(*a))).collect(),
+            hemispherical: albedo::hemispherical(&*brdf, HEMISPHERICAL),
+            techniques: techniques(&*brdf),
+            brdf,
+        })
+    }
+}
+
+fn techniques(brdf: &dyn Brdf) -> Vec<&'static str> {
+    let takes = |m: &Method| match m {
+        Method::Technique(t) => (t.card().materials)(brdf).is_ok(),
+        _ => true,
+    };
+    Method::slugs().into_iter().filter(|slug| Method::find(slug).is_ok_and(|m| takes(&m))).collect()
+}

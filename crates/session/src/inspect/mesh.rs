@@ -1,0 +1,112 @@
+//! What a mesh is.
+
+use crate::{Error, Session, is_shape};
+use glam::Vec3;
+use std::collections::HashMap;
+use std::path::Path;
+use steradian_scene::Mesh;
+
+/// What a mesh is: sizes, what its vertices have, and how closed it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFacts {
+    /// Meshes of the file.
+    pub parts: usize,
+    /// Vertices of all parts.
+    pub vertices: usize,
+    /// Triangles of all parts.
+    pub triangles: usize,
+    /// Vertices with a normal.
+    pub normals: usize,
+    /// Has it texture coordinates?
+    pub has_uvs: bool,
+    /// Has it tangents?
+    pub has_tangents: bool,
+    /// Smallest and largest coordinates, metres; `None` without triangles.
+    pub bounds: Option<(Vec3, Vec3)>,
+    /// The diagonal of the bounds, metres.
+    pub diagonal: f32,
+    /// Area of all triangles, m².
+    pub area: f64,
+    /// Edges of one triangle only.
+    pub open_edges: usize,
+    /// Edges of more than two triangles.
+    pub shared_edges: usize,
+    /// Names of the file's materials.
+    pub materials: Vec<String>,
+    /// What was found while loading.
+    pub notes: Vec<String>,
+}
+
+/// Is this the name of a mesh file or of a built-in shape?
+pub fn is_mesh(what: &str) -> bool {
+    let lower = what.to_lowercase();
+    let file = lower.strip_suffix(".gz").unwrap_or(&lower);
+    is_shape(what) || [".obj", ".ply", ".glb", ".gltf"].iter().any(|e| file.ends_with(e))
+}
+
+impl Session {
+    /// What a mesh file or a built-in shape is.
+    pub fn inspect_mesh(&mut self, what: &str) -> Result<MeshFacts, Error> {
+        if is_shape(what) {
+            let mesh = self.mesh(what)?;
+            return Ok(facts(&mesh, 1, Vec::new(), Vec::new()));
+        }
+        let loaded = steradian_scene::load(Path::new(what), &self.limits())?;
+        self.note_input(Path::new(what));
+        let materials = loaded.materials.iter().map(|m| m.name.clone()).collect();
+        Ok(facts(&loaded.merged(), loaded.meshes.len(), materials, loaded.notes.clone()))
+    }
+}
+
+fn facts(mesh: &Mesh, parts: usize, materials: Vec<String>, notes: Vec<String>) -> MeshFacts {
+    let (open_edges, shared_edges) = edges(mesh);
+    MeshFacts {
+        parts,
+        vertices: mesh.positions.len(),
+        triangles: mesh.triangles.len(),
+        normals: mesh.normals.len(),
+        has_uvs: !mesh.uvs.is_empty(),
+        has_tangents: !mesh.tangents.is_empty(),
+        bounds: mesh.bounds(),
+        diagonal: mesh.diagonal(),
+        area: mesh.area(),
+        open_edges,
+        shared_edges,
+        materials,
+        notes,
+    }
+}
+
+/// Edges of one triangle only, and of more than two; vertices are the same where their positions are.
+fn edges(mesh: &Mesh) -> (usize, usize) {
+    let mut of_position = HashMap::new();
+    let same: Vec<u32> = mesh
+        .positions
+        .iter()
+        .enumerate()
+        // −0 and 0 are one place.
+        .map(|(i, p)| *of_position.entry((*p + Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(i as u32))
+        .collect();
+    let mut count: HashMap<(u32, u32), u32> = HashMap::new();
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            let (a, b) = (same[t[k] as usize], same[t[(k + 1) % 3] as usize]);
+            *count.entry((a.min(b), a.max(b))).or_default() += 1;
+        }
+    }
+    let open = count.values().filter(|n| **n == 1).count();
+    (open, count.values().filter(|n| **n > 2).count())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_scene::shapes;
+
+    #[test]
+    fn closed_and_open_shapes() {
+        assert_eq!(edges(&shapes::by_name("torus").unwrap()), (0, 0));
+        assert_eq!(edges(&shapes::by_name("plane").unwrap()).0, 4);
+        assert!(is_mesh("a/b.PLY.gz") && is_mesh("teapot") && !is_mesh("a.hdr"));
+    }
+}

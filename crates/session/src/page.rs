@@ -1,0 +1,117 @@
+//! One web page that needs no other file: every name is escaped, pictures are inside.
+
+use crate::Error;
+use steradian_render::Display;
+
+/// A page in the making.
+pub struct Page(String);
+
+const STYLE: &str = "body{font:15px/1.5 sans-serif;margin:2em;max-width:75em}table{border-collapse:collapse}\
+    td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left}\
+    figure{display:inline-block;margin:0 1em 1em 0;vertical-align:top}figcaption{font-size:13px}";
+
+impl Page {
+    /// A page with a title and what it is about.
+    pub fn new(title: &str, about: &str) -> Self {
+        let (title, about) = (escaped(title), escaped(about));
+        Self(format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Steradian: {title}</title>\n\
+             <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n<p>{about}</p>\n"
+        ))
+    }
+
+    /// A heading.
+    pub fn heading(&mut self, text: &str) {
+        self.0.push_str(&format!("<h2>{}</h2>\n", escaped(text)));
+    }
+
+    /// A table with a head.
+    pub fn table(&mut self, head: &[String], rows: impl Iterator<Item = Vec<String>>) {
+        self.0.push_str("<table>\n");
+        self.row(head, "th");
+        rows.for_each(|r| self.row(&r, "td"));
+        self.0.push_str("</table>\n");
+    }
+
+    fn row(&mut self, cells: &[String], tag: &str) {
+        let cells: String = cells.iter().map(|c| format!("<{tag}>{}</{tag}>", escaped(c))).collect();
+        self.0.push_str(&format!("<tr>{cells}</tr>\n"));
+    }
+
+    /// A picture with its caption.
+    pub fn figure(&mut self, picture: &Display, caption: &str) -> Result<(), Error> {
+        let data = base64(&encoded(picture)?);
+        let (w, h, caption) = (picture.width, picture.height, escaped(caption));
+        self.0.push_str(&format!(
+            "<figure><img width=\"{w}\" height=\"{h}\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\">\
+             <figcaption>{caption}</figcaption></figure>\n"
+        ));
+        Ok(())
+    }
+
+    /// The page as text.
+    pub fn finish(mut self) -> String {
+        self.0.push_str("</body></html>\n");
+        self.0
+    }
+}
+
+/// Text in which nothing is markup.
+fn escaped(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;").replace('\'', "&#39;")
+}
+
+/// The picture as PNG.
+fn encoded(picture: &Display) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, picture.width as u32, picture.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let written = encoder.write_header().and_then(|mut w| {
+        w.write_image_data(&picture.rgb)?;
+        w.finish()
+    });
+    written.map_err(|e| Error::failed(format!("cannot encode a picture: {e}")))?;
+    Ok(out)
+}
+
+/// RFC 4648 section 4.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let word = group.iter().enumerate().fold(0u32, |w, (i, b)| w | u32::from(*b) << (16 - 8 * i));
+        for i in 0..4 {
+            let digit = DIGITS[(word >> (18 - 6 * i) & 63) as usize];
+            out.push(if i <= group.len() { char::from(digit) } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_the_standard() {
+        for (text, want) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(text.as_bytes()), want);
+        }
+    }
+
+    #[test]
+    fn nothing_that_a_user_names_is_markup() {
+        let mut page = Page::new("<b>", "\"'&");
+        page.table(&["<i>".into()], [vec!["</td>".to_string()]].into_iter());
+        page.figure(&Display::filled(2, 2, [1, 2, 3]), "a\"><script>").expect("encodes");
+        let text = page.finish();
+        assert!(
+            text.contains("&lt;b&gt;") && text.contains("&quot;&#39;&amp;") && text.contains("&lt;/td&gt;")
+        );
+        assert!(!text.contains("<script>") && text.contains("base64,iVBORw0KGgo"));
+    }
+}
