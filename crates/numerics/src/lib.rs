@@ -3,6 +3,7 @@
 //!
 //! Dense matrices are rows of numbers, `a[i][j]`.
 
+pub mod clusters;
 pub mod dense;
 pub mod eigen;
 pub mod lsqr;
