@@ -8,7 +8,7 @@
 //! components this is vector quantisation (Linde, Buzo & Gray 1980); with one cluster it is PCA.
 
 use crate::eigen;
-use rayon::prelude::*;
+use steradian_parallel::prelude::*;
 
 /// How many subspaces of which dimension.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,8 @@
 
 use crate::rooms::{
     ambient, banks_env, diffuse_map, factored_lighting, haar_transport, lafortune_env, lobe_maps, mirror_map,
-    paraboloid_filter, phong_diffuse_maps, prt_diffuse, reflection_space_ibr, sh_irradiance, shrm,
-    shrm_global, shrm_slices, split_sum,
+    paraboloid_filter, phong_diffuse_maps, prt_diffuse, prt_glossy, reflection_space_ibr, sh_irradiance,
+    shrm, shrm_global, shrm_slices, split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
@@ -24,6 +24,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<shrm_slices::ShrmSlices>::new(),
     &Erased::<ambient::Ambient>::new(),
     &Erased::<prt_diffuse::PrtDiffuse>::new(),
+    &Erased::<prt_glossy::PrtGlossy>::new(),
     &Erased::<haar_transport::HaarTransport>::new(),
 ];
 

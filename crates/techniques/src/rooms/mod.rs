@@ -11,6 +11,7 @@ pub mod mirror_map;
 pub mod paraboloid_filter;
 pub mod phong_diffuse_maps;
 pub mod prt_diffuse;
+pub mod prt_glossy;
 pub mod reflection_space_ibr;
 pub mod sh_irradiance;
 pub mod shrm;

@@ -5,7 +5,10 @@
 //! B_pq = A_pq/A_{p−1,q}. `harmonics.wgsl` has the same functions.
 
 use std::f64::consts::PI;
+use steradian_simd::Vector;
 
+/// Directions side by side in [`Harmonics::eval_lanes`].
+pub const LANES: usize = 16;
 /// Terms at most.
 pub const MAX_TERMS: usize = 128;
 
@@ -34,6 +37,41 @@ pub fn place(order: usize, p: usize, q: isize) -> usize {
         return p;
     }
     count(order, m - 1) + 2 * (p - m) + usize::from(q < 0)
+}
+
+/// Places of the coefficients l² + l + m among the terms of order P = Q.
+pub fn places(order: usize) -> Vec<usize> {
+    let lm = (0..=order).flat_map(|l| (0..2 * l + 1).map(move |k| (l, k as isize - l as isize)));
+    lm.map(|(l, m)| place(order, l, m)).collect()
+}
+
+/// `fn harmonics(d: vec3<f32>) -> array<f32, N>` in WGSL: all y_lm up to `order` in the order l² + l + m, written out.
+pub fn wgsl(order: usize) -> String {
+    let n = (order + 1) * (order + 1);
+    let h = Harmonics::new(order, order);
+    let mut step = h.steps.iter();
+    let mut out = format!(
+        "fn harmonics(d: vec3<f32>) -> array<f32, {n}> {{\n    var y: array<f32, {n}>;\n    var a = vec2<f32>(1.0, 0.0);\n    var f = vec2<f32>(0.0);\n"
+    );
+    for q in 0..=order {
+        out += &format!("    f = vec2<f32>({:?}, 0.0);\n", h.start[q]);
+        for p in q..=order {
+            if p > q {
+                let [a, b] = step.next().copied().unwrap_or_default();
+                out += &format!("    f = vec2<f32>({a:?} * d.z * f.x - {b:?} * f.y, f.x);\n");
+            }
+            let at = p * p + p;
+            if q > 0 {
+                out += &format!("    y[{}] = f.x * a.x;\n    y[{}] = f.x * a.y;\n", at + q, at - q);
+            } else {
+                out += &format!("    y[{at}] = f.x;\n");
+            }
+        }
+        if q < order {
+            out += "    a = vec2<f32>(a.x * d.x - a.y * d.y, a.x * d.y + a.y * d.x);\n";
+        }
+    }
+    out + "    return y;\n}\n"
 }
 
 impl Harmonics {
@@ -99,6 +137,36 @@ impl Harmonics {
                 }
             }
             (re, im) = (re * x - im * yy, re * yy + im * x);
+        }
+    }
+
+    /// [`Harmonics::eval`] of as many directions as `V` has lanes: term by term, from `lane` on.
+    #[inline(always)]
+    pub fn eval_lanes<V: Vector<T = f32>>(
+        &self,
+        [x, yy, z]: [V; 3],
+        lane: usize,
+        y: &mut [[f32; LANES]; MAX_TERMS],
+    ) {
+        let (mut re, mut im) = (V::splat(1.0), V::splat(0.0));
+        let (mut at, mut step) = (0, 0);
+        for q in 0..=self.q {
+            let (mut now, mut before) = (V::splat(self.start[q]), V::splat(0.0));
+            for i in 0..=self.p - q {
+                if i > 0 {
+                    let [a, b] = self.steps[step];
+                    step += 1;
+                    let next = V::splat(a).mul(z).mul(now);
+                    (now, before) = (V::splat(b).fnma(before, next), now);
+                }
+                now.mul(re).store(&mut y[at][lane..]);
+                at += 1;
+                if q > 0 {
+                    now.mul(im).store(&mut y[at][lane..]);
+                    at += 1;
+                }
+            }
+            (re, im) = (im.fnma(yy, re.mul(x)), re.fma(yy, im.mul(x)));
         }
     }
 

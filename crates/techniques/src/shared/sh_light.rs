@@ -1,18 +1,20 @@
-//! Light and reflectance of techniques with sites that shade diffuse surfaces by spherical harmonics.
+//! Factors of precomputed transfer: the albedo of diffuse surfaces, and of the light the coefficients of its first bands, and its spectrum a little beyond them,
+//! from which the error of leaving it out is estimated.
 
-use crate::certify::Report;
+use crate::gpu::{Uniform, Value};
 use crate::shared::distant::refuse_points;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part};
+use glam::Mat3;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
-use steradian_prefilter::{Cosine, SmallLight, Zonal, source};
-use steradian_sphere::sh::{self, ShRgb, Window};
+use steradian_prefilter::{SmallLight, source};
+use steradian_sphere::sh::{self, Rotation, ShRgb, Window};
 
 /// Highest band that the estimate of the error looks at.
-const ORDER: usize = 24;
+pub const ORDER: usize = 24;
 
-/// The light's spectrum up to `ORDER`; shading uses its first bands.
+/// The light's spectrum up to [`ORDER`]; shading uses its first bands.
 pub struct ShLight {
     /// What arrives straight.
     direct: ShRgb,
@@ -27,9 +29,18 @@ fn add_suns(lights: &Lights, to: &mut ShRgb) {
     source::add_small_lights(to, &all);
 }
 
+/// The first bands, turned, and multiplied per channel by `factor`.
+fn turned(all: &ShRgb, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
+    let n = bands * bands;
+    let first = ShRgb { order: bands - 1, c: all.c.each_ref().map(|c| c[..n].to_vec()) };
+    let turned = Rotation::new(first.order, rotation.as_dmat3()).apply_rgb(&first);
+    (0..n).map(|i| [0, 1, 2].map(|c| (turned.c[c][i] * factor[c]) as f32)).collect()
+}
+
 impl ShLight {
-    /// Analyses `lights`; a window of Hann that ends at band `window` takes ringing off, 0 is none.
-    pub(crate) fn bake(slug: &'static str, lights: &Lights, window: f64) -> Result<Self, BakeError> {
+    /// All distant light, exactly; refuses point lights. A window of Hann that ends at band `window` takes ringing off, 0
+    /// leaves the light as it is.
+    pub fn bake(slug: &'static str, lights: &Lights, window: f64) -> Result<Self, BakeError> {
         refuse_points(slug, lights)?;
         let mut direct = match &lights.environment {
             Some(e) => sh::project(&e.image, ORDER),
@@ -47,24 +58,26 @@ impl ShLight {
         Ok(Self { direct, reflected })
     }
 
-    /// The first bands of what arrives straight, and of what is reflected.
-    pub(crate) fn bands(&self, bands: usize) -> [ShRgb; 2] {
-        let n = bands * bands;
-        [&self.direct, &self.reflected]
-            .map(|all| ShRgb { order: bands - 1, c: all.c.each_ref().map(|c| c[..n].to_vec()) })
+    /// The first bands of what arrives straight, turned, and multiplied per channel by `factor`.
+    pub fn turned(&self, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
+        turned(&self.direct, bands, rotation, factor)
     }
 
-    /// What is left out where nothing is blocked, by Parseval: √(Σ_{l ≥ bands} A_l² |L_l|² / Σ A_l² |L_l|²).
-    pub(crate) fn report(&self, bands: usize) -> Report {
-        let a = Cosine.coefficients(ORDER);
+    /// The same of the light that surfaces reflect: all of it, with the suns that are shaded exactly beside the data.
+    pub fn turned_reflected(&self, bands: usize, rotation: Mat3, factor: [f64; 3]) -> Vec<[f32; 3]> {
+        turned(&self.reflected, bands, rotation, factor)
+    }
+
+    /// What the first bands leave out of the convolution with a zonal kernel of coefficients `k` (up to [`ORDER`]) where
+    /// nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l² |L_l|² / Σ k_l² |L_l|²).
+    pub fn left_out(&self, k: &[f64], bands: usize) -> f64 {
         let energy = |l: usize| -> f64 {
             let band = self.direct.c.iter().flat_map(|c| &c[l * l..(l + 1) * (l + 1)]);
-            a[l] * a[l] * band.map(|x| x * x).sum::<f64>()
+            k[l] * k[l] * band.map(|x| x * x).sum::<f64>()
         };
         let all: f64 = (0..=ORDER).map(energy).sum();
         let lost: f64 = (bands..=ORDER).map(energy).sum();
-        let error = if all > 0.0 { (lost / all).sqrt() } else { 0.0 };
-        Report::estimated(error, Vec::new())
+        if all > 0.0 { (lost / all).sqrt() } else { 0.0 }
     }
 }
 
@@ -94,11 +107,11 @@ impl Part for ShLight {
 }
 
 /// Lambert's albedo.
-pub struct Albedo(pub(crate) [f64; 3]);
+pub struct Albedo(pub [f64; 3]);
 
 impl Albedo {
     /// Of other reflectances 0.
-    pub(crate) fn of(brdf: &dyn Brdf) -> Self {
+    pub fn of(brdf: &dyn Brdf) -> Self {
         let Form::Lambert { albedo } = brdf.form() else { return Self([0.0; 3]) };
         Self(albedo)
     }
@@ -118,4 +131,104 @@ impl Part for Albedo {
     fn bytes(&self) -> usize {
         24
     }
+}
+
+/// Sixty-four names.
+macro_rules! names {
+    ($p:literal) => {
+        [
+            concat!($p, "0"),
+            concat!($p, "1"),
+            concat!($p, "2"),
+            concat!($p, "3"),
+            concat!($p, "4"),
+            concat!($p, "5"),
+            concat!($p, "6"),
+            concat!($p, "7"),
+            concat!($p, "8"),
+            concat!($p, "9"),
+            concat!($p, "10"),
+            concat!($p, "11"),
+            concat!($p, "12"),
+            concat!($p, "13"),
+            concat!($p, "14"),
+            concat!($p, "15"),
+            concat!($p, "16"),
+            concat!($p, "17"),
+            concat!($p, "18"),
+            concat!($p, "19"),
+            concat!($p, "20"),
+            concat!($p, "21"),
+            concat!($p, "22"),
+            concat!($p, "23"),
+            concat!($p, "24"),
+            concat!($p, "25"),
+            concat!($p, "26"),
+            concat!($p, "27"),
+            concat!($p, "28"),
+            concat!($p, "29"),
+            concat!($p, "30"),
+            concat!($p, "31"),
+            concat!($p, "32"),
+            concat!($p, "33"),
+            concat!($p, "34"),
+            concat!($p, "35"),
+            concat!($p, "36"),
+            concat!($p, "37"),
+            concat!($p, "38"),
+            concat!($p, "39"),
+            concat!($p, "40"),
+            concat!($p, "41"),
+            concat!($p, "42"),
+            concat!($p, "43"),
+            concat!($p, "44"),
+            concat!($p, "45"),
+            concat!($p, "46"),
+            concat!($p, "47"),
+            concat!($p, "48"),
+            concat!($p, "49"),
+            concat!($p, "50"),
+            concat!($p, "51"),
+            concat!($p, "52"),
+            concat!($p, "53"),
+            concat!($p, "54"),
+            concat!($p, "55"),
+            concat!($p, "56"),
+            concat!($p, "57"),
+            concat!($p, "58"),
+            concat!($p, "59"),
+            concat!($p, "60"),
+            concat!($p, "61"),
+            concat!($p, "62"),
+            concat!($p, "63"),
+        ]
+    };
+}
+
+/// Names of the light's coefficients as uniforms, up to eight bands: of what arrives straight, and of what is reflected.
+const NAMES: [[&str; 64]; 2] = [names!("light_"), names!("reflected_")];
+
+fn named(names: &[&'static str; 64], light: &[[f32; 3]]) -> Vec<Uniform> {
+    let value = |l: &[f32; 3]| Value::Vec4([l[0], l[1], l[2], 0.0]);
+    names.iter().zip(light).map(|(name, l)| Uniform { name, value: value(l) }).collect()
+}
+
+/// Coefficients as uniforms `light_0` …; 64 at most.
+pub fn uniforms(light: &[[f32; 3]]) -> Vec<Uniform> {
+    named(&NAMES[0], light)
+}
+
+/// Coefficients of the light that is reflected, as uniforms `reflected_0` …; 64 at most.
+pub fn reflected_uniforms(light: &[[f32; 3]]) -> Vec<Uniform> {
+    named(&NAMES[1], light)
+}
+
+/// Coefficient `i` of [`uniforms`] in WGSL.
+pub fn uniform(i: usize) -> String {
+    format!("technique.light_{i}.xyz")
+}
+
+/// Coefficient `i` of [`reflected_uniforms`] in WGSL.
+pub fn reflected_uniform(i: usize) -> String {
+    format!("technique.reflected_{i}.xyz")
 }

@@ -1,12 +1,14 @@
 //! What the tests of techniques share: bakes, points at one elevation, the reference.
 
-use crate::{AnyBake, Material, PointsBuf, Radiance, View, find};
-use glam::{DMat3, DVec3, Vec3};
+use crate::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
+use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_light::Lights;
 use steradian_prefilter::probe;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_scene::Mesh;
 use steradian_sphere::Frame;
 
 /// A bake of technique `slug`.
@@ -84,4 +86,53 @@ pub fn suns_turn_and_are_saved(b: &mut dyn AnyBake) {
     b.frame(&View::default());
     let again = find(b.card().slug).unwrap().load(&b.save()).unwrap();
     assert_eq!(shade(&*again, &still), before);
+}
+
+/// The vertices of a mesh as sites.
+pub fn vertices(mesh: &Mesh) -> Geometry {
+    Geometry::new(Arc::new(mesh.clone()), Sites::Vertices)
+}
+
+/// A bake of technique `slug` at the vertices of a mesh.
+pub fn on_mesh(
+    slug: &str,
+    lights: &Lights,
+    spec: &str,
+    mesh: &Mesh,
+    params: &[(&str, f64)],
+) -> Box<dyn AnyBake> {
+    let material = Material::new(steradian_brdf::parse(spec).unwrap());
+    let params: ParamValues = params.iter().copied().collect();
+    find(slug).unwrap().bake(lights, &material, Some(&vertices(mesh)), &params, &Task::quiet()).unwrap()
+}
+
+/// Radiance of all vertices, each seen along its normal.
+pub fn at_vertices(b: &dyn AnyBake, mesh: &Mesh) -> Vec<[f32; 3]> {
+    let mut q = PointsBuf::default();
+    for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {
+        q.push(*n, n.any_orthonormal_vector(), *n, *p);
+        q.locate(Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect()
+}
+
+/// The largest difference of a channel.
+pub fn farthest(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+}
+
+/// Points without sites are black, and none beyond the end is read.
+pub fn points_without_sites_are_black(b: &dyn AnyBake) {
+    let mut q = PointsBuf::default();
+    q.push(Vec3::Y, Vec3::X, Vec3::Y, Vec3::ZERO);
+    let shade = |q: &PointsBuf| {
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0]);
+        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        rgb[0][0]
+    };
+    assert_eq!(shade(&q), 0.0);
+    q.locate(Vec2::ZERO, [u32::MAX; 3], [0.3; 2]);
+    assert_eq!(shade(&q), 0.0);
 }

@@ -7,8 +7,8 @@ use super::visibility::{Pyramid, Scratch};
 use crate::shared::sh_light::Albedo;
 use crate::shared::transport::{self, PerSite};
 use crate::{BakeError, Geometry, Technique};
-use rayon::prelude::*;
 use steradian_base::{ParamInfo, Task, params};
+use steradian_parallel::prelude::*;
 use steradian_transfer::{BLOCK, Scene, Settings};
 
 params! {

@@ -9,9 +9,8 @@ use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::transport;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::Mat3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
-use steradian_sphere::sh::Rotation;
+use steradian_parallel::prelude::*;
 
 /// What each site sends out in a frame.
 #[derive(Default)]
@@ -101,16 +100,13 @@ impl Frame {
         let albedo32 = albedo.map(|a| a as f32);
         radiance.par_iter_mut().for_each(|l| (0..3).for_each(|c| l[c] *= albedo32[c]));
         if t.reflected.stride > 0 {
-            let [_, bands] = light.sh.bands(p.bands);
-            let turned = Rotation::new(bands.order, v.light_rotation.as_dmat3()).apply_rgb(&bands);
             let n = p.bands * p.bands;
             let own = if t.reflected.stride > n { [0, n, 2 * n] } else { [0; 3] };
-            let scaled: [Vec<f32>; 3] =
-                std::array::from_fn(|c| turned.c[c].iter().map(|l| (l * albedo[c] / PI) as f32).collect());
+            let sh = light.sh.turned_reflected(p.bands, v.light_rotation, albedo.map(|a| a / PI));
             let rows = t.reflected.data.par_chunks_exact(t.reflected.stride);
             radiance.par_iter_mut().zip(rows).for_each(|(l, row)| {
                 for c in 0..3 {
-                    l[c] += row[own[c]..own[c] + n].iter().zip(&scaled[c]).map(|(t, l)| t * l).sum::<f32>();
+                    l[c] += row[own[c]..own[c] + n].iter().zip(&sh).map(|(t, l)| t * l[c]).sum::<f32>();
                 }
             });
         }

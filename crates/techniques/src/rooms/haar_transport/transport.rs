@@ -3,8 +3,8 @@
 use crate::Part;
 use crate::shared::transport::PerSite;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
-use rayon::prelude::*;
 use steradian_formats::{Tensor, TensorData};
+use steradian_parallel::prelude::*;
 
 /// Sites that an entry can tell apart.
 pub const MOST_SITES: usize = 1 << 24;

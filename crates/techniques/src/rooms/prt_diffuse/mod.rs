@@ -17,7 +17,7 @@ mod tests;
 
 use crate::certify::{Model, Report, Target};
 use crate::shared::lights;
-use crate::shared::sh_light::{Albedo, ShLight};
+use crate::shared::sh_light::{self, Albedo, ShLight};
 use crate::shared::transport::PerSite;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
@@ -28,6 +28,7 @@ use shade::Frame;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
+use steradian_prefilter::{Cosine, Zonal};
 
 /// The technique.
 pub struct PrtDiffuse;
@@ -94,7 +95,8 @@ impl Technique for PrtDiffuse {
     }
 
     fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
-        Ok(((), parts.light.report(p.bands)))
+        let kernel = Cosine.coefficients(sh_light::ORDER);
+        Ok(((), Report::estimated(parts.light.left_out(&kernel, p.bands), Vec::new())))
     }
 
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {

@@ -1,58 +1,13 @@
 //! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the three sites.
 
 use super::PrtDiffuse;
-use crate::gpu::{Buffer, Entry, Numbers, Uniform, Value};
-use crate::shared::sh_light::ShLight;
+use crate::gpu::{Buffer, Entry, Numbers, Uniform};
+use crate::shared::sh_light::{self, ShLight};
 use crate::shared::transport::{self, PerSite};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
 use std::f64::consts::PI;
 use steradian_parallel::prelude::*;
-use steradian_sphere::sh::Rotation;
-
-/// Thirty-six names.
-macro_rules! names {
-    ($p:literal) => {
-        [
-            concat!($p, "0"),
-            concat!($p, "1"),
-            concat!($p, "2"),
-            concat!($p, "3"),
-            concat!($p, "4"),
-            concat!($p, "5"),
-            concat!($p, "6"),
-            concat!($p, "7"),
-            concat!($p, "8"),
-            concat!($p, "9"),
-            concat!($p, "10"),
-            concat!($p, "11"),
-            concat!($p, "12"),
-            concat!($p, "13"),
-            concat!($p, "14"),
-            concat!($p, "15"),
-            concat!($p, "16"),
-            concat!($p, "17"),
-            concat!($p, "18"),
-            concat!($p, "19"),
-            concat!($p, "20"),
-            concat!($p, "21"),
-            concat!($p, "22"),
-            concat!($p, "23"),
-            concat!($p, "24"),
-            concat!($p, "25"),
-            concat!($p, "26"),
-            concat!($p, "27"),
-            concat!($p, "28"),
-            concat!($p, "29"),
-            concat!($p, "30"),
-            concat!($p, "31"),
-            concat!($p, "32"),
-            concat!($p, "33"),
-            concat!($p, "34"),
-            concat!($p, "35"),
-        ]
-    };
-}
 
 /// What the vectors of a site are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -85,11 +40,11 @@ impl Frame {
             return Self::default();
         }
         let form = Form::of(bands, transfer.stride);
-        let light = light.bands(bands).map(|l| {
-            let turned = Rotation::new(l.order, v.light_rotation.as_dmat3()).apply_rgb(&l);
-            let scaled = |i: usize| [0, 1, 2].map(|c| (turned.c[c][i] * albedo[c] / PI) as f32);
-            (0..form.n).map(scaled).collect()
-        });
+        let factor = albedo.map(|a| a / PI);
+        let light = [
+            light.turned(bands, v.light_rotation, factor),
+            light.turned_reflected(bands, v.light_rotation, factor),
+        ];
         let site = |t: &[f32]| sum(form, &light, t);
         let radiance = transfer.data.par_chunks_exact(transfer.stride).map(site).collect();
         Self { form, light, radiance }
@@ -123,33 +78,30 @@ pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     }
 }
 
-/// Names of the light's coefficients, up to six bands: of what arrives straight, and of what is reflected.
-const NAMES: [[&str; 36]; 2] = [names!("light_"), names!("reflected_")];
-
 pub(super) fn uniforms(f: &Frame) -> Vec<Uniform> {
-    let value = |l: &[f32; 3]| Value::Vec4([l[0], l[1], l[2], 0.0]);
-    let both = NAMES.iter().zip(&f.light).take(if f.form.reflected > 0 { 2 } else { 1 });
-    both.flat_map(|(names, l)| names.iter().zip(l).map(|(name, l)| Uniform { name, value: value(l) }))
-        .collect()
+    let mut all = sh_light::uniforms(&f.light[0]);
+    if f.form.reflected > 0 {
+        all.extend(sh_light::reflected_uniforms(&f.light[1]));
+    }
+    all
 }
 
 /// The sum over coefficients, written out: members of a uniform block have no index.
 fn sum_wgsl(form: Form) -> String {
     let mut terms = String::new();
-    let mut add = |names: &[&str; 36], at: [usize; 3]| {
-        for (i, name) in names.iter().enumerate().take(form.n) {
-            let light = format!("technique.{name}.xyz");
+    let mut add = |light: fn(usize) -> String, at: [usize; 3]| {
+        for i in 0..form.n {
             let t = at.map(|first| format!("fetch_transfer_at(site, {}u)", first + i));
             let t = if at[0] == at[1] { t[0].clone() } else { format!("vec3<f32>({})", t.join(", ")) };
-            terms += &format!("    l += {light} * {t};\n");
+            terms += &format!("    l += {} * {t};\n", light(i));
         }
     };
     let n = form.n;
-    add(&NAMES[0], [0; 3]);
+    add(sh_light::uniform, [0; 3]);
     match form.reflected {
         0 => {}
-        1 => add(&NAMES[1], [n; 3]),
-        _ => add(&NAMES[1], [n, 2 * n, 3 * n]),
+        1 => add(sh_light::reflected_uniform, [n; 3]),
+        _ => add(sh_light::reflected_uniform, [n, 2 * n, 3 * n]),
     }
     format!(
         "// Sum of L_i t_i over {n} coefficients (STAR04 eq. 53).\n\

@@ -1,35 +1,15 @@
 use super::*;
-use crate::{AnyBake, PointsBuf, Sites, find};
-use glam::{Mat3, Vec2, Vec3};
-use std::sync::Arc;
-use steradian_base::ParamValues;
+use crate::AnyBake;
+use crate::shared::trial::{at_vertices, farthest, on_mesh};
+use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
 
 fn bake(lights: &Lights, mesh: &Mesh, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
-    let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
-    let geometry = Geometry::new(Arc::new(mesh.clone()), Sites::Vertices);
-    let params: ParamValues = params.iter().copied().collect();
-    find("prt-diffuse").unwrap().bake(lights, &material, Some(&geometry), &params, &Task::quiet()).unwrap()
-}
-
-/// Radiance of all vertices, each seen along its normal.
-fn at_vertices(b: &dyn AnyBake, mesh: &Mesh) -> Vec<[f32; 3]> {
-    let mut q = PointsBuf::default();
-    for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {
-        q.push(*n, n.any_orthonormal_vector(), *n, *p);
-        q.locate(Vec2::ZERO, [k as u32; 3], [0.0; 2]);
-    }
-    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
-    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
-    (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]]).collect()
+    on_mesh("prt_diffuse", lights, "lambert:albedo=0.5", mesh, params)
 }
 
 fn ring() -> Mesh {
     shapes::torus(0.7, 0.3, 24)
-}
-
-fn farthest(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
-    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
 }
 
 /// The certificate is of paths through the mesh: far below what is lost without visibility, and above zero.
@@ -92,16 +72,5 @@ fn halves_and_windows() {
 /// Points without sites are black, and none beyond the end is read.
 #[test]
 fn points_without_sites_are_black() {
-    let mesh = ring();
-    let b = bake(&lights::furnace(), &mesh, &[]);
-    let mut q = PointsBuf::default();
-    q.push(Vec3::Y, Vec3::X, Vec3::Y, Vec3::ZERO);
-    let shade = |q: &PointsBuf| {
-        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0]);
-        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
-        rgb[0][0]
-    };
-    assert_eq!(shade(&q), 0.0);
-    q.locate(Vec2::ZERO, [u32::MAX; 3], [0.3; 2]);
-    assert_eq!(shade(&q), 0.0);
+    crate::shared::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }

@@ -1,0 +1,108 @@
+//! Precomputed radiance transfer of glossy surfaces: what a site sees of any light, by a matrix, and reflectance on top.
+//!
+//! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, Low-Frequency
+//! Lighting Environments*, section 4.2; STAR04 7.5.1, eqs 53 and 54.
+//!
+//! > L' = M(x) L,  M_ij(x) = ∫ V(x, w) y_i(w) y_j(w) dw;  Phong: L_o = Σ_lm k_l L'_lm y_lm(r)
+//!
+//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², r = 2(n·wo)n − wo, and k_l = 2π ∫ x₊ⁿ P_l(x) dx of the
+//! Phong lobe: a convolution at the mirror direction, without any table (Funk–Hecke). V is zero below the horizon, where the
+//! lobe of `phong` ends. Approximated: L and the lobe, by their first bands; V is what rays find, interpolated between
+//! the sites of a triangle. Refused: point lights, and reflections between surfaces, which would need the reflectance in
+//! M. Small lights ring: a window over the bands trades sharpness for that.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::certify::Report;
+use crate::gpu::Uniform;
+use crate::shared::lights;
+use crate::shared::matrices::{Accuracy, Below, Matrices};
+use crate::shared::phong_lobe::PhongLobe;
+use crate::shared::sh_light::{self, ShLight};
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::Params;
+use shade::Frame;
+use steradian_base::Task;
+use steradian_light::Lights;
+
+/// The technique.
+pub struct PrtGlossy;
+
+const EXACT: &[Claim] = &[Claim::new(
+    "light and lobe have no bands above those that are baked, whatever is blocked",
+    lights::quadratic,
+    "phong:n=1",
+    0.002,
+)];
+
+impl Technique for PrtGlossy {
+    const CARD: Card = Card {
+        slug: "prt_glossy",
+        title: "Precomputed radiance transfer, glossy",
+        citation: "Sloan, Kautz & Snyder 2002, Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, \
+                   Low-Frequency Lighting Environments, section 4.2; STAR04 7.5.1, eqs 53 and 54",
+        equation: "L' = M L, M_ij = ∫ V y_i y_j dw; L_o = Σ_lm k_l L'_lm y_lm(r)",
+        light: "spherical harmonics of 5 bands (1 to 8)",
+        visibility: "self-shadowing by a matrix per site",
+        reflectance: "phong, by the first bands of its lobe",
+        materials: PhongLobe::materials,
+        specimens: &["phong:n=10"],
+        exact_when: EXACT,
+        capabilities: Capabilities {
+            global: true,
+            certain_isotropic: true,
+            self_shadowing: true,
+            dynamic_lighting: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = ShLight;
+    type Material = PhongLobe;
+    type Transfer = Matrices;
+    type Linked = ();
+    type Frame = Frame;
+
+    fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
+        ShLight::bake(Self::CARD.slug, l, p.window)
+    }
+
+    fn material(m: &Material, _: &Params, _: &Task) -> Result<PhongLobe, BakeError> {
+        Ok(PhongLobe::of(&*m.brdf))
+    }
+
+    fn transfer(g: Option<&Geometry>, _: &PhongLobe, p: &Params, task: &Task) -> Result<Matrices, BakeError> {
+        let Some(g) = g else { return Ok(Matrices::default()) };
+        let of = Accuracy { bands: p.bands, precision: p.precision };
+        Matrices::bake(Self::CARD.slug, g, of, Below::Blocked, p.halves, task)
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
+        let error = parts.light.left_out(&parts.material.kernel(sh_light::ORDER), p.bands);
+        Ok(((), Report::estimated(error, Vec::new())))
+    }
+
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
+        f.update(&b.light, &b.material, &b.transfer, v);
+    }
+
+    fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
+        shade::gpu(b, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
+        Some(sh_light::uniforms(&f.light))
+    }
+}
