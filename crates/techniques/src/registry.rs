@@ -1,9 +1,9 @@
 //! Every technique, one line each.
 
 use crate::rooms::{
-    ambient, banks_env, diffuse_map, factored_lighting, haar_transport, lafortune_env, lobe_maps, mirror_map,
-    paraboloid_filter, phong_diffuse_maps, prt_diffuse, prt_glossy, reflection_space_ibr, sh_irradiance,
-    shrm, shrm_global, shrm_slices, split_sum,
+    ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, haar_transport, lafortune_env,
+    lobe_maps, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_diffuse, prt_glossy,
+    reflection_space_ibr, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
@@ -25,6 +25,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<ambient::Ambient>::new(),
     &Erased::<prt_diffuse::PrtDiffuse>::new(),
     &Erased::<prt_glossy::PrtGlossy>::new(),
+    &Erased::<clustered_pca::ClusteredPca>::new(),
     &Erased::<haar_transport::HaarTransport>::new(),
 ];
 

@@ -2,6 +2,7 @@
 
 pub mod ambient;
 pub mod banks_env;
+pub mod clustered_pca;
 pub mod diffuse_map;
 pub mod factored_lighting;
 pub mod haar_transport;

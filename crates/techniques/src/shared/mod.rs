@@ -5,6 +5,7 @@ pub mod apart;
 pub mod batch;
 pub mod bundle;
 pub mod chain;
+pub mod clustered;
 pub mod distant;
 pub mod exact;
 pub mod harmonics;

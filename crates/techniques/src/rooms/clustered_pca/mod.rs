@@ -1,0 +1,121 @@
+//! Precomputed radiance transfer of glossy surfaces, compressed by clustered principal components.
+//!
+//! Sloan, Hall, Hart & Snyder (2003), *Clustered Principal Components for Precomputed Radiance Transfer*, ACM Transactions
+//! on Graphics 22(3); STAR04 7.4.4 (reference 84).
+//!
+//! > L' ≈ M_k0 L + Σ_i w_i(x) M_ki L,  k the cluster of x;  Phong: L_o = Σ_lm k_l L'_lm y_lm(r)
+//!
+//! Light, visibility and reflectance are those of `prt_glossy` (Sloan, Kautz & Snyder 2002). A site keeps its cluster and a few
+//! weights; the matrices of the clusters are multiplied with the light once a frame, whatever the number of sites. What
+//! the compression loses, and how far its error steps across seams between clusters, is measured and stated. Refused:
+//! reflectance but `phong`, point lights, reflections between surfaces.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::certify::Report;
+use crate::shared::clustered::{Clustered, Size};
+use crate::shared::lights;
+use crate::shared::matrices::{Accuracy, Below};
+use crate::shared::phong_lobe::PhongLobe;
+use crate::shared::sh_light::{self, ShLight};
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::Params;
+use shade::Frame;
+use steradian_base::Task;
+use steradian_light::Lights;
+
+/// The technique.
+pub struct ClusteredPca;
+
+const EXACT: &[Claim] = &[Claim::new(
+    "light and lobe have no bands above those that are baked, and every cluster has a component for each dimension of its \
+     sites",
+    lights::quadratic,
+    "phong:n=1",
+    0.002,
+)];
+
+impl Technique for ClusteredPca {
+    const CARD: Card = Card {
+        slug: "clustered_pca",
+        title: "Clustered principal components of glossy transfer",
+        citation: "Sloan, Hall, Hart & Snyder 2003, Clustered Principal Components for Precomputed Radiance Transfer; \
+                   STAR04 7.4.4",
+        equation: "L' = M_k0 L + Σ_i w_i M_ki L; L_o = Σ_lm k_l L'_lm y_lm(r)",
+        light: "spherical harmonics of 5 bands (1 to 8)",
+        visibility: "self-shadowing by matrices of clusters, weighted per site",
+        reflectance: "phong, by the first bands of its lobe",
+        materials: PhongLobe::materials,
+        specimens: &["phong:n=10"],
+        exact_when: EXACT,
+        capabilities: Capabilities {
+            global: true,
+            certain_isotropic: true,
+            self_shadowing: true,
+            dynamic_lighting: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = ShLight;
+    type Material = PhongLobe;
+    type Transfer = Clustered;
+    type Linked = ();
+    type Frame = Frame;
+
+    fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
+        ShLight::bake(Self::CARD.slug, l, p.window)
+    }
+
+    fn material(m: &Material, _: &Params, _: &Task) -> Result<PhongLobe, BakeError> {
+        Ok(PhongLobe::of(&*m.brdf))
+    }
+
+    fn transfer(
+        g: Option<&Geometry>,
+        _: &PhongLobe,
+        p: &Params,
+        task: &Task,
+    ) -> Result<Clustered, BakeError> {
+        let Some(g) = g else { return Ok(Clustered::default()) };
+        let of = Accuracy { bands: p.bands, precision: p.precision };
+        let size = Size { clusters: p.clusters, components: p.components };
+        Clustered::bake(Self::CARD.slug, g, of, Below::Blocked, size, task)
+    }
+
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
+        let left_out = parts.light.left_out(&parts.material.kernel(sh_light::ORDER), p.bands);
+        let lost = parts.transfer.lost;
+        let report = Report::estimated(left_out.hypot(lost.matrices), Vec::new())
+            .detail("error of the matrices", lost.matrices)
+            .detail("seams", lost.seams)
+            .detail("within clusters", lost.within)
+            .detail("bytes", parts.transfer.bytes() as f64);
+        Ok(((), report))
+    }
+
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
+        f.update(&b.light, &b.material, &b.transfer, v);
+    }
+
+    fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.transfer, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
+        shade::gpu(b, f)
+    }
+
+    /// The clusters' light is a buffer, not uniforms.
+    fn gpu_frame(_: &Bake<Self>, _: &Frame) -> Option<Vec<crate::gpu::Uniform>> {
+        None
+    }
+}
