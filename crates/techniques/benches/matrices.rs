@@ -1,0 +1,125 @@
+//! Techniques with transfer matrices on a mesh of about 100 000 vertices, one core: vertices a second, bytes, and what
+//! compression loses of what is shaded.
+//!
+//!     cargo bench -p steradian-techniques --bench matrices
+//!
+//! *Frame* is the light of a frame through all that is stored, *shading* every vertex from a view of its own; their sum is
+//! what a turning light and a moving viewer cost. The baseline is the matrices of `prt_glossy` in single precision.
+//! Seconds are those of the processor: other work on the machine does not count.
+#![expect(clippy::print_stdout, reason = "a benchmark reports")]
+
+use glam::{Mat3, Vec2, Vec3};
+use std::sync::Arc;
+use steradian_base::{ParamValues, Task};
+use steradian_scene::{Mesh, load, shapes};
+use steradian_techniques::shared::lights;
+use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
+use steradian_testkit::data;
+
+/// Technique, parameters, and what is printed of them.
+const CASES: [(&str, &[(&str, f64)], &str); 4] = [
+    ("prt_glossy", &[("halves", 0.0)], "matrices, f32 (baseline)"),
+    ("prt_glossy", &[], "matrices, f16"),
+    ("clustered_pca", &[], "256 clusters, 8 components"),
+    ("clustered_pca", &[("components", 4.0)], "256 clusters, 4 components"),
+];
+
+/// The full matrices that memory is compared with: 25 × 25 numbers in single precision.
+const FULL: usize = 2500;
+
+/// Seconds of processors that this process has used (Linux; 0 elsewhere).
+fn cpu() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+    stat.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
+}
+
+fn mesh() -> (String, Mesh) {
+    let loaded = data("meshes/dragon_vrip_res2.ply.gz").and_then(|p| load(&p, &Default::default()).ok());
+    match loaded {
+        Some(l) => ("dragon".into(), l.merged()),
+        None => ("torus".into(), shapes::torus(0.7, 0.3, 226)),
+    }
+}
+
+/// Every vertex, seen from 20° to 70° off its normal.
+fn points(mesh: &Mesh) -> PointsBuf {
+    let mut q = PointsBuf::with_capacity(mesh.positions.len());
+    for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {
+        let t = n.any_orthonormal_vector();
+        let turn = 2.4 * k as f32;
+        let theta = 0.35 + 0.87 * (0.618 * k as f32).fract();
+        let side = t * turn.cos() + n.cross(t) * turn.sin();
+        q.push(*n, t, *n * theta.cos() + side * theta.sin(), *p);
+        q.locate(Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+    }
+    q
+}
+
+/// Seconds of the quickest of some runs.
+fn quickest(mut run: impl FnMut()) -> f64 {
+    let one = |_| {
+        let start = cpu();
+        run();
+        cpu() - start
+    };
+    (0..7).map(one).fold(f64::INFINITY, f64::min)
+}
+
+fn rms(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
+    let square = |x: f32| f64::from(x).powi(2);
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b));
+    let (off, all) = pairs.fold((0.0, 0.0), |s, (a, b)| (s.0 + square(a - b), s.1 + square(*b)));
+    (off / all).sqrt()
+}
+
+fn main() {
+    let (name, mesh) = mesh();
+    let q = points(&mesh);
+    println!(
+        "{name}: {} vertices, phong:n=10, five bands, smooth sky, {}",
+        q.len(),
+        steradian_simd::isa().name()
+    );
+    let material = Material::new(steradian_brdf::parse("phong:n=10").expect("a spec"));
+    let geometry = Geometry::new(Arc::new(mesh), Sites::Vertices);
+    let mut baseline: Option<([Vec<f32>; 3], f64)> = None;
+    println!(
+        "| technique | Mvertex/s: frame | shading | both | times the baseline | bytes/site | full f32 over that | RMS against full |\n|---|---|---|---|---|---|---|---|"
+    );
+    for (slug, params, what) in CASES {
+        let all = params.iter().copied().chain([("precision", 0.02)]);
+        let params: ParamValues = all.collect();
+        let technique = find(slug).expect("a technique");
+        let mut bake: Box<dyn AnyBake> = technique
+            .bake(&lights::smooth(), &material, Some(&geometry), &params, &Task::quiet())
+            .expect("bakes");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+        let mut run = || {
+            let mut turn = 0.0;
+            let frame = quickest(|| {
+                turn += 0.1;
+                bake.frame(&View { light_rotation: Mat3::from_axis_angle(Vec3::Y, turn), ..View::default() });
+            });
+            bake.frame(&View::default());
+            let shading = quickest(|| bake.shade(&q.as_points(), &mut Radiance::of(&mut rgb)));
+            [frame, shading]
+        };
+        let [frame, shading] = match &pool {
+            Ok(pool) => pool.install(&mut run),
+            Err(_) => run(),
+        };
+        let rate = |s: f64| q.len() as f64 / s / 1e6;
+        let (full, before) = baseline.get_or_insert_with(|| (rgb.clone(), frame + shading));
+        println!(
+            "| {slug}: {what} | {:.1} | {:.1} | {:.1} | {:.2} | {:.0} | {:.1} | {:.4} |",
+            rate(frame),
+            rate(shading),
+            rate(frame + shading),
+            *before / (frame + shading),
+            bake.bytes() as f64 / q.len() as f64,
+            (FULL * q.len()) as f64 / bake.bytes() as f64,
+            rms(&rgb, full),
+        );
+    }
+}
