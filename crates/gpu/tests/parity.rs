@@ -130,7 +130,7 @@ fn technique(
     let sun = choice.as_ref().is_some_and(|(name, _)| *name == SUNS);
     let params: ParamValues = choice.into_iter().collect();
     let light = if sun { sunny() } else { light() };
-    let geometry = technique.card().needs.sites.then(ring);
+    let geometry = technique.needs_sites(&params).then(ring);
     let mut refused = Failed::without_message();
     let mut taken = None;
     for spec in specs {

@@ -165,7 +165,7 @@ pub(crate) struct Under<'a> {
 impl Under<'_> {
     /// The mesh with the materials of its slots, where a technique bakes on it: the mean of a base colour multiplies the
     /// albedo of what reflects.
-    fn geometry(&self, technique: &dyn AnyTechnique) -> Option<Geometry> {
+    fn geometry(&self, technique: &dyn AnyTechnique, params: &ParamValues) -> Option<Geometry> {
         let slot = |m: &Material| {
             let plain = steradian_techniques::Material::new(m.brdf.clone());
             let (Form::Lambert { albedo: a }, Some(t)) = (m.brdf.form(), &m.base_colour) else {
@@ -175,7 +175,7 @@ impl Under<'_> {
             let spec = format!("lambert:albedo={}/{}/{}", a[0] * r, a[1] * g, a[2] * b);
             steradian_brdf::parse(&spec).map_or(plain, steradian_techniques::Material::new)
         };
-        technique.card().needs.sites.then(|| Geometry {
+        technique.needs_sites(params).then(|| Geometry {
             materials: self.scene.materials.iter().map(slot).collect(),
             ..Geometry::new(Arc::new(self.scene.mesh.clone()), Sites::Vertices)
         })
@@ -288,7 +288,7 @@ fn link(
     // Only what is part of a technique's data is filtered by maps.
     let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
     let of = steradian_techniques::Material::new(material.brdf.clone());
-    let geometry = under.geometry(technique);
+    let geometry = under.geometry(technique, &material.params);
     let with = |suns: Suns| {
         let (baked, direct) = split(under.lights, suns);
         technique.bake(&baked, &of, geometry.as_ref(), &material.params, &task).map(|b| (b, direct))

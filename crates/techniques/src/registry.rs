@@ -2,8 +2,8 @@
 
 use crate::rooms::{
     ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, haar_transport, lafortune_env,
-    lobe_maps, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_diffuse, prt_glossy,
-    reflection_space_ibr, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
+    lobe_maps, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_brdf, prt_diffuse, prt_glossy,
+    reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
@@ -15,6 +15,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<split_sum::SplitSum>::new(),
     &Erased::<reflection_space_ibr::ReflectionSpaceIbr>::new(),
     &Erased::<factored_lighting::FactoredLighting>::new(),
+    &Erased::<sh_brdf::ShBrdf>::new(),
     &Erased::<lobe_maps::LobeMaps>::new(),
     &Erased::<lafortune_env::LafortuneEnv>::new(),
     &Erased::<paraboloid_filter::ParaboloidFilter>::new(),
@@ -25,6 +26,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<ambient::Ambient>::new(),
     &Erased::<prt_diffuse::PrtDiffuse>::new(),
     &Erased::<prt_glossy::PrtGlossy>::new(),
+    &Erased::<prt_brdf::PrtBrdf>::new(),
     &Erased::<clustered_pca::ClusteredPca>::new(),
     &Erased::<haar_transport::HaarTransport>::new(),
 ];

@@ -157,7 +157,7 @@ impl Session {
 
 fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>, Error> {
     let card = request.technique.card();
-    match (&request.mesh, card.needs.sites) {
+    match (&request.mesh, request.technique.needs_sites(&request.params)) {
         (None, false) => Ok(None),
         (None, true) => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
         (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),

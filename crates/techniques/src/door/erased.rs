@@ -19,6 +19,8 @@ pub trait AnyTechnique: Send + Sync {
     fn card(&self) -> &'static Card;
     /// Its parameters.
     fn params(&self) -> &'static [ParamInfo];
+    /// Does a bake with these parameters need a [`Geometry`]? Parameters that are refused need none.
+    fn needs_sites(&self, params: &ParamValues) -> bool;
     /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the technique
     /// would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
@@ -93,7 +95,7 @@ fn transfer<T: Technique>(
     params: &T::Params,
     task: &Task,
 ) -> Result<T::Transfer, BakeError> {
-    if T::CARD.needs.sites && geometry.is_none() {
+    if T::needs_sites(params) && geometry.is_none() {
         let why = "bakes per site of a mesh: give one (--mesh)".into();
         return Err(BakeError::Geometry { slug: T::CARD.slug, why });
     }
@@ -107,6 +109,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn params(&self) -> &'static [ParamInfo] {
         T::Params::INFO
+    }
+
+    fn needs_sites(&self, params: &ParamValues) -> bool {
+        T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
     }
 
     fn bake(

@@ -30,7 +30,12 @@ pub trait Technique: Send + Sync + 'static {
     fn light(l: &Lights, p: &Self::Params, task: &Task) -> Result<Self::Light, BakeError>;
     /// Bakes the reflectance, which [`Card::materials`] takes.
     fn material(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Material, BakeError>;
-    /// Bakes the geometry; called with `None` only where [`crate::Needs::sites`] is false.
+    /// Does a bake with these parameters need sites on a mesh?
+    fn needs_sites(p: &Self::Params) -> bool {
+        let _ = p;
+        Self::CARD.needs.sites
+    }
+    /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
         g: Option<&Geometry>,
         m: &Self::Material,

@@ -30,4 +30,5 @@ pub mod tables;
 pub mod transport;
 #[cfg(test)]
 pub mod trial;
+pub mod view_table;
 pub mod views;

@@ -247,7 +247,8 @@ fn a_changed_factor_rebakes_alone() {
         assert_eq!(shade(&*b, &points), shade(fresh, &points), "{}", t.card().slug);
         assert_eq!(b.certificate(), fresh.certificate());
         // Refused: the bake stays as it was.
-        let foreign = ["oren-nayar:sigma=0.3", "ggx:ax=0.1,ay=0.4,f0=1"].map(material);
+        let foreign =
+            ["oren-nayar:sigma=0.3", "ggx:ax=0.1,ay=0.4,f0=1", "kajiya-kay:s=10000000"].map(material);
         let refused = |m: &&Material| (t.card().materials)(&*m.brdf).is_err();
         let m = foreign.iter().find(refused).expect("no technique takes everything");
         assert!(b.with_material(m, &Task::quiet()).is_err());

@@ -1,0 +1,97 @@
+use super::*;
+use crate::{AnyBake, PointsBuf, Sites, find};
+use glam::{Mat3, Vec2, Vec3};
+use std::sync::Arc;
+use steradian_base::ParamValues;
+use steradian_scene::{Mesh, shapes};
+use steradian_sphere::Frame as Local;
+
+const SPEC: &str = "ashikhmin-shirley:nu=12,nv=4";
+
+fn bake(slug: &str, spec: &str, g: Option<&Geometry>, lights: &Lights) -> Box<dyn AnyBake> {
+    let material = Material::new(steradian_brdf::parse(spec).unwrap());
+    let t = find(slug).unwrap();
+    let values: ParamValues =
+        t.params().iter().filter(|p| p.name == "lights").map(|p| (p.name, 0.0)).collect();
+    t.bake(lights, &material, g, &values, &Task::quiet()).unwrap()
+}
+
+/// The vertices of a mesh, each seen from its front.
+fn vertices(mesh: &Mesh) -> PointsBuf {
+    let mut q = PointsBuf::default();
+    for (k, (p, n)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
+        let t = Local::from_normal(n.as_dvec3()).t.as_vec3();
+        let wo = (*n + 0.8 * Vec3::new((k as f32).sin(), 0.3, (1.7 * k as f32).cos())).normalize();
+        q.push(*n, t, wo, *p);
+        q.locate(Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+    }
+    q
+}
+
+fn shade(b: &dyn AnyBake, q: &PointsBuf) -> [Vec<f32>; 3] {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    rgb
+}
+
+/// Relative RMS difference.
+fn off(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        (0..3).flat_map(|c| a[c].iter().zip(&b[c])).map(|(a, b)| f(f64::from(*a), f64::from(*b))).sum()
+    };
+    (sum(&|a, b| (a - b).powi(2)) / sum(&|_, b| b * b)).sqrt()
+}
+
+/// Two balls that shadow each other.
+fn balls() -> Geometry {
+    let one = shapes::icosphere(3);
+    let mut other = one.clone();
+    other.positions.iter_mut().for_each(|p| *p = 0.6 * *p + Vec3::new(1.4, 0.9, 0.2));
+    Geometry::new(Arc::new(Mesh::merged(&[one, other])), Sites::Vertices)
+}
+
+/// A ball sees nothing of itself: no shadow, and the room without transfer.
+#[test]
+fn in_the_open_it_is_the_table_alone() {
+    let mesh = Arc::new(shapes::icosphere(2));
+    let g = Geometry::new(mesh.clone(), Sites::Vertices);
+    let q = vertices(&mesh);
+    for light in [lights::smooth(), lights::studio()] {
+        let alone = shade(&*bake("sh_brdf", SPEC, None, &light), &q);
+        let mut own = bake("prt_brdf", SPEC, Some(&g), &light);
+        let e = off(&shade(&*own, &q), &alone);
+        assert!(e < 2e-5, "{e}");
+        // Turned light, by both.
+        let view = View {
+            light_rotation: Mat3::from_rotation_x(0.7) * Mat3::from_rotation_y(2.0),
+            ..View::default()
+        };
+        own.frame(&view);
+        let turned = bake("sh_brdf", SPEC, None, &light).with_view(&view);
+        assert!(off(&shade(&*own, &q), &shade(&*turned, &q)) < 2e-5);
+    }
+}
+
+/// Under light of three bands a lambertian surface is that of transfer vectors, up to the bands of the cosine beyond five.
+#[test]
+fn lambert_is_diffuse_transfer() {
+    let (g, spec) = (balls(), "lambert:albedo=0.8/0.5/0.2");
+    let q = vertices(&g.mesh);
+    let [own, diffuse] =
+        ["prt_brdf", "prt_diffuse"].map(|slug| shade(&*bake(slug, spec, Some(&g), &lights::quadratic()), &q));
+    let alone = shade(&*bake("sh_brdf", spec, None, &lights::quadratic()), &q);
+    let (e, shadow) = (off(&own, &diffuse), off(&alone, &diffuse));
+    assert!(e < 0.02 && shadow > 5.0 * e, "{e} {shadow}");
+}
+
+/// The certificate holds shading against paths through the mesh; without shadows it would be worse.
+#[test]
+fn shadows_are_those_of_paths() {
+    let g = balls();
+    let b = bake("prt_brdf", SPEC, Some(&g), &lights::smooth());
+    println!("{:?}", b.certificate());
+    assert!(b.certificate().error < 0.08, "{}", b.certificate().error);
+    // Another reflectance keeps the transfer.
+    let glossy = Material::new(steradian_brdf::parse("ggx:alpha=0.5,f0=0.9").unwrap());
+    assert!(b.with_material(&glossy, &Task::quiet()).unwrap().certificate().error < 0.1);
+}

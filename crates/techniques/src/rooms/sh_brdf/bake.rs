@@ -1,0 +1,119 @@
+//! The table of the reflectance, and the light without its suns.
+
+use super::ShBrdf;
+use crate::certify::Report;
+use crate::shared::apart::Apart;
+use crate::shared::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::view_table::{BANDS, MOST_BANDS, SiteFrames, Views};
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
+use crate::{BakeError, Geometry, Part, Technique};
+use steradian_base::{ParamInfo, params};
+use steradian_sphere::sh::{ShRgb, Window};
+
+/// Words of `fix`.
+const FIX: [&str; 3] = ["nothing", "light", "view"];
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Bands of light and reflectance.
+        pub bands: usize = ParamInfo::whole("bands", [3.0, 15.0], 5.0, "bands of spherical harmonics, of the light and of the reflectance alike"),
+        /// Texels along an edge of the table.
+        pub size: usize = ParamInfo::whole("size", [16.0, 1024.0], 128.0, "edge of the table of views").unit("texels"),
+        /// Suns apart at most.
+        pub lights: usize = ParamInfo::whole("lights", [0.0, 64.0], 4.0, "suns at most that are taken out of the light and shaded with the exact reflectance"),
+        /// Where the window ends; 0 for none.
+        pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
+        /// What stands still.
+        pub fix: usize = ParamInfo::choice("fix", &FIX, "what stands still: light, which vertices of a mesh then keep in their frames, or view, for which they keep their reflectance; 3 to 6 bands"),
+        /// 16-bit table.
+        pub halves: bool = ParamInfo::switch("halves", false, "a table of 16-bit floats"),
+    }
+}
+
+/// What stands still.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fix {
+    Nothing,
+    Light,
+    View,
+}
+
+impl Params {
+    pub(super) fn fix(&self) -> Fix {
+        [Fix::Nothing, Fix::Light, Fix::View][self.fix.min(2)]
+    }
+}
+
+/// The frames of the sites, where something stands still.
+pub(super) fn frames(g: Option<&Geometry>, p: &Params) -> Result<SiteFrames, BakeError> {
+    let slug = ShBrdf::CARD.slug;
+    let Some(g) = g.filter(|_| p.fix() != Fix::Nothing) else { return Ok(SiteFrames::default()) };
+    if p.bands > MOST_BANDS {
+        let why = format!("fix={} keeps {MOST_BANDS} bands at most, not {}", FIX[p.fix], p.bands);
+        return Err(BakeError::Geometry { slug, why });
+    }
+    SiteFrames::new(slug, g)
+}
+
+/// The light as it is shaded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linked {
+    /// The first bands, without the suns.
+    pub sh: ShRgb,
+    /// Shaded exactly.
+    pub suns: Vec<Sun>,
+}
+
+pub(super) fn link(light: &SunlitSpectrum, m: &Views, p: &Params) -> (Linked, Report) {
+    let apart = Apart::round_suns(light, p.lights);
+    let n = p.bands * p.bands;
+    let first = |c: &Vec<f64>| {
+        let mut c = c.clone();
+        c.resize(n, 0.0);
+        c
+    };
+    let mut sh = ShRgb { order: p.bands - 1, c: apart.rest.sh.c.each_ref().map(first) };
+    let mut kept = vec![1.0; p.bands];
+    if p.window > 0.0 {
+        let window = Window::Hanning { width: p.window };
+        kept = window.factors(p.bands - 1);
+        sh.window(window);
+    }
+    // Relative to all light, suns too.
+    let (rest, all) = (apart.rest.mean_squares(), light.spectrum.mean_squares());
+    let (error, elevations) = m.energies.error([&rest, &all], apart.beyond, &kept);
+    let mut report = Report::estimated(error, elevations)
+        .detail("bands", p.bands as f64)
+        .detail("suns apart", apart.suns.len() as f64)
+        .detail("quadrature error", m.energies.quadrature());
+    for (degrees, error) in m.energies.lookup() {
+        report = report.detail(format!("lookup error at {degrees}°"), error);
+    }
+    (Linked { sh, suns: apart.suns }, report)
+}
+
+impl Part for Linked {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        put_f64(to, format!("{prefix}.light"), vec![3, self.sh.c[0].len()], self.sh.c.concat());
+        save_suns(&self.suns, to, format!("{prefix}.suns"));
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.light");
+        let (shape, v) = get_f64(from, &name, 2)?;
+        let bands = shape[1].isqrt();
+        if shape != [3, bands * bands] || !(BANDS[0]..=BANDS[1]).contains(&bands) {
+            return Err(PartError::Unexpected(name));
+        }
+        let mut rows = v.chunks(shape[1]).map(<[f64]>::to_vec);
+        let sh = ShRgb { order: bands - 1, c: std::array::from_fn(|_| rows.next().unwrap_or_default()) };
+        Ok(Self { sh, suns: load_suns(from, &format!("{prefix}.suns"))? })
+    }
+
+    fn bytes(&self) -> usize {
+        12 * self.sh.c[0].len() + sun::BYTES * self.suns.len()
+    }
+}

@@ -1,0 +1,304 @@
+use super::*;
+use crate::shared::view_table::ViewTable;
+use crate::{AnyBake, PointsBuf, find};
+use glam::{DVec2, DVec3, Vec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use steradian_base::ParamValues;
+use steradian_brdf::{Brdf, Domain, Info, Lobe, Sample};
+use steradian_light::DiskLight;
+use steradian_sphere::Frame as Local;
+use steradian_sphere::sh::{self, ShRgb};
+
+fn bake(slug: &str, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
+    let material = Material::new(steradian_brdf::parse(spec).unwrap());
+    let values: ParamValues = params.iter().copied().collect();
+    find(slug).unwrap().bake(lights, &material, None, &values, &Task::quiet()).unwrap()
+}
+
+/// Frames all over, with views from the normal down to 80°.
+fn points() -> (PointsBuf, Vec<(Local, DVec3)>) {
+    let (mut q, mut all) = (PointsBuf::default(), Vec::new());
+    for k in 0..40 {
+        let n = steradian_prefilter::probe::direction(k, 40);
+        let f = Local::from_normal_tangent(n, DVec3::new((k as f64).cos(), 0.4, (2.0 * k as f64).sin()));
+        let z = 1.0 - 0.82 * (k as f64 + 0.5) / 40.0;
+        let (s, phi) = ((1.0 - z * z).sqrt(), 2.4 * k as f64);
+        let local = DVec3::new(s * phi.cos(), s * phi.sin(), z);
+        q.push(n.as_vec3(), f.t.as_vec3(), f.to_world(local).as_vec3(), Vec3::ZERO);
+        all.push((f, local));
+    }
+    (q, all)
+}
+
+fn shade(b: &dyn AnyBake, q: &PointsBuf) -> [Vec<f32>; 3] {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    rgb
+}
+
+fn off(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
+    let scale = b.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+    let worst = (0..3).flat_map(|c| a[c].iter().zip(&b[c])).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    f64::from(worst / scale)
+}
+
+#[test]
+fn lambert_is_irradiance_from_nine_coefficients() {
+    let spec = "lambert:albedo=0.8/0.5/0.2";
+    let (q, _) = points();
+    for light in [lights::smooth(), lights::studio(), lights::sunny()] {
+        let other = shade(&*bake("sh_irradiance", &light, spec, &[]), &q);
+        let own = shade(&*bake("sh_brdf", &light, spec, &[("bands", 3.0), ("lights", 0.0)]), &q);
+        assert!(off(&own, &other) < 1e-5, "{}", off(&own, &other));
+        // Four bands are three: the cosine has no band 3.
+        let four = shade(&*bake("sh_brdf", &light, spec, &[("bands", 4.0), ("lights", 0.0)]), &q);
+        assert!(off(&four, &other) < 1e-5);
+    }
+}
+
+/// f_cos of three bands in wi for every view, anisotropic and not separable: 1 + r·wi/2 + wi.x wi.y (r·x)/3 over the sphere.
+#[derive(Debug)]
+struct Limited;
+
+static INFO: Info = Info {
+    name: "limited",
+    source: "a test",
+    formula: "",
+    units: "",
+    parameters: &[],
+    reciprocity: "none",
+    energy: "none",
+};
+
+impl Brdf for Limited {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        String::new()
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.f_cos(wi, wo)
+    }
+
+    fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        let r = DVec3::new(-wo.x, -wo.y, wo.z);
+        let (a, b) = (0.5 * r.dot(wi), wi.x * wi.y * r.x / 3.0);
+        [1.0 + a + b, 0.5 + a - b, 0.2 + b]
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Sphere
+    }
+
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn lobes(&self, _: DVec3) -> Vec<Lobe> {
+        Vec::new()
+    }
+
+    fn sample(&self, _: DVec3, _: DVec2) -> Option<Sample> {
+        None
+    }
+
+    fn pdf(&self, _: DVec3, _: DVec3) -> f64 {
+        0.0
+    }
+}
+
+/// Light and reflectance of B bands: the sum is the integral, here by a Gauss rule over the sphere.
+#[test]
+fn band_limited_light_and_reflectance_give_the_integral() {
+    let (q, frames) = points();
+    let (x, w) = steradian_sphere::quadrature::gauss_legendre(8);
+    for bands in [3usize, 5, 8] {
+        let c =
+            std::array::from_fn(|k| (0..bands * bands).map(|i| 0.2 + ((5 * i + k) as f64).sin()).collect());
+        let sh = ShRgb { order: bands - 1, c };
+        let table = ViewTable::bake(&Limited, bands, 512, &Task::quiet()).unwrap();
+        let lanes = view_table::LightLanes::new(&table, &sh);
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+        view_table::shade(&table, &lanes, &q.as_points(), &mut Radiance::of(&mut rgb));
+        let mut want: [Vec<f32>; 3] = Default::default();
+        for (f, wo) in &frames {
+            let mut sum = [0.0; 3];
+            for (z, wz) in x.iter().zip(&w) {
+                for k in 0..16 {
+                    let phi = PI * f64::from(k) / 8.0;
+                    let s = (1.0 - z * z).sqrt();
+                    let wi = DVec3::new(s * phi.cos(), s * phi.sin(), *z);
+                    let (l, v) = (sh.value(f.to_world(wi)), Limited.f_cos(wi, *wo));
+                    (0..3).for_each(|c| sum[c] += wz * PI / 8.0 * l[c] * v[c]);
+                }
+            }
+            (0..3).for_each(|c| want[c].push(sum[c] as f32));
+        }
+        assert!(off(&rgb, &want) < 1e-5, "{bands}: {}", off(&rgb, &want));
+    }
+}
+
+/// A circular light of any size and direction has its coefficients in closed form (KSS02 section 3): those of its cap,
+/// 2π ∫ P_l = 2π (P_{l−1}(cos r) − P_{l+1}(cos r))/(2l + 1), times y at its centre.
+#[test]
+fn circular_lights_have_closed_coefficients() {
+    let direction = DVec3::new(0.3, 0.8, -0.4).normalize();
+    let spec = "ashikhmin-shirley:nu=24,nv=8";
+    let (q, _) = points();
+    for radius in [0.1f64, 0.6, 1.2] {
+        let disk = DiskLight { direction, angular_radius: radius, radiance: [2.0, 1.0, 0.5] };
+        let lights = Lights { disks: vec![disk], ..Lights::default() };
+        let got = shade(&*bake("sh_brdf", &lights, spec, &[("lights", 0.0)]), &q);
+        let mut p = vec![1.0, radius.cos()];
+        (2..7).for_each(|l| {
+            let n = l as f64;
+            p.push(((2.0 * n - 1.0) * p[1] * p[l - 1] - (n - 1.0) * p[l - 2]) / n);
+        });
+        let mut y = vec![0.0; 25];
+        sh::eval(4, direction, &mut y);
+        for (l, band) in (0..5usize).map(|l| (l, l * l..(l + 1) * (l + 1))) {
+            let below = if l == 0 { 1.0 } else { p[l - 1] };
+            let cap = 2.0 * PI * (below - p[l + 1]) / (2 * l + 1) as f64;
+            y[band].iter_mut().for_each(|y| *y *= cap);
+        }
+        let sh = ShRgb { order: 4, c: disk.radiance.map(|l| y.iter().map(|y| l * y).collect()) };
+        let table = ViewTable::bake(&*steradian_brdf::parse(spec).unwrap(), 5, 128, &Task::quiet()).unwrap();
+        let lanes = view_table::LightLanes::new(&table, &sh);
+        let mut want: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+        view_table::shade(&table, &lanes, &q.as_points(), &mut Radiance::of(&mut want));
+        assert!(off(&got, &want) < 1e-5, "{radius}: {}", off(&got, &want));
+    }
+}
+
+/// A sun that is shaded exactly costs no accuracy; in the coefficients it does (KSS02 section 7).
+#[test]
+fn a_sun_apart_is_better_than_one_in_the_bands() {
+    let spec = "ashikhmin-shirley:nu=24,nv=8";
+    let error =
+        |lights: f64| bake("sh_brdf", &lights::sunny(), spec, &[("lights", lights)]).certificate().error;
+    let (apart, folded) = (error(1.0), error(0.0));
+    assert!(apart < 0.3 * folded, "{apart} {folded}");
+}
+
+#[test]
+fn more_bands_err_less_and_a_window_takes_the_ringing() {
+    let spec = "ashikhmin-shirley:nu=12,nv=4";
+    let studio = lights::studio();
+    let error = |bands: f64| bake("sh_brdf", &studio, spec, &[("bands", bands)]).certificate().error;
+    let all = [3.0, 5.0, 7.0, 10.0].map(error);
+    assert!(all.windows(2).all(|w| w[1] < w[0]), "{all:?}");
+    // A lone window of light: what five bands see of it goes below zero, under a window less so.
+    let disk = DiskLight { direction: DVec3::Y, angular_radius: 0.4, radiance: [1.0; 3] };
+    let lamp = Lights { disks: vec![disk], ..Lights::default() };
+    let (q, _) = points();
+    let lowest = |window: f64| {
+        let rgb = shade(&*bake("sh_brdf", &lamp, spec, &[("window", window), ("lights", 0.0)]), &q);
+        let top = rgb[0].iter().fold(0.0f32, |m, x| m.max(*x));
+        rgb[0].iter().fold(0.0f32, |m, x| m.min(*x)) / top
+    };
+    let (plain, windowed) = (lowest(0.0), lowest(6.0));
+    assert!(plain < -0.01 && windowed > 0.3 * plain, "{plain} {windowed}");
+}
+
+#[test]
+fn the_wrong_inputs_say_what_to_do() {
+    let t = find("sh_brdf").unwrap();
+    let m = |s: &str| Material::new(steradian_brdf::parse(s).unwrap());
+    let none = ParamValues::default();
+    let e =
+        t.bake(&Lights::default(), &m("kajiya-kay:s=10000000"), None, &none, &Task::quiet()).err().unwrap();
+    assert!(e.to_string().starts_with("sh_brdf: takes highlights along circles"), "{e}");
+    let point = steradian_light::PointLight { position: Vec3::ZERO, intensity: [1.0; 3] };
+    let lights = Lights { points: vec![point], ..Lights::default() };
+    assert!(t.bake(&lights, &m("ggx:alpha=0.3"), None, &none, &Task::quiet()).is_err());
+    let two = ParamValues::from_iter([("bands", 2.0)]);
+    assert!(t.bake(&Lights::default(), &m("ggx:alpha=0.3"), None, &two, &Task::quiet()).is_err());
+    let small = Task::quiet().with_max_memory(1 << 20);
+    let e = t.bake(&Lights::default(), &m("ggx:alpha=0.3"), None, &none, &small).err().unwrap();
+    assert!(matches!(e, BakeError::Memory { .. }));
+}
+
+fn typed(fix: &str, g: &Geometry) -> Bake<ShBrdf> {
+    let mut values = ParamValues::default();
+    values.0.insert("fix".into(), fix.into());
+    let params = <Params as steradian_base::Params>::from_values(&values).unwrap();
+    let (task, lights) = (Task::quiet(), lights::sunny());
+    let brdf = steradian_brdf::parse("ggx:ax=0.2,ay=0.5,f0=0.9/0.6/0.3").unwrap();
+    let light = ShBrdf::light(&lights, &params, &task).unwrap();
+    let material = ShBrdf::material(&Material::new(brdf), &params, &task).unwrap();
+    let transfer = ShBrdf::transfer(Some(g), &material, &params, &task).unwrap();
+    let parts = Parts::<ShBrdf> { light: &light, material: &material, transfer: &transfer };
+    let linked = ShBrdf::link(parts, &params, &task).unwrap().0;
+    Bake {
+        params,
+        light: Arc::new(light),
+        material: Arc::new(material),
+        transfer: Arc::new(transfer),
+        linked,
+        certificate: steradian_base::Certificate::exact(),
+    }
+}
+
+/// At vertices, light or view fixed, radiance is what it is with both free; and what sites keep is made anew where that
+/// changes which stands still, and only there.
+#[test]
+fn fixed_light_and_fixed_view_keep_what_stands_still() {
+    let mesh = Arc::new(steradian_scene::shapes::icosphere(2));
+    let g = Geometry::new(mesh.clone(), crate::Sites::Vertices);
+    let view = |angle: f32, eye: Vec3| View {
+        light_rotation: glam::Mat3::from_rotation_x(angle),
+        eye,
+        ..View::default()
+    };
+    let eyes = [Vec3::new(4.0, 1.0, 0.5), Vec3::new(-1.0, 3.0, 2.0)];
+    let shade = |b: &Bake<ShBrdf>, f: &Frame, eye: Vec3| {
+        let mut q = PointsBuf::default();
+        for (k, (p, n)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
+            let t = Local::from_normal(n.as_dvec3()).t.as_vec3();
+            q.push(*n, t, (eye - *p).normalize(), *p);
+            q.locate(glam::Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+        }
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+        ShBrdf::shade(b, f, &q.as_points(), &mut Radiance::of(&mut rgb));
+        rgb
+    };
+    let free = typed("nothing", &g);
+    for fix in ["light", "view"] {
+        let b = typed(fix, &g);
+        let (mut f, mut other) = (Frame::default(), Frame::default());
+        let mut kept = Vec::new();
+        for v in [view(0.4, eyes[0]), view(0.4, eyes[1]), view(1.4, eyes[1]), view(1.4, eyes[1])] {
+            ShBrdf::frame(&b, &v, &mut f);
+            ShBrdf::frame(&free, &v, &mut other);
+            let (a, c) = (shade(&b, &f, v.eye), shade(&free, &other, v.eye));
+            assert!(off(&a, &c) < 2e-5, "{fix}: {}", off(&a, &c));
+            kept.push(match &f.kept {
+                shade::Kept::Nothing => panic!("{fix}"),
+                shade::Kept::Light(l) => Arc::as_ptr(l).addr(),
+                shade::Kept::View { views, .. } => Arc::as_ptr(views).addr(),
+            });
+        }
+        let same: Vec<bool> = kept.windows(2).map(|k| k[0] == k[1]).collect();
+        let want = if fix == "light" { [true, false, true] } else { [false, true, true] };
+        assert_eq!(same, want, "{fix}");
+    }
+}
+
+#[test]
+fn what_stands_still_needs_a_mesh_and_few_bands() {
+    let t = find("sh_brdf").unwrap();
+    let m = Material::new(steradian_brdf::parse("ggx:alpha=0.3").unwrap());
+    let mut values = ParamValues::default();
+    values.0.insert("fix".into(), "view".into());
+    assert!(t.needs_sites(&values) && !t.needs_sites(&ParamValues::default()));
+    let e = t.bake(&Lights::default(), &m, None, &values, &Task::quiet()).err().unwrap();
+    assert_eq!(e.to_string(), "sh_brdf: bakes per site of a mesh: give one (--mesh)");
+    values.0.insert("bands".into(), 7.0.into());
+    let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(1)), crate::Sites::Vertices);
+    let e = t.bake(&Lights::default(), &m, Some(&g), &values, &Task::quiet()).err().unwrap();
+    assert_eq!(e.to_string(), "sh_brdf: fix=view keeps 6 bands at most, not 7");
+}

@@ -1,0 +1,440 @@
+//! What is kept per site where light or view stands still, KSS02 section 4: light turned into each site's frame, or
+//! reflectance looked up at each site and turned to the world.
+
+use super::ViewTable;
+use super::kernel::{Block, LightLanes, MOST, SIDE, Sink, Vectors, frame_angles, gather, read, turned};
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
+use glam::Vec3;
+use steradian_parallel::prelude::*;
+use steradian_simd::{Arch, Kernel, Vector};
+use steradian_sphere::sh::{Angle, Exchange, turn};
+
+/// Most bands of what is kept per site.
+pub const MOST_BANDS: usize = 6;
+
+/// Normals, tangents and positions of sites. Tangents of a mesh without any are zero: the frame is that of a surface without
+/// tangents.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SiteFrames {
+    n: [Vec<f32>; 3],
+    t: [Vec<f32>; 3],
+    p: [Vec<f32>; 3],
+}
+
+fn planes(v: impl Iterator<Item = Vec3>) -> [Vec<f32>; 3] {
+    let mut out: [Vec<f32>; 3] = Default::default();
+    v.for_each(|v| out.iter_mut().zip(v.to_array()).for_each(|(o, x)| o.push(x)));
+    out
+}
+
+impl SiteFrames {
+    /// The frames of a geometry's sites.
+    pub fn new(slug: &'static str, g: &Geometry) -> Result<Self, BakeError> {
+        let sites = crate::shared::transport::sites(slug, g)?;
+        let none = vec![Vec3::ZERO; sites.len()];
+        let along = match &g.sites {
+            Sites::Vertices if g.mesh.tangents.len() == sites.len() => {
+                g.mesh.tangents.iter().map(|t| t.truncate()).collect()
+            }
+            _ => none,
+        };
+        Ok(Self {
+            n: planes(sites.iter().map(|s| s.n)),
+            t: planes(along.into_iter()),
+            p: planes(sites.iter().map(|s| s.p)),
+        })
+    }
+
+    /// How many sites there are.
+    pub fn len(&self) -> usize {
+        self.n[0].len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Normal and tangent (zero where there is none) of a site.
+    pub fn at(&self, k: usize) -> [Vec3; 2] {
+        [&self.n, &self.t].map(|v| Vec3::new(v[0][k], v[1][k], v[2][k]))
+    }
+
+    /// Normals and tangents, six numbers a site, for GPUs.
+    pub fn numbers(&self) -> Vec<f32> {
+        (0..self.len()).flat_map(|k| self.at(k).map(|v| v.to_array())).flatten().collect()
+    }
+}
+
+impl Part for SiteFrames {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let all = self.n.iter().chain(&self.t).chain(&self.p).flatten().copied().collect();
+        put_f32(to, format!("{prefix}.frames"), vec![9, self.len()], all);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.frames");
+        let (shape, v) = get_f32(from, &name, 2)?;
+        if shape[0] != 9 {
+            return Err(PartError::Unexpected(name));
+        }
+        let of = |first: usize| {
+            std::array::from_fn(|k| v[(first + k) * shape[1]..(first + k + 1) * shape[1]].to_vec())
+        };
+        Ok(Self { n: of(0), t: of(3), p: of(6) })
+    }
+
+    fn bytes(&self) -> usize {
+        36 * self.len()
+    }
+}
+
+/// Light in the frame of each site: site after site, then channel, then coefficient.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LocalLight {
+    /// Coefficients of a channel.
+    count: usize,
+    /// Three channels a site, and some zeros more, so that whole registers can be read.
+    data: Vec<f32>,
+}
+
+impl LocalLight {
+    /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of `light`, six at most.
+    pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
+        let count = light.coefficients().len();
+        let mut out = Self::zero(frames.len(), count);
+        let (len, c) = (3 * count, light.coefficients());
+        let sites = &mut out.data[..len * frames.len()];
+        sites.par_chunks_mut(len * SIDE).enumerate().for_each(|(k, to)| {
+            steradian_simd::run(IntoFrames { frames, first: SIDE * k, c, to });
+        });
+        out
+    }
+
+    /// Light of each site by `fill`, which writes its three channels.
+    pub fn of(sites: usize, count: usize, fill: impl Fn(usize, &mut [f32]) + Sync) -> Self {
+        let mut out = Self::zero(sites, count);
+        let all = &mut out.data[..3 * count * sites];
+        all.par_chunks_mut(3 * count).enumerate().for_each(|(k, to)| fill(k, to));
+        out
+    }
+
+    fn zero(sites: usize, count: usize) -> Self {
+        Self { count, data: vec![0.0; sites * 3 * count + MOST] }
+    }
+
+    /// The numbers, site after site.
+    pub fn numbers(&self) -> &[f32] {
+        &self.data[..self.data.len().saturating_sub(MOST)]
+    }
+
+    fn sites(&self) -> usize {
+        self.numbers().len() / (3 * self.count).max(1)
+    }
+}
+
+/// Turns a light into sixteen frames.
+struct IntoFrames<'a> {
+    frames: &'a SiteFrames,
+    first: usize,
+    c: &'a [[f32; 3]],
+    to: &'a mut [f32],
+}
+
+impl Kernel for IntoFrames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        match self.c.len() {
+            9 => self.few::<A, 9>(),
+            16 => self.few::<A, 16>(),
+            25 => self.few::<A, 25>(),
+            36 => self.few::<A, 36>(),
+            _ => {}
+        }
+    }
+}
+
+impl IntoFrames<'_> {
+    #[inline(always)]
+    fn few<A: Arch, const N: usize>(self) {
+        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let angles = frame_angles(&view(&self.frames.n), &view(&self.frames.t));
+        let minus = A::F32::splat(-1.0);
+        let mut lane = 0;
+        while lane < SIDE {
+            // The inverse: −α, β, −γ.
+            let angle = |k: usize| {
+                Angle::new(A::F32::load(&angles[k][lane..]), A::F32::load(&angles[k + 1][lane..]).mul(minus))
+            };
+            let all = [angle(4), angle(2), angle(0)];
+            for c in 0..3 {
+                let mut f = [A::F32::splat(0.0); N];
+                for i in 0..N {
+                    f[i] = A::F32::splat(self.c[i][c]);
+                }
+                turn(&all, &mut f);
+                let mut column = [0.0; SIDE];
+                for (i, f) in f.iter().enumerate() {
+                    f.store(&mut column);
+                    for k in 0..A::F32::LANES {
+                        if let Some(to) = self.to.get_mut((lane + k) * 3 * N + c * N + i) {
+                            *to = column[k];
+                        }
+                    }
+                }
+            }
+            lane += A::F32::LANES;
+        }
+    }
+}
+
+/// Radiance of points by the light of the sites around them, each with the view in its own frame, weighed: at a vertex one
+/// lookup and three scalar products, nothing is turned. A site that is seen from behind while the point is not takes the view at its
+/// horizon. Points without sites, or that face away, get 0.
+pub fn shade_local(
+    table: &ViewTable,
+    frames: &SiteFrames,
+    light: &LocalLight,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    out.rgb.iter_mut().for_each(|p| p.fill(0.0));
+    let known = q.site.index.iter().all(|s| s.len() == q.len())
+        && q.site.weight.iter().all(|w| w.len() == q.len())
+        && light.count == table.bands * table.bands
+        && light.sites() == frames.len()
+        && !frames.is_empty();
+    if known {
+        steradian_simd::run(Local { table, frames, light, q, out });
+    }
+}
+
+struct Local<'a, 'b, 'c> {
+    table: &'a ViewTable,
+    frames: &'a SiteFrames,
+    light: &'a LocalLight,
+    q: &'a Points<'b>,
+    out: &'a mut Radiance<'c>,
+}
+
+impl Kernel for Local<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let Self { table, frames, light, q, out } = self;
+        let len = q.len();
+        let mut first = 0;
+        while first < len {
+            let [n, wo] = [q.n, q.wo].map(|v| read(v, first, len));
+            let mut radiance = [[0.0f32; SIDE]; 3];
+            for corner in 0..3 {
+                let (mut site, mut weight) = ([0usize; SIDE], [0.0f32; SIDE]);
+                for i in 0..SIDE {
+                    let k = (first + i).min(len - 1);
+                    let [u, v] = q.site.weight.map(|w| w[k]);
+                    let s = q.site.index[corner][k] as usize;
+                    // Sites beyond the end have no light.
+                    weight[i] = if s < frames.len() { [1.0 - u - v, u, v][corner] } else { 0.0 };
+                    site[i] = s.min(frames.len() - 1);
+                }
+                if weight.iter().any(|w| *w != 0.0) {
+                    one::<A>(table, frames, light, (&site, &weight), &wo, &mut radiance);
+                }
+            }
+            for i in 0..SIDE.min(len - first) {
+                let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i] > 0.0;
+                for (plane, r) in out.rgb.iter_mut().zip(&radiance) {
+                    plane[first + i] = if facing { r[i] } else { 0.0 };
+                }
+            }
+            first += SIDE;
+        }
+    }
+}
+
+/// Adds the radiance of one corner of each of sixteen points.
+#[inline(always)]
+fn one<A: Arch>(
+    table: &ViewTable,
+    frames: &SiteFrames,
+    light: &LocalLight,
+    (site, weight): (&[usize; SIDE], &[f32; SIDE]),
+    wo: &Vectors,
+    radiance: &mut [[f32; SIDE]; 3],
+) {
+    let mut at: [Vectors; 2] = [[[0.0; SIDE]; 3]; 2];
+    for (to, v) in at.iter_mut().zip([&frames.n, &frames.t]) {
+        for k in 0..3 {
+            (0..SIDE).for_each(|i| to[k][i] = v[k][site[i]]);
+        }
+    }
+    let b = Block::new(table, &at[0], &at[1], wo);
+    let lanes = A::F32::LANES;
+    let mut row = [0.0f32; 48];
+    let row = &mut row[..table.stride];
+    // Partial sums by channel and point.
+    let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
+    for i in 0..SIDE {
+        for c in 0..table.channels {
+            gather::<A>(table, &b, i, c, row);
+            let channels = if table.channels == 1 { 0..3 } else { c..c + 1 };
+            for k in channels {
+                // Beyond the coefficients the row is zero.
+                let l = &light.data[site[i] * 3 * light.count + k * light.count..][..table.stride];
+                let mut sum = A::F32::splat(0.0);
+                let mut j = 0;
+                while j < row.len() {
+                    sum = A::F32::load(&row[j..]).fma(A::F32::load(&l[j..]), sum);
+                    j += lanes;
+                }
+                parts[k][i] = sum;
+            }
+        }
+    }
+    for (parts, radiance) in parts.iter_mut().zip(radiance) {
+        let mut sums = [0.0f32; SIDE];
+        let mut lane = 0;
+        while lane < SIDE {
+            let tile = &mut parts[lane..lane + lanes];
+            A::F32::transpose(tile);
+            let mut sum = tile[0];
+            for t in &tile[1..] {
+                sum = sum.add(*t);
+            }
+            sum.store(&mut sums[lane..]);
+            lane += lanes;
+        }
+        for i in 0..SIDE {
+            radiance[i] += weight[i] * sums[i];
+        }
+    }
+}
+
+/// Reflectance of all sites towards one viewer, turned to the world: sixteen sites a block, by channel and coefficient.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WorldViews {
+    sites: usize,
+    channels: usize,
+    count: usize,
+    data: Vec<f32>,
+    facing: Vec<bool>,
+}
+
+impl WorldViews {
+    /// Towards a viewer at `eye`.
+    pub fn new(table: &ViewTable, frames: &SiteFrames, eye: Vec3) -> Self {
+        let (channels, count) = (table.channels, table.bands * table.bands);
+        let blocks = frames.len().div_ceil(SIDE);
+        let mut data = vec![0.0; blocks * SIDE * channels * count];
+        let mut facing = vec![false; blocks * SIDE];
+        let exchange = Exchange::new(0);
+        let each = data.par_chunks_mut(SIDE * channels * count).zip(facing.par_chunks_mut(SIDE));
+        each.enumerate().for_each(|(k, (to, facing))| {
+            let exchange = &exchange;
+            steradian_simd::run(Towards { table, frames, eye, exchange, first: SIDE * k, to, facing });
+        });
+        Self { sites: frames.len(), channels, count, data, facing }
+    }
+
+    /// Radiance of every site under a light (times the table's tint): scalar products alone.
+    pub fn radiance(&self, light: &LightLanes, out: &mut Vec<[f32; 3]>) {
+        out.clear();
+        out.resize(self.facing.len(), [0.0; 3]);
+        if light.coefficients().len() == self.count {
+            steradian_simd::run(Products { views: self, light: light.coefficients(), out });
+        }
+        out.truncate(self.sites);
+    }
+
+    /// The numbers site by site, then channel, then coefficient, for GPUs; zeros where a site faces away.
+    pub fn numbers(&self) -> Vec<f32> {
+        let each = self.channels * self.count;
+        let one = |s: usize| {
+            let (block, lane) = (s / SIDE, s % SIDE);
+            let seen = self.facing[s];
+            (0..each).map(move |k| (seen, (block * each + k) * SIDE + lane))
+        };
+        (0..self.sites).flat_map(one).map(|(seen, k)| if seen { self.data[k] } else { 0.0 }).collect()
+    }
+}
+
+struct Towards<'a> {
+    table: &'a ViewTable,
+    frames: &'a SiteFrames,
+    eye: Vec3,
+    exchange: &'a Exchange,
+    first: usize,
+    to: &'a mut [f32],
+    facing: &'a mut [bool],
+}
+
+impl Kernel for Towards<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let p = view(&self.frames.p);
+        let mut wo: Vectors = [[0.0; SIDE]; 3];
+        for i in 0..SIDE {
+            let d: [f32; 3] = std::array::from_fn(|k| self.eye[k] - p[k][i]);
+            let scale = 1.0 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt().max(1e-30);
+            (0..3).for_each(|k| wo[k][i] = scale * d[k]);
+        }
+        let b = Block::new(self.table, &view(&self.frames.n), &view(&self.frames.t), &wo);
+        self.facing.copy_from_slice(b.facing());
+        turned::<A>(self.table, self.exchange, &b, &mut Keep(self.to));
+    }
+}
+
+/// Keeps coefficients in blocks.
+struct Keep<'a>(&'a mut [f32]);
+
+impl Sink for Keep<'_> {
+    #[inline(always)]
+    fn take<V: Vector<T = f32>>(&mut self, c: usize, lane: usize, f: &[V]) {
+        for (i, v) in f.iter().enumerate() {
+            v.store(&mut self.0[(c * f.len() + i) * SIDE + lane..]);
+        }
+    }
+}
+
+struct Products<'a> {
+    views: &'a WorldViews,
+    light: &'a [[f32; 3]],
+    out: &'a mut [[f32; 3]],
+}
+
+impl Kernel for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let v = self.views;
+        let each = SIDE * v.channels * v.count;
+        let blocks = v.data.chunks_exact(each).zip(v.facing.chunks_exact(SIDE));
+        for ((block, facing), out) in blocks.zip(self.out.chunks_exact_mut(SIDE)) {
+            let mut sums = [[0.0f32; SIDE]; 3];
+            let mut lane = 0;
+            while lane < SIDE {
+                let mut sum = [A::F32::splat(0.0); 3];
+                for (i, l) in self.light.iter().enumerate() {
+                    for k in 0..3 {
+                        let c = if v.channels == 1 { 0 } else { k };
+                        let f = A::F32::load(&block[(c * v.count + i) * SIDE + lane..]);
+                        sum[k] = f.fma(A::F32::splat(l[k]), sum[k]);
+                    }
+                }
+                (0..3).for_each(|k| sum[k].store(&mut sums[k][lane..]));
+                lane += A::F32::LANES;
+            }
+            for (i, o) in out.iter_mut().enumerate() {
+                *o = if facing[i] { [sums[0][i], sums[1][i], sums[2][i]] } else { [0.0; 3] };
+            }
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! f_cos as a table of spherical harmonic coefficients over the view: Kautz, Sloan & Snyder (2002), *Fast, Arbitrary BRDF
+//! Shading for Low-Frequency Lighting Using Spherical Harmonics*, section 3; STAR04 eqs 47–49.
+//!
+//! > c_i(wo) = ∫ y_i(wi) f(wi, wo) ⟨n·wi⟩ dwi
+//!
+//! in the local frame (t, b, n), wo on the paraboloid (s, t) = (x, y)/(1 + z), bilinear. Texels reach one beyond the rim
+//! ρ = 1 on all sides, where they continue the table linearly, so that grazing views are not blended with anything else.
+
+mod energy;
+mod fill;
+mod kernel;
+mod local;
+mod part;
+mod rule;
+#[cfg(test)]
+mod tests;
+mod wgsl;
+
+pub use energy::{Energies, ORDER};
+pub use kernel::{LightLanes, shade};
+pub use local::{LocalLight, MOST_BANDS, SiteFrames, WorldViews, shade_local};
+pub use part::Views;
+pub use rule::{Projection, Rule};
+pub use wgsl::{fixed_modules, light_uniforms, local_modules, modules, views_buffer};
+
+use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use glam::DVec3;
+use steradian_base::{Cancelled, Task};
+use steradian_brdf::Brdf;
+
+/// Fewest and most bands.
+pub const BANDS: [usize; 2] = [3, 15];
+/// Least n·wo at which reflectance is looked at: some models grow without end towards 0.
+const GRAZING: f64 = 1e-3;
+
+/// Coefficients over the view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewTable {
+    bands: usize,
+    size: usize,
+    /// One channel, which [`ViewTable::tint`] makes three, or three.
+    channels: usize,
+    tint: [f32; 3],
+    /// Numbers from channel to channel: bands² filled up with zeros to whole registers.
+    stride: usize,
+    /// Row by row from t = −1, then channel, then l² + l + m.
+    data: Vec<f32>,
+}
+
+/// Numbers of a channel of a texel.
+fn stride(bands: usize) -> usize {
+    (bands * bands).next_multiple_of(16)
+}
+
+/// Where a texel's samples lie: reach of the outer ones, and the distance between two.
+fn lattice(size: usize) -> [f64; 2] {
+    let h = 2.0 / (size - 3) as f64;
+    [1.0 + h, h]
+}
+
+impl ViewTable {
+    /// Bytes that [`ViewTable::bake`] needs.
+    pub fn need(bands: usize, size: usize) -> u64 {
+        (size * size * 3 * stride(bands) * 4) as u64
+    }
+
+    /// The table of a reflectance: `size`² texels, 8 at least.
+    pub fn bake(brdf: &dyn Brdf, bands: usize, size: usize, task: &Task) -> Result<Self, Cancelled> {
+        let mut rgb =
+            Self { bands, size, channels: 3, tint: [1.0; 3], stride: stride(bands), data: Vec::new() };
+        rgb.data = fill::fill(brdf, &rgb, task)?;
+        Ok(rgb.condensed())
+    }
+
+    /// One channel where the others are multiples of it.
+    fn condensed(self) -> Self {
+        let plane = |c: usize| self.data.chunks_exact(self.stride).skip(c).step_by(3).flatten();
+        let energy = |c: usize| plane(c).map(|x| f64::from(*x).powi(2)).sum::<f64>();
+        let Some(first) =
+            (0..3).max_by(|a, b| energy(*a).total_cmp(&energy(*b))).filter(|c| energy(*c) > 0.0)
+        else {
+            return Self { channels: 1, data: plane(0).copied().collect(), ..self };
+        };
+        let product =
+            |c: usize| plane(c).zip(plane(first)).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
+        let tint = [0, 1, 2].map(|c| (product(c) / energy(first)) as f32);
+        let largest = plane(first).fold(0.0f32, |m, x| m.max(x.abs()));
+        let same =
+            |c: usize| plane(c).zip(plane(first)).all(|(a, b)| (a - tint[c] * b).abs() <= 2e-6 * largest);
+        if (0..3).all(same) {
+            Self { channels: 1, tint, data: plane(first).copied().collect(), ..self }
+        } else {
+            self
+        }
+    }
+
+    /// Bands.
+    pub fn bands(&self) -> usize {
+        self.bands
+    }
+
+    /// Texels along an edge.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Is one channel kept for three?
+    pub fn is_mono(&self) -> bool {
+        self.channels == 1
+    }
+
+    /// Rounded to 16-bit floats.
+    pub fn halve(&mut self) {
+        self.data.iter_mut().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
+    }
+
+    /// The coefficients at a local view, by channel.
+    pub fn lookup(&self, wo: DVec3) -> [Vec<f32>; 3] {
+        let [reach, h] = lattice(self.size);
+        let at = |x: f64| {
+            let p = ((x / (1.0 + wo.z) + reach) / h).clamp(0.0, (self.size - 1) as f64);
+            let i = (p as usize).min(self.size - 2);
+            (i, (p - i as f64) as f32)
+        };
+        let ((i, u), (j, v)) = (at(wo.x), at(wo.y));
+        let texel = |i: usize, j: usize, c: usize| {
+            let at = ((j * self.size + i) * self.channels + c % self.channels) * self.stride;
+            &self.data[at..at + self.bands * self.bands]
+        };
+        std::array::from_fn(|c| {
+            let four =
+                [(0, 0, (1.0 - u) * (1.0 - v)), (1, 0, u * (1.0 - v)), (0, 1, (1.0 - u) * v), (1, 1, u * v)];
+            let mut out = vec![0.0; self.bands * self.bands];
+            for (x, y, w) in four {
+                out.iter_mut().zip(texel(i + x, j + y, c)).for_each(|(o, t)| *o += w * self.tint[c] * t);
+            }
+            out
+        })
+    }
+
+    /// The texels of channel `c`, coefficient `k`, row by row: a plane of the paper's figure 2.
+    pub fn plane(&self, c: usize, k: usize) -> Vec<f32> {
+        let tint = self.tint[c];
+        let of = |t: &[f32]| tint * t[(c % self.channels) * self.stride + k];
+        self.data.chunks_exact(self.channels * self.stride).map(of).collect()
+    }
+
+    /// Bytes of the texels.
+    pub fn bytes(&self) -> usize {
+        4 * self.data.len() / self.stride * self.bands * self.bands
+    }
+
+    /// Writes the table under names that begin with `prefix`.
+    pub fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let n = self.bands * self.bands;
+        let data = self.data.chunks_exact(self.stride).flat_map(|c| &c[..n]).copied().collect();
+        put_f32(to, format!("{prefix}.views"), vec![self.size, self.size, self.channels, n], data);
+        put_f64(to, format!("{prefix}.tint"), vec![3], self.tint.map(f64::from).to_vec());
+    }
+
+    /// Reads what [`ViewTable::save`] wrote.
+    pub fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.views");
+        let (shape, v) = get_f32(from, &name, 4)?;
+        let [size, other, channels, n] = shape[..] else { return Err(PartError::Unexpected(name)) };
+        let bands = n.isqrt();
+        let sound = size == other
+            && (8..=1 << 12).contains(&size)
+            && [1, 3].contains(&channels)
+            && bands * bands == n
+            && (BANDS[0]..=BANDS[1]).contains(&bands);
+        if !sound {
+            return Err(PartError::Unexpected(name));
+        }
+        let name = format!("{prefix}.tint");
+        let (_, tint) = get_f64(from, &name, 1)?;
+        let [r, g, b] = tint[..] else { return Err(PartError::Unexpected(name)) };
+        let mut data = Vec::with_capacity(v.len() / n * stride(bands));
+        for c in v.chunks_exact(n) {
+            data.extend(c);
+            data.resize(data.len().next_multiple_of(stride(bands)), 0.0);
+        }
+        Ok(Self { bands, size, channels, tint: [r, g, b].map(|x| x as f32), stride: stride(bands), data })
+    }
+}

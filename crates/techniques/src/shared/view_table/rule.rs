@@ -1,0 +1,233 @@
+//! c_i(wo) = ∫ y_i(wi) f_cos(wi, wo) dwi by a product rule in polar coordinates, graded around the lobes.
+//!
+//! Kautz, Sloan & Snyder (2002) take 1000 samples a view; a product of Gauss rules takes about as many nodes, and errs by
+//! rounding where reflectance is smooth. Its pole is the normal, or, where the highlight is a ridge about an axis in the
+//! surface, such as a brushed metal's, that axis: in both frames the hemisphere is a rectangle of the two angles, and what is
+//! narrow lies along a coordinate line.
+
+use glam::{DMat3, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI};
+use steradian_brdf::central::Polar;
+use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_sphere::quadrature::gauss_legendre;
+use steradian_sphere::sh::{Rotation, count};
+
+/// Longest panel, radians.
+const LONGEST: f64 = 0.8;
+/// Phase (length × order) of the longest panel.
+const PHASE: f64 = 12.0;
+/// Nodes of a panel over which the harmonics hardly vary, by default.
+const FLAT: f64 = 5.0;
+/// Nodes of the largest rule.
+const NODES: usize = 15;
+/// Ratio of the lengths of panels, going away from a lobe.
+const GRADING: f64 = 2.5;
+/// Widths of lobes, radians, that panels are made for.
+const WIDTHS: [f64; 2] = [1e-4, 0.6];
+/// Scale at the horizon, radians: that of the view, between these.
+const HORIZON: [f64; 2] = [0.02, 0.3];
+
+/// Rules for bands up to an order.
+pub struct Rule {
+    order: usize,
+    flat: f64,
+    polar: Polar,
+    gauss: Vec<(Vec<f64>, Vec<f64>)>,
+    /// From the frames whose pole is x and y to the local one.
+    turns: [(DMat3, Rotation); 2],
+}
+
+/// Coefficients of one view.
+#[derive(Debug, Clone)]
+pub struct Projection {
+    /// By channel, then l² + l + m.
+    pub c: [Vec<f64>; 3],
+    /// ∫ f_cos² dwi by channel.
+    pub energy: [f64; 3],
+}
+
+/// Where f_cos is narrow along one angle: centre and width.
+type Place = (f64, f64);
+
+/// The rectangle of a view's polar angles.
+struct Plan<'a> {
+    /// Columns x', y' and the pole z'.
+    frame: DMat3,
+    back: Option<&'a Rotation>,
+    theta: [f64; 2],
+    phi: [f64; 2],
+    thetas: Vec<Place>,
+    phis: Vec<Place>,
+}
+
+impl Rule {
+    /// For bands 0 … `order`.
+    pub fn new(order: usize) -> Self {
+        Self::with_nodes(order, FLAT)
+    }
+
+    /// With `flat` nodes a panel where the harmonics hardly vary: more tell the error of the usual rule.
+    pub fn with_nodes(order: usize, flat: f64) -> Self {
+        let turn = |z: DVec3| {
+            let frame = DMat3::from_cols(DVec3::Z, z.cross(DVec3::Z), z);
+            (frame, Rotation::new(order, frame))
+        };
+        Self {
+            order,
+            flat,
+            polar: Polar::new(order, order),
+            gauss: (0..=NODES).map(gauss_legendre).collect(),
+            turns: [turn(DVec3::X), turn(DVec3::Y)],
+        }
+    }
+
+    /// The coefficients of f_cos(·, wo), wo.z > 0.
+    pub fn project(&self, brdf: &dyn Brdf, wo: DVec3) -> Projection {
+        let plan = self.plan(brdf, wo);
+        let (thetas, phis) = (self.nodes(plan.theta, &plan.thetas), self.nodes(plan.phi, &plan.phis));
+        // 1, then √2 cos mφ and √2 sin mφ, of every φ, times its weight.
+        let terms = 2 * self.order + 1;
+        let mut waves = Vec::with_capacity(phis.len() * terms);
+        for [phi, w] in &phis {
+            waves.push(*w);
+            for m in 1..=self.order {
+                let (s, c) = (m as f64 * phi).sin_cos();
+                waves.extend([c, s].map(|x| std::f64::consts::SQRT_2 * w * x));
+            }
+        }
+        let across: Vec<(DVec3, f64)> = phis
+            .iter()
+            .map(|[phi, w]| (plan.frame.x_axis * phi.cos() + plan.frame.y_axis * phi.sin(), *w))
+            .collect();
+        let mut out =
+            Projection { c: std::array::from_fn(|_| vec![0.0; count(self.order)]), energy: [0.0; 3] };
+        let mut ring: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; terms]);
+        let mut row = Vec::new();
+        for [theta, w] in thetas {
+            let (st, ct) = theta.sin_cos();
+            ring.iter_mut().for_each(|r| r.fill(0.0));
+            for ((d, wp), wave) in across.iter().zip(waves.chunks_exact(terms)) {
+                let f = brdf.f_cos(plan.frame.z_axis * ct + *d * st, wo);
+                for c in 0..3 {
+                    let f = w * st * f[c];
+                    out.energy[c] += if f == 0.0 { 0.0 } else { wp * f * f / (w * st) };
+                    ring[c].iter_mut().zip(wave).for_each(|(r, x)| *r += f * x);
+                }
+            }
+            self.polar.for_each(st, ct, &mut row, |m, p| {
+                for l in m..=self.order {
+                    for c in 0..3 {
+                        let at = l * l + l;
+                        out.c[c][at + m] += p[l] * ring[c][(2 * m).max(1) - 1];
+                        if m > 0 {
+                            out.c[c][at - m] += p[l] * ring[c][2 * m];
+                        }
+                    }
+                }
+            });
+        }
+        if let Some(back) = plan.back {
+            let mut turned = vec![0.0; count(self.order)];
+            for c in &mut out.c {
+                back.apply(c, &mut turned);
+                c.copy_from_slice(&turned);
+            }
+        }
+        out
+    }
+
+    fn plan(&self, brdf: &dyn Brdf, wo: DVec3) -> Plan<'_> {
+        let lobes = brdf.lobes(wo);
+        let ridge = lobes.iter().find_map(|l| match *l {
+            Lobe::Cone { axis, .. } | Lobe::Arc { normal: axis, .. } => Some(axis),
+            Lobe::Axis { .. } => None,
+        });
+        let along = |a: DVec3| ridge.is_some_and(|r| r.dot(a).abs() > 0.999);
+        let turned = [DVec3::X, DVec3::Y].into_iter().position(along).map(|k| &self.turns[k]);
+        let whole = brdf.domain() == Domain::Sphere;
+        let (frame, back) = turned.map_or((DMat3::IDENTITY, None), |(frame, back)| (*frame, Some(back)));
+        let mut plan =
+            Plan { frame, back, theta: [0.0, PI], phi: [-PI, PI], thetas: Vec::new(), phis: Vec::new() };
+        let rim = wo.z.clamp(HORIZON[0], HORIZON[1]);
+        match (whole, back.is_some()) {
+            (true, _) => {}
+            (false, true) => {
+                plan.phi = [-FRAC_PI_2, FRAC_PI_2];
+                plan.phis.extend(plan.phi.map(|end| (end, rim)));
+            }
+            (false, false) => {
+                plan.theta = [0.0, FRAC_PI_2];
+                plan.thetas.push((FRAC_PI_2, rim));
+                // Some models change where n·wi is n·wo, such as Ashikhmin and Shirley's, which divides by the larger one.
+                plan.thetas.push((wo.z.min(1.0).acos(), WIDTHS[1]));
+            }
+        }
+        lobes.iter().for_each(|l| plan.add(l));
+        // A circle begins opposite to its first lobe.
+        if let (Some((first, _)), true) = (plan.phis.first().copied(), plan.phi[1] == PI) {
+            plan.phi = [first - PI, first + PI];
+            plan.phis.iter_mut().for_each(|p| p.0 = first + (p.0 - first + PI).rem_euclid(2.0 * PI) - PI);
+        }
+        plan
+    }
+
+    /// Nodes and weights over an interval, graded around each place.
+    fn nodes(&self, [a, b]: [f64; 2], places: &[Place]) -> Vec<[f64; 2]> {
+        let mut breaks = vec![a, b];
+        for &(centre, width) in places {
+            breaks.push(centre);
+            let mut step = width;
+            while step < b - a {
+                breaks.extend([centre - step, centre + step]);
+                step *= GRADING;
+            }
+        }
+        breaks.retain(|x| (a..=b).contains(x));
+        breaks.sort_by(f64::total_cmp);
+        let short = places.iter().map(|p| p.1).fold(WIDTHS[1], f64::min) * 0.3;
+        breaks.dedup_by(|x, y| *x - *y < short);
+        if let Some(last) = breaks.last_mut() {
+            *last = b;
+        }
+        let mut out = Vec::new();
+        for pair in breaks.windows(2) {
+            let length = pair[1] - pair[0];
+            let phase = length * self.order as f64;
+            let parts = (length / LONGEST).max(phase / PHASE).ceil().max(1.0);
+            let h = length / parts;
+            let n = (self.flat + 0.5 * phase / parts) as usize;
+            let (x, w) = &self.gauss[n.min(NODES)];
+            for k in 0..parts as usize {
+                let middle = pair[0] + h * (k as f64 + 0.5);
+                out.extend(x.iter().zip(w).map(|(x, w)| [middle + 0.5 * h * x, 0.5 * h * w]));
+            }
+        }
+        out
+    }
+}
+
+impl Plan<'_> {
+    fn add(&mut self, lobe: &Lobe) {
+        let pole = self.frame.z_axis;
+        let clamped = |w: f64| w.clamp(WIDTHS[0], WIDTHS[1]);
+        match *lobe {
+            Lobe::Axis { axis, width } => {
+                let d = self.frame.transpose() * axis;
+                let s = d.x.hypot(d.y);
+                let width = clamped(width);
+                self.thetas.push((s.atan2(d.z), width));
+                if s > 0.5 * width {
+                    self.phis.push((d.y.atan2(d.x), clamped(width / s)));
+                }
+            }
+            Lobe::Cone { axis, cosine, width } if axis.dot(pole).abs() > 0.999 => {
+                let cosine = cosine * axis.dot(pole).signum();
+                self.thetas.push((cosine.clamp(-1.0, 1.0).acos(), clamped(width)));
+            }
+            Lobe::Arc { normal, width } if normal.dot(pole).abs() > 0.999 => {
+                self.thetas.push((FRAC_PI_2, clamped(width)));
+            }
+            Lobe::Cone { .. } | Lobe::Arc { .. } => {}
+        }
+    }
+}

@@ -1,0 +1,143 @@
+use super::*;
+use crate::{PointsBuf, Radiance};
+use glam::{DMat3, Vec3};
+use std::f64::consts::PI;
+use steradian_brdf::parse;
+use steradian_sphere::Frame;
+use steradian_sphere::sh::{self, Rotation, ShRgb};
+
+fn views() -> Vec<DVec3> {
+    let at = |k: usize| {
+        let z = 1.0 - 0.9 * ((k as f64 + 0.5) / 24.0);
+        let (s, phi) = ((1.0 - z * z).sqrt(), 2.4 * k as f64);
+        DVec3::new(s * phi.cos(), s * phi.sin(), z)
+    };
+    (0..24).map(at).collect()
+}
+
+fn off(a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]) -> f64 {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        (0..3).flat_map(|c| a[c].iter().zip(&b[c])).map(|(a, b)| f(*a, *b)).sum()
+    };
+    (sum(&|a, b| (a - b).powi(2)) / sum(&|_, b| b * b)).sqrt()
+}
+
+/// Lambert's coefficients are A_l Y_l0(n)/π · albedo, whatever the view.
+#[test]
+fn lambert_s_coefficients_are_those_of_the_cosine() {
+    let brdf = parse("lambert:albedo=0.8/0.5/0.2").unwrap();
+    let a = steradian_prefilter::Zonal::coefficients(&steradian_prefilter::Cosine, 6);
+    for wo in views() {
+        let p = Rule::new(6).project(&*brdf, wo);
+        for l in 0..=6usize {
+            let y = ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
+            for m in -(l as isize)..=l as isize {
+                let want = if m == 0 { 0.8 / PI * a[l] * y } else { 0.0 };
+                assert!((p.c[0][sh::index(l, m)] - want).abs() < 1e-7, "{l} {m}");
+            }
+        }
+        assert!((p.energy[1] - 0.25 / (PI * PI) * 2.0 * PI / 3.0).abs() < 1e-7);
+    }
+}
+
+/// The usual rule against one of twice as many nodes on panels half as long, for smooth, glossy, brushed and mirror-like
+/// reflectance; and against the adaptive integral of the albedo.
+#[test]
+fn the_rule_is_exact() {
+    for (spec, most) in [
+        ("ggx:alpha=0.3,f0=0.9", 1e-5),
+        ("ggx:alpha=0.02,f0=0.9", 2e-4),
+        ("ggx:ax=0.1,ay=0.4,f0=0.9", 2e-4),
+        ("ashikhmin-shirley:nu=12,nv=4", 3e-4),
+        ("ashikhmin-shirley:nu=10,nv=1000", 1e-3),
+        ("ward:ax=0.1,ay=0.3,rs=0.5,rd=0.2", 3e-4),
+        ("poulin-fournier:n=20,d=3,h=0.3", 3e-3),
+        ("kajiya-kay:s=16", 1e-4),
+        ("phong-map:n=50", 1e-4),
+        ("oren-nayar:sigma=0.5", 1e-3),
+    ] {
+        let Ok(brdf) = parse(spec) else { panic!("{spec}: {:?}", parse(spec).err()) };
+        let (usual, fine) = (Rule::new(4), Rule::with_nodes(4, 13.0));
+        let mut worst = [0.0f64; 2];
+        for wo in views() {
+            let (a, b) = (usual.project(&*brdf, wo), fine.project(&*brdf, wo));
+            worst[0] = worst[0].max(off(&a.c, &b.c));
+            let albedo = steradian_brdf::albedo::directional(&*brdf, wo, 1e-6);
+            worst[1] = worst[1].max((a.c[1][0] * (4.0 * PI).sqrt() / albedo[1] - 1.0).abs());
+        }
+        println!("{spec}: {worst:?}");
+        assert!(worst[0] < most && worst[1] < 10.0 * most, "{spec}: {worst:?}");
+    }
+}
+
+/// The table at its texels is the rule, the sixteenfold kernel its lookup turned to the world; reflectance that mirrors is
+/// computed in one quadrant.
+#[test]
+fn tables_hold_what_the_rule_gives_and_batches_what_tables_hold() {
+    let light = |bands: usize| {
+        let c = std::array::from_fn(|k| (0..bands * bands).map(|i| ((3 * i + k) as f64).sin()).collect());
+        ShRgb { order: bands - 1, c }
+    };
+    for (spec, bands, size, mono) in [
+        ("ashikhmin-shirley:nu=24,nv=8", 5, 65, true),
+        ("ggx:ax=0.3,ay=0.1,f0=0.9/0.6/0.3", 4, 64, false),
+        ("lambert:albedo=0.8/0.5/0.2", 3, 16, true),
+        ("ggx:alpha=0.4,f0=0.7", 6, 128, true),
+        ("phong:n=10", 9, 64, true),
+    ] {
+        let brdf = parse(spec).unwrap();
+        let table = ViewTable::bake(&*brdf, bands, size, &Task::quiet()).unwrap();
+        assert_eq!(table.is_mono(), mono, "{spec}");
+        let rule = Rule::new(bands - 1);
+        let [reach, h] = lattice(size);
+        for (i, j) in
+            [(size / 2, size / 2), (size / 4, size / 3), (3 * size / 4, size / 2), (size / 5, 2 * size / 3)]
+        {
+            let (x, y) = (i as f64 * h - reach, j as f64 * h - reach);
+            let wo = fill::view(x, y);
+            let found = table.lookup(wo).map(|c| c.into_iter().map(f64::from).collect::<Vec<_>>());
+            let e = off(&found, &rule.project(&*brdf, wo).c);
+            assert!(e < 2e-4, "{spec} {i} {j}: {e}");
+        }
+        let sh = light(bands);
+        let lanes = LightLanes::new(&table, &sh);
+        let mut q = PointsBuf::default();
+        let mut want = Vec::new();
+        for (k, v) in views().into_iter().enumerate() {
+            let n = steradian_prefilter::probe::direction(k, 24);
+            let f = Frame::from_normal_tangent(n, DVec3::new(0.3, 0.7, (k as f64).sin()));
+            let wo = f.to_world(v);
+            q.push(n.as_vec3(), f.t.as_vec3(), wo.as_vec3(), Vec3::ZERO);
+            let local = Rotation::new(bands - 1, DMat3::from_cols(f.t, f.b, f.n).transpose()).apply_rgb(&sh);
+            let c = table.lookup(v);
+            want.push(
+                [0, 1, 2].map(|k| local.c[k].iter().zip(&c[k]).map(|(l, c)| l * f64::from(*c)).sum::<f64>()),
+            );
+        }
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+        shade(&table, &lanes, &q.as_points(), &mut Radiance::of(&mut rgb));
+        let scale = want.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+        for (i, w) in want.iter().enumerate() {
+            for c in 0..3 {
+                assert!(
+                    (f64::from(rgb[c][i]) - w[c]).abs() < 1e-5 * scale,
+                    "{spec} {i}: {} {}",
+                    rgb[c][i],
+                    w[c]
+                );
+            }
+        }
+    }
+}
+
+/// The lookup's error falls like the square of the texels' distance.
+#[test]
+fn lookup_is_of_second_order() {
+    let brdf = parse("phong:n=8").unwrap();
+    let error = |size: usize| {
+        let table = ViewTable::bake(&*brdf, 5, size, &Task::quiet()).unwrap();
+        Energies::new(&*brdf, &table, &Task::quiet()).unwrap().lookup().map(|l| l.1 * l.1).sum::<f64>().sqrt()
+    };
+    let (coarse, fine) = (error(32), error(128));
+    assert!(coarse / fine > 8.0 && fine < 3e-3, "{coarse} {fine}");
+}
