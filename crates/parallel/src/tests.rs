@@ -14,9 +14,11 @@ fn results_come_in_order() {
         for n in [0, 1, 2, 7, 1000] {
             let squares: Vec<usize> = (0..n).into_par_iter().map(|k| k * k).collect();
             assert_eq!(squares, (0..n).map(|k| k * k).collect::<Vec<_>>());
-            let firsts: Vec<(usize, usize)> =
-                squares.par_iter().enumerate().rev().with_min_len(3).map(|(k, s)| (k, *s)).collect();
-            assert!(firsts.iter().rev().enumerate().all(|(k, f)| *f == (k, k * k)) && firsts.len() == n);
+            let last_first: Vec<usize> = squares.par_iter().rev().with_min_len(3).map(|s| *s).collect();
+            assert!(last_first.iter().rev().eq(&squares));
+            let numbers: Vec<(usize, usize)> =
+                squares.par_iter().enumerate().with_max_len(1).map(|(k, s)| (k, *s)).collect();
+            assert!(numbers.iter().enumerate().all(|(k, f)| *f == (k, k * k)) && numbers.len() == n);
             let owned: Vec<String> = squares.iter().map(|s| s.to_string()).collect();
             let lengths: Vec<usize> = owned.clone().into_par_iter().map(|s| s.len()).collect();
             assert!(lengths.iter().zip(&owned).all(|(l, s)| *l == s.len()) && lengths.len() == n);
@@ -69,11 +71,14 @@ fn the_first_failure_ends_a_loop() {
             begun.fetch_add(1, Ordering::Relaxed);
             if k == 10 { Err(k) } else { Ok(k) }
         };
-        let all: Result<Vec<usize>, usize> = (0..100_000).into_par_iter().map(tried).collect();
+        let all: Result<Vec<usize>, usize> = (0..100_000usize).into_par_iter().map(tried).collect();
         assert_eq!(all, Err(10));
         assert!(begun.load(Ordering::Relaxed) < 100_000);
         assert_eq!((0..1000usize).into_par_iter().try_for_each(|k| tried(k).map(|_| ())), Err(10));
-        assert_eq!((0..10usize).into_par_iter().map(tried).collect(), Ok((0..10).collect::<Vec<_>>()));
+        assert_eq!(
+            (0..10usize).into_par_iter().map(tried).collect::<Result<Vec<_>, _>>(),
+            Ok((0..10).collect::<Vec<_>>())
+        );
         assert_eq!(
             (0..9usize).into_par_iter().map(|k| (k < 8).then_some(k)).collect::<Option<Vec<_>>>(),
             None
