@@ -103,9 +103,11 @@ impl<const N: usize> Kernel for Apply<'_, N> {
             let mut lane = 0;
             while lane < TURNS {
                 let t = &self.turns[k];
-                let angle =
-                    |i: usize| Angle::new(A::F32::load(&t[i][lane..]), A::F32::load(&t[i + 1][lane..]));
-                let angles = [angle(4), angle(2), angle(0)];
+                let angles = [
+                    Angle::new(A::F32::load(&t[4][lane..]), A::F32::load(&t[5][lane..])),
+                    Angle::new(A::F32::load(&t[2][lane..]), A::F32::load(&t[3][lane..])),
+                    Angle::new(A::F32::load(&t[0][lane..]), A::F32::load(&t[1][lane..])),
+                ];
                 for channel in 0..3 {
                     let mut f = [A::F32::splat(0.0); N];
                     for i in 0..N {
@@ -157,7 +159,8 @@ pub fn turn<V: Vector<T = f32>, const N: usize>(angles: &[Angle<V>; 3], f: &mut 
 /// (c, s) ← (c cos mα − s sin mα, c sin mα + s cos mα) in each band.
 #[inline(always)]
 fn turn_z<V: Vector<T = f32>, const N: usize>(angle: &Angle<V>, f: &mut [V; N]) {
-    for l in 1..N.isqrt() {
+    // A constant, so that the loops unroll and the coefficients stay in registers.
+    for l in 1..const { N.isqrt() } {
         for m in 1..=l {
             turn_pair(angle.0[m - 1], l, m, f);
         }
@@ -293,11 +296,16 @@ fn exchange<V: Vector<T = f32>, const N: usize>(f: &mut [V; N]) {
     exchange_five(&g, f);
 }
 
+/// Σ x_k g_{i_k}.
+#[inline(always)]
+fn three<V: Vector<T = f32>, const N: usize>(g: &[V; N], i: [usize; 3], x: [f32; 3]) -> V {
+    g[i[2]].fma(V::splat(x[2]), mix(x[0], g[i[0]], x[1], g[i[1]]))
+}
+
 /// Band 5 of [`exchange`]; the constants are square roots of 252, 240, 20, 140, 48, 324, 120, 224, 168, 84, 420, 338 and 90
 /// over 512.
 #[inline(always)]
 fn exchange_five<V: Vector<T = f32>, const N: usize>(g: &[V; N], f: &mut [V; N]) {
-    let sum = |i: [usize; 3], x: [f32; 3]| g[i[2]].fma(V::splat(x[2]), mix(x[0], g[i[0]], x[1], g[i[1]]));
     const P: [[f32; 3]; 3] = [
         [0.701_560_76, -0.684_653_2, 0.197_642_35],
         [0.522_912_5, 0.306_186_22, -0.795_495_15],
@@ -310,9 +318,9 @@ fn exchange_five<V: Vector<T = f32>, const N: usize>(g: &[V; N], f: &mut [V; N])
     ];
     let (odd, even, last) = ([30, 32, 34], [25, 27, 29], [31, 33, 35]);
     for k in 0..3 {
-        f[even[k]] = sum(odd, P[k]);
-        f[odd[k]] = sum(even, [P[0][k], P[1][k], P[2][k]]);
-        f[last[k]] = sum(last, Q[k]);
+        f[even[k]] = three(g, odd, P[k]);
+        f[odd[k]] = three(g, even, [P[0][k], P[1][k], P[2][k]]);
+        f[last[k]] = three(g, last, Q[k]);
     }
     f[26] = mix(0.5, g[26], -0.866_025_4, g[28]);
     f[28] = mix(-0.866_025_4, g[26], -0.5, g[28]);

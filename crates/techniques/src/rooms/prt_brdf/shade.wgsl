@@ -3,5 +3,5 @@ fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Sit
     if !(dot(n, wo) > 0.0) {
         return vec3<f32>(0.0);
     }
-    return views_at_site(site, wo);
+    return views_at_site(site, n, wo);
 }

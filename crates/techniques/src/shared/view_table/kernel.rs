@@ -215,7 +215,6 @@ impl Block {
         for i in 0..SIDE {
             let facing = local[2][i] > 0.0;
             self.facing[i] = facing;
-            // From behind as from the rim: what only sites do whose neighbours are seen from the front.
             let scale = 1.0 / (1.0 + if facing { local[2][i] } else { 0.0 });
             let mut w = [0.0; 2];
             for k in 0..2 {
@@ -245,7 +244,12 @@ pub(super) fn gather<A: Arch>(table: &ViewTable, b: &Block, i: usize, c: usize, 
     let (len, from) = (to.len(), b.at[i] + c * table.stride);
     let row = |k: usize| &table.data[from + k..from + k + len];
     let rows = [row(0), row(texel), row(table.size * texel), row((table.size + 1) * texel)];
-    let w = [0, 1, 2, 3].map(|k| A::F32::splat(b.weights[k][i]));
+    let w = [
+        A::F32::splat(b.weights[0][i]),
+        A::F32::splat(b.weights[1][i]),
+        A::F32::splat(b.weights[2][i]),
+        A::F32::splat(b.weights[3][i]),
+    ];
     let mut at = 0;
     while at < len {
         let mut sum = A::F32::load(&rows[0][at..]).mul(w[0]);
@@ -300,9 +304,13 @@ fn few<A: Arch, const N: usize, const P: usize>(table: &ViewTable, b: &Block, to
                 }
                 from += A::F32::LANES;
             }
-            let load = |k: usize| A::F32::load(&b.angles[k][lane..]);
-            let angle = |k: usize| Angle::new(load(k), load(k + 1));
-            turn(&[angle(0), angle(2), angle(4)], &mut f);
+            let a = &b.angles;
+            let angles = [
+                Angle::new(A::F32::load(&a[0][lane..]), A::F32::load(&a[1][lane..])),
+                Angle::new(A::F32::load(&a[2][lane..]), A::F32::load(&a[3][lane..])),
+                Angle::new(A::F32::load(&a[4][lane..]), A::F32::load(&a[5][lane..])),
+            ];
+            turn(&angles, &mut f);
             to.take(c, lane, &f);
             lane += A::F32::LANES;
         }

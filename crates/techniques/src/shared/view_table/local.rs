@@ -191,9 +191,9 @@ impl IntoFrames<'_> {
     }
 }
 
-/// Radiance of points by the light of the sites around them, each with the view in its own frame, weighed: at a vertex one
-/// lookup and three scalar products, nothing is turned. A site that is seen from behind while the point is not takes the view at its
-/// horizon. Points without sites, or that face away, get 0.
+/// Radiance of points by the light of the sites around them, weighed: at a vertex one lookup and three scalar products, nothing
+/// is turned. Each site is seen as the point is: the view turns with the normal, by the least rotation of one to the other,
+/// so that the mirror direction does too. Points without sites, or that face away, get 0.
 pub fn shade_local(
     table: &ViewTable,
     frames: &SiteFrames,
@@ -242,7 +242,7 @@ impl Kernel for Local<'_, '_, '_> {
                     site[i] = s.min(frames.len() - 1);
                 }
                 if weight.iter().any(|w| *w != 0.0) {
-                    one::<A>(table, frames, light, (&site, &weight), &wo, &mut radiance);
+                    one::<A>(table, frames, light, (&site, &weight), [&n, &wo], &mut radiance);
                 }
             }
             for i in 0..SIDE.min(len - first) {
@@ -256,6 +256,25 @@ impl Kernel for Local<'_, '_, '_> {
     }
 }
 
+/// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v) b.
+#[inline(always)]
+fn carried(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
+    let mut out: Vectors = [[0.0; SIDE]; 3];
+    for i in 0..SIDE {
+        let (mut ab, mut av, mut bv) = (0.0f32, 0.0f32, 0.0f32);
+        for k in 0..3 {
+            ab += a[k][i] * b[k][i];
+            av += a[k][i] * v[k][i];
+            bv += b[k][i] * v[k][i];
+        }
+        let s = (av + bv) / (1.0 + ab).max(1e-6);
+        for k in 0..3 {
+            out[k][i] = v[k][i] - s * (a[k][i] + b[k][i]) + 2.0 * av * b[k][i];
+        }
+    }
+    out
+}
+
 /// Adds the radiance of one corner of each of sixteen points.
 #[inline(always)]
 fn one<A: Arch>(
@@ -263,7 +282,7 @@ fn one<A: Arch>(
     frames: &SiteFrames,
     light: &LocalLight,
     (site, weight): (&[usize; SIDE], &[f32; SIDE]),
-    wo: &Vectors,
+    [n, wo]: [&Vectors; 2],
     radiance: &mut [[f32; SIDE]; 3],
 ) {
     let mut at: [Vectors; 2] = [[[0.0; SIDE]; 3]; 2];
@@ -272,7 +291,7 @@ fn one<A: Arch>(
             (0..SIDE).for_each(|i| to[k][i] = v[k][site[i]]);
         }
     }
-    let b = Block::new(table, &at[0], &at[1], wo);
+    let b = Block::new(table, &at[0], &at[1], &carried(n, &at[0], wo));
     let lanes = A::F32::LANES;
     let mut row = [0.0f32; 48];
     let row = &mut row[..table.stride];

@@ -184,7 +184,7 @@ impl Rule {
         }
         breaks.retain(|x| (a..=b).contains(x));
         breaks.sort_by(f64::total_cmp);
-        let short = places.iter().map(|p| p.1).fold(WIDTHS[1], f64::min) * 0.3;
+        let short = places.iter().map(|p| p.1).fold(WIDTHS[1], f64::min) * 0.05;
         breaks.dedup_by(|x, y| *x - *y < short);
         if let Some(last) = breaks.last_mut() {
             *last = b;

@@ -134,7 +134,7 @@ fn views_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
     out + "    return l;\n}\n"
 }
 
-/// `fn views_at_site(site, wo) -> vec3<f32>`: [`super::shade_local`], with the buffers "frames" ([`super::SiteFrames::numbers`])
+/// `fn views_at_site(site, n, wo) -> vec3<f32>`: [`super::shade_local`], with the buffers "frames" ([`super::SiteFrames::numbers`])
 /// and "light" ([`super::LocalLight::numbers`]).
 pub fn local_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     let n = table.bands * table.bands;
@@ -152,10 +152,13 @@ pub fn local_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     };
     let local = format!(
         "// Radiance by the light of one site, with the view in its frame.
-fn views_local(s: u32, wo: vec3<f32>) -> vec3<f32> {{
+fn views_local(s: u32, normal: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
     let n = vec3<f32>(fetch_frames(s, 0u), fetch_frames(s, 1u), fetch_frames(s, 2u));
     let along = vec3<f32>(fetch_frames(s, 3u), fetch_frames(s, 4u), fetch_frames(s, 5u));
-    var v = wo * views_frame(n, along);
+    // The view turns with the normal.
+    let both = normal + n;
+    let carried = wo - dot(both, wo) / max(1.0 + dot(normal, n), 1e-6) * both + 2.0 * dot(normal, wo) * n;
+    var v = carried * views_frame(n, along);
     v.z = max(v.z, 0.0);
     var l = vec3<f32>(0.0);
     let place = views_place(v, {size}u, {:?}, {:?});
