@@ -253,6 +253,8 @@ impl Kernel for Transferred<'_> {
     fn run<A: Arch>(self) {
         let n = self.matrices.n;
         let (each, stride) = (packed(n) * GROUP, padded(n));
+        let mut at = [None; MAX_COEFFICIENTS];
+        self.place.iter().enumerate().for_each(|(i, p)| at[*p] = Some((i, self.scale[i])));
         let mut sums = [[0.0f32; GROUP]; 3 * MAX_COEFFICIENTS];
         for (k, out) in self.out.chunks_mut(GROUP * 3 * stride).enumerate() {
             let range = (self.first + k) * each..(self.first + k + 1) * each;
@@ -260,18 +262,45 @@ impl Kernel for Transferred<'_> {
                 Store::Single(v) => group::<A, f32>(n, &v[range], |x| x, self.light, &mut sums),
                 Store::Half(v) => group::<A, f16>(n, &v[range], single, self.light, &mut sums),
             }
-            for (lane, out) in out.chunks_exact_mut(3 * stride).enumerate() {
-                for i in 0..n {
-                    for c in 0..3 {
-                        out[c * stride + self.place[i]] = self.scale[i] * sums[3 * i + c][lane];
-                    }
-                }
-            }
+            by_site::<A>(&sums, &at[..stride], out);
         }
     }
 }
 
-/// M L of the sites of a group: coefficient i of channel c in `sums[3 i + c]`.
+/// From numbers of all sites of a group to sites with all their numbers, in the order of `at` and scaled.
+#[inline(always)]
+fn by_site<A: Arch>(
+    sums: &[[f32; GROUP]; 3 * MAX_COEFFICIENTS],
+    at: &[Option<(usize, f32)>],
+    out: &mut [f32],
+) {
+    let lanes = A::F32::LANES;
+    let sites = out.len() / (3 * at.len());
+    let mut square = [A::F32::splat(0.0); GROUP];
+    for c in 0..3 {
+        let mut first = 0;
+        while first < at.len() {
+            let mut lane = 0;
+            while lane < GROUP {
+                for (to, at) in square.iter_mut().zip(&at[first..first + lanes]) {
+                    *to = match at {
+                        Some((i, scale)) => A::F32::load(&sums[3 * i + c][lane..]).mul(A::F32::splat(*scale)),
+                        None => A::F32::splat(0.0),
+                    };
+                }
+                A::F32::transpose(&mut square[..lanes]);
+                for (k, site) in (lane..sites.min(lane + lanes)).enumerate() {
+                    square[k].store(&mut out[(3 * site + c) * at.len() + first..]);
+                }
+                lane += lanes;
+            }
+            first += lanes;
+        }
+    }
+}
+
+/// M L of the sites of a group: coefficient i of channel c in `sums[3 i + c]`. Two rows of the triangle at a time: each of
+/// its numbers is M_ij and M_ji.
 #[inline(always)]
 fn group<A: Arch, T: Copy>(
     n: usize,
@@ -280,35 +309,52 @@ fn group<A: Arch, T: Copy>(
     light: &[[f32; 3]],
     sums: &mut [[f32; GROUP]; 3 * MAX_COEFFICIENTS],
 ) {
-    let mut row = [[0.0f32; GROUP]; MAX_COEFFICIENTS];
-    let mut at = 0;
-    for i in 0..n {
-        let numbers = &numbers[at * GROUP..][..(i + 1) * GROUP];
-        for (to, from) in row.iter_mut().zip(numbers.chunks_exact(GROUP)) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = single(*from);
-            }
-        }
-        at += i + 1;
-        let own: [A::F32; 3] = light[i].map(A::F32::splat);
-        let mut lane = 0;
-        while lane < GROUP {
-            let mut sum = [A::F32::splat(0.0); 3];
-            for j in 0..i {
-                let m = A::F32::load(&row[j][lane..]);
-                for c in 0..3 {
-                    // M_ij and M_ji.
-                    let to = &mut sums[3 * j + c][lane..];
-                    m.fma(own[c], A::F32::load(to)).store(to);
-                    sum[c] = m.fma(A::F32::splat(light[j][c]), sum[c]);
+    let mut rows = [[[0.0f32; GROUP]; MAX_COEFFICIENTS]; 2];
+    let light = &light[..n];
+    let mut rest = numbers;
+    let mut i = 0;
+    while i < n {
+        let two = (n - i).min(2);
+        for (k, row) in rows.iter_mut().enumerate().take(two) {
+            let (own, others) = rest.split_at((i + k + 1) * GROUP);
+            rest = others;
+            for (to, from) in row.iter_mut().zip(own.chunks_exact(GROUP)) {
+                for (to, from) in to.iter_mut().zip(from) {
+                    *to = single(*from);
                 }
             }
-            let m = A::F32::load(&row[i][lane..]);
+        }
+        let next = if two == 2 { light[i + 1] } else { [0.0; 3] };
+        let own = [light[i], next].map(|l| l.map(A::F32::splat));
+        let [first, second] = &rows;
+        let mut lane = 0;
+        while lane < GROUP {
+            let mut sum = [[A::F32::splat(0.0); 3]; 2];
+            for (j, l) in light[..i].iter().enumerate() {
+                let m = [A::F32::load(&first[j][lane..]), A::F32::load(&second[j][lane..])];
+                for c in 0..3 {
+                    let to = &mut sums[3 * j + c][lane..];
+                    m[1].fma(own[1][c], m[0].fma(own[0][c], A::F32::load(to))).store(to);
+                    let l = A::F32::splat(l[c]);
+                    sum[0][c] = m[0].fma(l, sum[0][c]);
+                    sum[1][c] = m[1].fma(l, sum[1][c]);
+                }
+            }
+            // The end of the first row, and the last two numbers of the second.
+            let end = A::F32::load(&first[i][lane..]);
             for c in 0..3 {
-                m.fma(own[c], sum[c]).store(&mut sums[3 * i + c][lane..]);
+                let mut whole = end.fma(own[0][c], sum[0][c]);
+                if two == 2 {
+                    let m = [A::F32::load(&second[i][lane..]), A::F32::load(&second[i + 1][lane..])];
+                    whole = m[0].fma(own[1][c], whole);
+                    let other = m[1].fma(own[1][c], m[0].fma(own[0][c], sum[1][c]));
+                    other.store(&mut sums[3 * (i + 1) + c][lane..]);
+                }
+                whole.store(&mut sums[3 * i + c][lane..]);
             }
             lane += A::F32::LANES;
         }
+        i += 2;
     }
 }
 
