@@ -2,8 +2,9 @@
 
 use crate::rooms::{
     ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, haar_transport, lafortune_env,
-    lobe_maps, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_brdf, prt_diffuse, prt_glossy,
-    reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global, shrm_slices, split_sum,
+    lobe_maps, matrix_radiance_transfer, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_brdf,
+    prt_diffuse, prt_glossy, reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global, shrm_slices,
+    split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
@@ -28,6 +29,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<prt_glossy::PrtGlossy>::new(),
     &Erased::<prt_brdf::PrtBrdf>::new(),
     &Erased::<clustered_pca::ClusteredPca>::new(),
+    &Erased::<matrix_radiance_transfer::MatrixRadianceTransfer>::new(),
     &Erased::<haar_transport::HaarTransport>::new(),
 ];
 

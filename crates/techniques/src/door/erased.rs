@@ -287,10 +287,10 @@ impl<T: Technique> AnyBake for Baked<T> {
         let b = &self.bake;
         let given = Given { brdf: Some(material.brdf.clone()), ..self.given.clone() };
         let material = T::material(material, &b.params, task)?;
-        let transfer = if T::transfer_reads_material(&b.params) {
-            Arc::new(transfer::<T>(self.geometry.as_ref(), &material, &b.params, task)?)
-        } else {
+        let transfer = if T::same_transfer(&b.params, &b.material, &material) {
             b.transfer.clone()
+        } else {
+            Arc::new(transfer::<T>(self.geometry.as_ref(), &material, &b.params, task)?)
         };
         let factors = Factors { light: b.light.clone(), material: Arc::new(material), transfer };
         self.relinked(factors, self.geometry.clone(), given, task)

@@ -59,6 +59,12 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         false
     }
+    /// Is the transfer of one material that of another? Where it reads the material, techniques may say when it is all the
+    /// same.
+    fn same_transfer(p: &Self::Params, before: &Self::Material, after: &Self::Material) -> bool {
+        let _ = (before, after);
+        !Self::transfer_reads_material(p)
+    }
     /// For techniques with sites: scattering events at surfaces that shading stands for, 1 for direct light alone.
     fn events(b: &Bake<Self>) -> u32 {
         let _ = b;

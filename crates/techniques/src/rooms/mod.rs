@@ -8,6 +8,7 @@ pub mod factored_lighting;
 pub mod haar_transport;
 pub mod lafortune_env;
 pub mod lobe_maps;
+pub mod matrix_radiance_transfer;
 pub mod mirror_map;
 pub mod paraboloid_filter;
 pub mod phong_diffuse_maps;
