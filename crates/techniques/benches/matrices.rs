@@ -17,7 +17,9 @@ use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sit
 use steradian_testkit::data;
 
 /// Technique, parameters, and what is printed of them.
-const CASES: [(&str, &[(&str, f64)], &str); 4] = [
+type Case = (&'static str, &'static [(&'static str, f64)], &'static str);
+
+const CASES: [Case; 4] = [
     ("prt_glossy", &[("halves", 0.0)], "matrices, f32 (baseline)"),
     ("prt_glossy", &[], "matrices, f16"),
     ("clustered_pca", &[], "256 clusters, 8 components"),

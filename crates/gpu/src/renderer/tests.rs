@@ -16,7 +16,10 @@ fn valid(what: &str, source: &str) {
         Ok(m) => m,
         Err(e) => panic!("{what}: {}", e.emit_to_string(source)),
     };
-    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::MULTISAMPLED_SHADING);
+    let mut validator = Validator::new(
+        ValidationFlags::all(),
+        Capabilities::MULTISAMPLED_SHADING | Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+    );
     if let Err(e) = validator.validate(&module) {
         panic!("{what}: {}", e.emit_to_string(source));
     }

@@ -39,7 +39,7 @@ pub struct Lost {
 }
 
 /// Matrices of clusters, and what of them each site has.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Clustered {
     /// For each cluster the mean and the components.
     basis: Matrices,
@@ -49,12 +49,6 @@ pub struct Clustered {
     sites: Vec<f16>,
     /// What this loses.
     pub lost: Lost,
-}
-
-impl Default for Clustered {
-    fn default() -> Self {
-        Self { basis: Matrices::default(), components: 0, sites: Vec::new(), lost: Lost::default() }
-    }
 }
 
 /// How many clusters of how many components.

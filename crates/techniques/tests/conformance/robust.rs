@@ -123,7 +123,8 @@ fn shaders_are_valid() {
                 .unwrap_or_else(|e| panic!("{}:\n{}", technique.slug, e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(
                 naga::valid::ValidationFlags::all(),
-                naga::valid::Capabilities::empty(),
+                // Halves in buffers.
+                naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
             );
             let valid = validator.validate(&module);
             assert!(valid.is_ok(), "{}: {:?}", technique.slug, valid.err());

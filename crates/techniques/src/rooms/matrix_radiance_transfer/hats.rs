@@ -41,7 +41,7 @@ impl Hats {
     /// The change of basis from harmonics: row after row, for each hat the factors of the coefficients of a function whose
     /// sum over hats is nearest to it over the hemisphere (least squares, the dual basis). Hats of which the
     /// hemisphere sees nothing are 0.
-    pub fn from_harmonics(self, bands: usize) -> Vec<f64> {
+    pub fn change_of_basis(self, bands: usize) -> Vec<f64> {
         let (m, n) = (self.len(), bands * bands);
         let (mut own, mut mixed) = (vec![vec![0.0; m]; m], vec![vec![0.0; m]; n]);
         let steps = (self.side - 1) * SAMPLES;
@@ -88,7 +88,7 @@ mod tests {
         let mut last = f64::INFINITY;
         for side in [6, 8, 16] {
             let hats = Hats { side };
-            let rows = hats.from_harmonics(3);
+            let rows = hats.change_of_basis(3);
             let (mut off, mut all) = (0.0, 0.0);
             for (d, w) in rule.directions.iter().zip(&rule.weights) {
                 let (places, values) = hats.at(d.as_vec3().to_array());

@@ -22,8 +22,8 @@ use crate::certify::{self, Report};
 use crate::shared::lights;
 use crate::shared::sh_light::{self, ShLight};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
-    Radiance, Technique, View,
+    Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
+    Points, Radiance, Technique, View,
 };
 use bake::{Compressed, Params};
 use hats::Hats;
@@ -73,7 +73,10 @@ impl Technique for MatrixRadianceTransfer {
             ..Capabilities::NONE
         },
         needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
-        waived: &[],
+        waived: &[(
+            Check::Rotation,
+            "clusters and 16-bit weights, which come out otherwise about turned axes",
+        )],
     };
     type Params = Params;
     type Light = ShLight;

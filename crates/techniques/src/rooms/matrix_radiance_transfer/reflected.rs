@@ -29,7 +29,7 @@ pub struct Reflected {
 
 impl Reflected {
     pub(super) fn bake(m: &Material, hats: Hats, bands: usize, task: &Task) -> Result<Self, BakeError> {
-        let change = hats.from_harmonics(bands);
+        let change = hats.change_of_basis(bands);
         let n = bands * bands;
         let twice = projected(&*m.brdf, bands, task)?;
         let rows = twice.map(|b| {

@@ -23,8 +23,8 @@ use crate::shared::matrices::{Accuracy, Below, Matrices};
 use crate::shared::phong_lobe::PhongLobe;
 use crate::shared::sh_light::{self, ShLight};
 use crate::{
-    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
-    Radiance, Technique, View,
+    Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
+    Points, Radiance, Technique, View,
 };
 use bake::Params;
 use shade::Frame;
@@ -62,7 +62,7 @@ impl Technique for PrtGlossy {
             ..Capabilities::NONE
         },
         needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
-        waived: &[],
+        waived: &[(Check::Rotation, "matrices of 16-bit floats, which round otherwise about turned axes")],
     };
     type Params = Params;
     type Light = ShLight;
