@@ -29,8 +29,7 @@ const POINTS: u32 = 256;
 /// How far off the surface rays start.
 const OFFSET: f32 = 1e-4;
 /// What the error is, in a certificate's words.
-const METRIC: &str =
-    "relative RMS error of outgoing radiance over points of the mesh and views, against paths through it";
+const METRIC: &str = "relative RMS error of outgoing radiance over points of the mesh and views, half of them mirroring light, against paths through it";
 
 /// What light goes through.
 pub struct Paths<'a> {
@@ -65,19 +64,21 @@ impl Paths<'_> {
         shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
     ) -> Result<Certificate, BakeError> {
         let sample = self.spots(slug)?;
+        let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));
         let (mut q, mut views) = (PointsBuf::default(), Vec::new());
         for (k, &Spot { site, corners, weights }) in sample.iter().enumerate() {
             for view in 0..VIEWS {
                 let frame = Frame::from_normal(site.n.as_dvec3().normalize());
                 let u = R2::default().point((VIEWS * k + view) as u32);
-                let wo = steradian_sphere::sampling::hemisphere::sample(u);
+                // Half of the views mirror light: what a glossy surface shows of a sun is seen from few others.
+                let mirrored = (view % 2 == 1).then(|| self.mirrored(&frame, k, u, image.as_ref())).flatten();
+                let wo = mirrored.unwrap_or_else(|| steradian_sphere::sampling::hemisphere::sample(u));
                 q.push(site.n, frame.t.as_vec3(), frame.to_world(wo).as_vec3(), site.p);
                 q.locate(Vec2::ZERO, corners, weights);
                 views.push((site, frame, wo));
             }
         }
         let bvh = Bvh::build(&self.geometry.mesh);
-        let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));
         let through = Through { paths: self, bvh: &bvh, image };
         task.begin("certificate", views.len() as u64);
         let exact = views.par_iter().enumerate().map(|(k, &(site, frame, wo))| {
@@ -101,6 +102,28 @@ impl Paths<'_> {
         let noise: f64 = exact.iter().map(|e| e.1).sum();
         let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
         Ok(Errors::of(&looks).certificate(report).metric(METRIC).detail("noise of the paths", noise))
+    }
+}
+
+impl Paths<'_> {
+    /// The view that mirrors light, in the local frame: of the `k`-th point that of a sun or of a direction that is drawn
+    /// from the image in proportion to its brightness; `None` where that light comes from below.
+    fn mirrored(
+        &self,
+        frame: &Frame,
+        k: usize,
+        u: DVec2,
+        image: Option<&SphereDistribution>,
+    ) -> Option<DVec3> {
+        let lights = self.lights;
+        let disks = lights.disks.iter().map(|d| d.direction);
+        let suns: Vec<DVec3> = disks.chain(lights.directionals.iter().map(|d| d.direction)).collect();
+        let d = match (suns.is_empty(), image) {
+            (false, image) if k.is_multiple_of(2) || image.is_none() => suns[k / 2 % suns.len()],
+            (_, image) => image?.sample(u).0,
+        };
+        let wi = frame.to_local(d.normalize_or_zero());
+        (wi.z > 0.02).then(|| DVec3::new(-wi.x, -wi.y, wi.z))
     }
 }
 
