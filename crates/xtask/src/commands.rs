@@ -16,14 +16,22 @@ pub fn page(root: &Path) -> Result<String> {
 }
 
 fn help(root: &Path, words: &[&str]) -> Result<String> {
-    let out = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "-p", "steradian-cli", "--"])
+    // A binary that is built already saves cargo from building it with other features of its dependencies.
+    let mut command = match std::env::var_os("STERADIAN_BIN") {
+        Some(binary) => Command::new(binary),
+        None => {
+            let mut cargo = Command::new(env!("CARGO"));
+            cargo.args(["run", "--quiet", "-p", "steradian-cli", "--"]);
+            cargo
+        }
+    };
+    let out = command
         .args(words)
         .arg("--help")
         .env("COLUMNS", "100")
         .current_dir(root)
         .output()
-        .context("cannot run cargo")?;
+        .context("cannot run the command: STERADIAN_BIN is its binary, else cargo builds it")?;
     ensure!(
         out.status.success(),
         "steradian {} --help failed: {}",

@@ -182,15 +182,15 @@ impl<R: Read + Seek> Walk<'_, R> {
     }
 
     fn chunk(&mut self, tiles: bool, at: [i32; 4], size: usize) -> Result<Chunk, String> {
-        let mut compressed_pixels = vec![0; size];
-        self.reader.read_exact(&mut compressed_pixels).map_err(|e| describe(&e.into()))?;
+        let mut compressed_pixels_le = vec![0; size];
+        self.reader.read_exact(&mut compressed_pixels_le).map_err(|e| describe(&e.into()))?;
         let compressed_block = if tiles {
             let index = |v: i32| usize::try_from(v).map_err(|_| "damaged: a tile's place is negative");
             let tile_index = Vec2(index(at[0])?, index(at[1])?);
             let coordinates = TileCoordinates { tile_index, level_index: Vec2(0, 0) };
-            CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels })
+            CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
         } else {
-            CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate: at[0], compressed_pixels })
+            CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate: at[0], compressed_pixels_le })
         };
         Ok(Chunk { layer_index: self.part, compressed_block })
     }

@@ -133,7 +133,7 @@ fn compress(
     let chunk =
         guarded(|| block.compress_to_chunk(std::slice::from_ref(header))).map_err(io::Error::other)?;
     match chunk.compressed_block {
-        CompressedBlock::ScanLine(line) => Ok((line.compressed_pixels, report)),
+        CompressedBlock::ScanLine(line) => Ok((line.compressed_pixels_le, report)),
         _ => Err(io::Error::other("a scan line became something else")),
     }
 }

@@ -25,7 +25,7 @@ fn errors_fall_with_the_bands() {
     });
     assert!(errors.windows(2).all(|w| w[1] < 0.8 * w[0]), "{errors:?}");
     // What is left is lost between vertices.
-    assert!(errors[2] < 0.07, "{errors:?}");
+    assert!(errors[2] < 0.08, "{errors:?}");
 }
 
 /// Light turned in a frame is the light turned at bake time; the object turned is the light turned back.
