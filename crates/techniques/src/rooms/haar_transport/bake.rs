@@ -36,6 +36,9 @@ impl Params {
     }
 }
 
+/// Rows of some sites, and the squares of their coefficients, summed over the sites.
+type Block = (Vec<Row>, Vec<f64>);
+
 /// Transport of all sites of `g`.
 pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Transport, BakeError> {
     let slug = HaarTransport::CARD.slug;
@@ -74,7 +77,7 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
         task.advance(sites.len() as u64);
         Ok((rows, squares))
     };
-    let blocks: Result<Vec<(Vec<Row>, Vec<f64>)>, BakeError> =
+    let blocks: Result<Vec<Block>, BakeError> =
         sites.par_chunks(BLOCK).enumerate().with_max_len(1).map(block).collect();
     task.end();
     let (mut rows, mut squares) = (Vec::with_capacity(sites.len()), vec![0.0; texels]);
