@@ -6,7 +6,7 @@
 
 use crate::grid::{direction, jitter, place};
 use crate::table::Table;
-use crate::{Refinement, Scene, Settings, Site, Transfer, TransferError, direct, memory, refine};
+use crate::{Scene, Settings, Site, Transfer, TransferError, direct, memory};
 use glam::Vec3;
 use steradian_base::Task;
 use steradian_parallel::prelude::*;
@@ -46,10 +46,6 @@ pub(crate) fn add(
     task: &Task,
 ) -> Result<(), TransferError> {
     let channels = settings.channels();
-    // Light is reflected by what lies between vertices.
-    let fine = refine(scene.mesh, None, &Refinement::default(), task)?;
-    let fine = if fine == *scene.mesh { None } else { Some(Scene::new(&fine)?) };
-    let scene = fine.as_ref().unwrap_or(scene);
     let gather = Gather { scene, settings, channels, table: Table::new(1, 1, *LEVELS.end()) };
     let vertices = Site::vertices(scene.mesh);
     let own = if vertices == sites {
