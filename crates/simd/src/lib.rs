@@ -25,7 +25,7 @@ use x86::{EightSingle, Sixteen};
 pub enum Isa {
     /// What the target guarantees (SSE2 on x86-64, NEON on aarch64).
     Portable,
-    /// AVX2 with FMA.
+    /// AVX2 with FMA and F16C.
     Avx2,
     /// AVX-512 F, BW, DQ, VL.
     Avx512,
@@ -110,7 +110,9 @@ pub fn isa() -> Isa {
 
 #[cfg(target_arch = "x86_64")]
 fn detect() -> Isa {
-    let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+    let avx2 = is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("f16c");
     let avx512 = avx2
         && is_x86_feature_detected!("avx512f")
         && is_x86_feature_detected!("avx512bw")
@@ -136,11 +138,11 @@ fn detect() -> Isa {
 pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+        #[target_feature(enable = "avx2,fma,f16c,bmi1,bmi2")]
         fn avx2<R>(f: impl FnOnce() -> R) -> R {
             f()
         }
-        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,f16c,bmi1,bmi2")]
         fn avx512<R>(f: impl FnOnce() -> R) -> R {
             f()
         }
@@ -246,11 +248,11 @@ pub fn run_on<K: Kernel>(wanted: Isa, kernel: K) -> K::Output {
 unsafe fn run_unchecked<K: Kernel>(isa: Isa, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+        #[target_feature(enable = "avx2,fma,f16c,bmi1,bmi2")]
         fn avx2<K: Kernel>(kernel: K) -> K::Output {
             kernel.run::<Fused<EightSingle>>()
         }
-        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2")]
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,f16c,bmi1,bmi2")]
         fn avx512<K: Kernel>(kernel: K) -> K::Output {
             kernel.run::<Fused<Sixteen>>()
         }
@@ -411,6 +413,71 @@ mod tests {
         for isa in Isa::available() {
             let y = run_on(isa, Narrow(&x));
             assert!(y.iter().zip(&x).all(|(y, x)| *y == *x as f32), "{isa:?}");
+        }
+    }
+
+    /// Division, root, smaller, truncation, choice and halves, of as many numbers as a register holds.
+    struct SingleOnly<'a>(&'a [f32], &'a [u16]);
+
+    impl Kernel for SingleOnly<'_> {
+        type Output = Vec<Vec<f32>>;
+        #[inline(always)]
+        fn run<A: Arch>(self) -> Vec<Vec<f32>> {
+            let mut out = vec![Vec::new(); 6];
+            for (x, half) in self.0.chunks_exact(A::F32::LANES).zip(self.1.chunks_exact(A::F32::LANES)) {
+                let (v, three) = (A::F32::load(x), A::F32::splat(3.0));
+                let all = [
+                    v.div(three),
+                    v.sqrt(),
+                    v.min(three),
+                    v.truncate(),
+                    v.if_positive(three, v),
+                    A::F32::load_half(half),
+                ];
+                for (to, v) in out.iter_mut().zip(all) {
+                    let mut lanes = [0.0; 16];
+                    v.store(&mut lanes);
+                    to.extend(&lanes[..A::F32::LANES]);
+                }
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn single_precision_is_the_same_on_every_instruction_set() {
+        let mut x: Vec<f32> = (0..32).map(|k| (k as f32 - 7.5) * 1.37).collect();
+        x[3] = f32::NAN;
+        x[9] = 0.0;
+        // Zeros, the least and the largest numbers, and one below normal ones.
+        let mut half: Vec<u16> = (0..32).map(|k| 0x3c00 + 97 * k).collect();
+        half[..8].copy_from_slice(&[0, 0x8000, 1, 0x83ff, 0x0400, 0x7bff, 0xfbff, 0xbc01]);
+        for isa in Isa::available() {
+            let out = run_on(isa, SingleOnly(&x, &half));
+            for (k, x) in x.iter().enumerate() {
+                let want = [
+                    x / 3.0,
+                    x.sqrt(),
+                    if *x < 3.0 { *x } else { 3.0 },
+                    if x.is_nan() { f32::NAN } else { x.trunc() },
+                    if *x > 0.0 { 3.0 } else { *x },
+                ];
+                for (i, want) in want.into_iter().enumerate() {
+                    // What becomes of NaN when truncated is not said.
+                    if !(i == 3 && x.is_nan()) {
+                        let same = out[i][k] == want || (out[i][k].is_nan() && want.is_nan());
+                        assert!(same, "{isa:?} {i} {k}: {} {want}", out[i][k]);
+                    }
+                }
+                let (sign, exponent, digits) = (half[k] >> 15, half[k] >> 10 & 31, f32::from(half[k] & 1023));
+                let size = if exponent == 0 {
+                    digits
+                } else {
+                    (1024.0 + digits) * 2f32.powi(i32::from(exponent) - 1)
+                };
+                let want = if sign == 1 { -size } else { size } * 2f32.powi(-24);
+                assert_eq!(out[5][k], want, "{isa:?} {:#x}", half[k]);
+            }
         }
     }
 

@@ -52,6 +52,21 @@ pub trait Single: Vector<T = f32> {
 
     /// The lanes of `a`, then those of `b`, rounded.
     fn narrow(a: Self::Double, b: Self::Double) -> Self;
+    /// The first lanes of a slice of finite half-precision numbers, as their bits.
+    ///
+    /// # Panics
+    /// If the slice is shorter than a register.
+    fn load_half(x: &[u16]) -> Self;
+    /// self / b.
+    fn div(self, b: Self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// The smaller; `b` where they are equal or either is NaN.
+    fn min(self, b: Self) -> Self;
+    /// Towards zero to a whole number; of numbers below 2^31 in size.
+    fn truncate(self) -> Self;
+    /// Per lane: `yes` where self > 0, `no` elsewhere and where self is NaN.
+    fn if_positive(self, yes: Self, no: Self) -> Self;
 }
 
 /// N lanes without intrinsics: what compilers map to SSE2 and NEON.
@@ -158,8 +173,57 @@ impl<const FUSED: bool> Double for Plain<f64, 2, FUSED> {
     }
 }
 
+/// A finite number of half precision: its exponent is off by 112.
+#[inline(always)]
+fn single(bits: u16) -> f32 {
+    let bits = u32::from(bits);
+    let size = f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits((127 + 112) << 23);
+    f32::from_bits(size.to_bits() | (bits & 0x8000) << 16)
+}
+
 impl<const FUSED: bool> Single for Plain<f32, 4, FUSED> {
     type Double = Plain<f64, 2, FUSED>;
+
+    #[inline(always)]
+    fn load_half(x: &[u16]) -> Self {
+        let x = &x[..4];
+        Self([single(x[0]), single(x[1]), single(x[2]), single(x[3])])
+    }
+    #[inline(always)]
+    fn div(mut self, b: Self) -> Self {
+        for k in 0..4 {
+            self.0[k] /= b.0[k];
+        }
+        self
+    }
+    #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        for k in 0..4 {
+            self.0[k] = self.0[k].sqrt();
+        }
+        self
+    }
+    #[inline(always)]
+    fn min(mut self, b: Self) -> Self {
+        for k in 0..4 {
+            self.0[k] = if self.0[k] < b.0[k] { self.0[k] } else { b.0[k] };
+        }
+        self
+    }
+    #[inline(always)]
+    fn truncate(mut self) -> Self {
+        for k in 0..4 {
+            self.0[k] = self.0[k] as i32 as f32;
+        }
+        self
+    }
+    #[inline(always)]
+    fn if_positive(mut self, yes: Self, no: Self) -> Self {
+        for k in 0..4 {
+            self.0[k] = if self.0[k] > 0.0 { yes.0[k] } else { no.0[k] };
+        }
+        self
+    }
 
     #[inline(always)]
     fn narrow(a: Self::Double, b: Self::Double) -> Self {

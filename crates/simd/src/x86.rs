@@ -327,6 +327,41 @@ impl Single for EightSingle {
         // SAFETY: see the type.
         Self(unsafe { _mm256_set_m128(_mm256_cvtpd_ps(b.0), _mm256_cvtpd_ps(a.0)) })
     }
+
+    #[inline(always)]
+    fn load_half(x: &[u16]) -> Self {
+        let x = &x[..Self::LANES];
+        // SAFETY: the numbers are there, checked above; features: see the type.
+        Self(unsafe { _mm256_cvtph_ps(_mm_loadu_si128(x.as_ptr().cast())) })
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_div_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_min_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn truncate(self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvttps_epi32(self.0)) })
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        // SAFETY: see the type.
+        unsafe {
+            let zero = _mm256_setzero_ps();
+            Self(_mm256_blendv_ps(no.0, yes.0, _mm256_cmp_ps::<_CMP_GT_OQ>(self.0, zero)))
+        }
+    }
 }
 
 impl Single for Sixteen {
@@ -339,5 +374,40 @@ impl Single for Sixteen {
             let low = _mm512_castps256_ps512(_mm512_cvtpd_ps(a.0));
             _mm512_insertf32x8::<1>(low, _mm512_cvtpd_ps(b.0))
         })
+    }
+
+    #[inline(always)]
+    fn load_half(x: &[u16]) -> Self {
+        let x = &x[..Self::LANES];
+        // SAFETY: the numbers are there, checked above; features: see the type.
+        Self(unsafe { _mm512_cvtph_ps(_mm256_loadu_si256(x.as_ptr().cast())) })
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_div_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_min_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn truncate(self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe { _mm512_cvtepi32_ps(_mm512_cvttps_epi32(self.0)) })
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        // SAFETY: see the type.
+        unsafe {
+            let zero = _mm512_setzero_ps();
+            Self(_mm512_mask_mov_ps(no.0, _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, zero), yes.0))
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Shading with any reflectance by spherical harmonics, beside the rows of Kautz, Sloan & Snyder 2002, table 1 (Tyra, 100,000
 //! vertices, 2.2 GHz Pentium 4 and Radeon 8500): a million vertices a second on one core, and the times of tables.
-//! `cargo bench -p steradian-techniques --bench sh_brdf`
+//! `cargo bench -p steradian-techniques --bench sh_brdf [-- WORDS]`: rows whose names hold the words, or all.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -51,51 +51,62 @@ fn bake(spec: &str, fix: &str, bands: f64, geometry: &Geometry) -> Box<dyn AnyBa
     technique.bake(&lights::smooth(), &material, Some(geometry), &params, &Task::quiet()).expect("bakes")
 }
 
-fn row(what: &str, seconds: f64, paper: Option<f64>) {
+fn row(what: &str, paper: Option<f64>, seconds: impl FnOnce() -> f64) {
+    if !wanted(what) {
+        return;
+    }
+    let seconds = seconds();
     let rate = VERTICES as f64 / seconds * 1e-6;
     let beside = paper.map_or(String::new(), |p| format!("{p:>8.2} {:>8.0} x", rate / p));
     println!("{what:<58} {rate:>9.1} {beside}");
+}
+
+/// Are rows of this name wanted?
+fn wanted(what: &str) -> bool {
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    words.iter().all(|w| what.contains(w.as_str()))
 }
 
 fn main() {
     let (q, geometry) = vertices();
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
     println!("{:<58} {:>9} {:>8}", "one core, 102,400 vertices", "Mvertex/s", "KSS02");
+    let mut shade = |spec: &str, fix: &str, bands: f64| {
+        let b = bake(spec, fix, bands, &geometry);
+        best(|| b.shade(&q.as_points(), black_box(&mut Radiance::of(&mut rgb))))
+    };
     for (bands, paper) in [(3.0, None), (4.0, None), (5.0, Some(0.262)), (6.0, None), (10.0, None)] {
-        let b = bake(SPEC, "nothing", bands, &geometry);
-        let s = best(|| b.shade(&q.as_points(), black_box(&mut Radiance::of(&mut rgb))));
-        row(&format!("view and light free, one channel, {bands} bands"), s, paper);
+        let what = format!("view and light free, one channel, {bands} bands");
+        row(&what, paper, || shade(SPEC, "nothing", bands));
     }
-    let b = bake(COLOURED, "nothing", 5.0, &geometry);
-    let s = best(|| b.shade(&q.as_points(), black_box(&mut Radiance::of(&mut rgb))));
-    row("view and light free, three channels, 5 bands", s, Some(0.262));
-    let b = bake(SPEC, "light", 5.0, &geometry);
-    let s = best(|| b.shade(&q.as_points(), black_box(&mut Radiance::of(&mut rgb))));
-    row("light fixed, 5 bands", s, Some(0.99));
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-    let mut b = bake(SPEC, "view", 5.0, &geometry);
-    let mut angle = 0.0;
-    let s = one.install(|| {
-        best(|| {
-            angle += 0.1;
-            b.frame(&View {
-                light_rotation: Mat3::from_rotation_y(angle),
-                eye: 5.0 * Vec3::X,
-                ..View::default()
-            });
+    row("view and light free, three channels, 5 bands", Some(0.262), || shade(COLOURED, "nothing", 5.0));
+    row("light fixed, 5 bands", Some(0.99), || shade(SPEC, "light", 5.0));
+    row("view fixed, light turned, 5 bands", Some(7.15), || {
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        let mut b = bake(SPEC, "view", 5.0, &geometry);
+        let mut angle = 0.0;
+        one.install(|| {
+            best(|| {
+                angle += 0.1;
+                b.frame(&View {
+                    light_rotation: Mat3::from_rotation_y(angle),
+                    eye: 5.0 * Vec3::X,
+                    ..View::default()
+                });
+            })
         })
     });
-    row("view fixed, light turned, 5 bands", s, Some(7.15));
 
     println!("\n{:<58} {:>9}", "tables of 25 coefficients, 128 x 128, all cores", "s");
-    for spec in [
+    let specs = [
         SPEC,
         COLOURED,
         "ggx:alpha=0.1,f0=0.9",
         "ward:ax=0.05,ay=0.3,rs=0.5,rd=0.2",
         "sgd:alum-bronze",
         "poulin-fournier:n=20,d=3,h=0.3",
-    ] {
+    ];
+    for spec in specs.into_iter().filter(|s| wanted(s)) {
         let brdf = steradian_brdf::parse(spec).expect("a spec");
         let t = Instant::now();
         black_box(ViewTable::bake(&*brdf, 5, 128, &Task::quiet()).expect("nobody cancels"));

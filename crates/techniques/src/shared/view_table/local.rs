@@ -2,12 +2,12 @@
 //! reflectance looked up at each site and turned to the world.
 
 use super::ViewTable;
-use super::kernel::{Block, LightLanes, MOST, SIDE, Sink, Vectors, frame_angles, gather, read, turned};
+use super::kernel::{Block, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, gather, read, turned};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
 use glam::Vec3;
 use steradian_parallel::prelude::*;
-use steradian_simd::{Arch, Kernel, Vector};
+use steradian_simd::{Arch, Kernel, Single, Vector};
 use steradian_sphere::sh::{Angle, Exchange, turn};
 
 /// Most bands of what is kept per site.
@@ -161,7 +161,7 @@ impl IntoFrames<'_> {
     #[inline(always)]
     fn few<A: Arch, const N: usize>(self) {
         let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
-        let angles = frame_angles(&view(&self.frames.n), &view(&self.frames.t));
+        let angles = frame_angles::<A>(&view(&self.frames.n), &view(&self.frames.t));
         let minus = A::F32::splat(-1.0);
         let mut lane = 0;
         while lane < SIDE {
@@ -258,19 +258,18 @@ impl Kernel for Local<'_, '_, '_> {
 
 /// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v) b.
 #[inline(always)]
-fn carried(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
+fn carried<A: Arch>(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
     let mut out: Vectors = [[0.0; SIDE]; 3];
-    for i in 0..SIDE {
-        let (mut ab, mut av, mut bv) = (0.0f32, 0.0f32, 0.0f32);
-        for k in 0..3 {
-            ab += a[k][i] * b[k][i];
-            av += a[k][i] * v[k][i];
-            bv += b[k][i] * v[k][i];
-        }
-        let s = (av + bv) / (1.0 + ab).max(1e-6);
-        for k in 0..3 {
-            out[k][i] = v[k][i] - s * (a[k][i] + b[k][i]) + 2.0 * av * b[k][i];
-        }
+    let (zero, one) = (A::F32::splat(0.0), A::F32::splat(1.0));
+    let mut lane = 0;
+    while lane < SIDE {
+        let [a, b, v] = [Xyz::<A::F32>::load(a, lane), Xyz::load(b, lane), Xyz::load(v, lane)];
+        let av = a.dot(v);
+        let size = one.add(a.dot(b));
+        let size = size.sub(A::F32::splat(1e-6)).if_positive(size, A::F32::splat(1e-6));
+        let s = av.add(b.dot(v)).div(size);
+        v.plus(zero.sub(s), a).plus(av.add(av).sub(s), b).store(&mut out, lane);
+        lane += A::F32::LANES;
     }
     out
 }
@@ -291,7 +290,7 @@ fn one<A: Arch>(
             (0..SIDE).for_each(|i| to[k][i] = v[k][site[i]]);
         }
     }
-    let b = Block::new(table, &at[0], &at[1], &carried(n, &at[0], wo));
+    let b = Block::new::<A>(table, &at[0], &at[1], &carried::<A>(n, &at[0], wo));
     let lanes = A::F32::LANES;
     let mut row = [0.0f32; 48];
     let row = &mut row[..table.stride];
@@ -404,7 +403,7 @@ impl Kernel for Towards<'_> {
             let scale = 1.0 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt().max(1e-30);
             (0..3).for_each(|k| wo[k][i] = scale * d[k]);
         }
-        let b = Block::new(self.table, &view(&self.frames.n), &view(&self.frames.t), &wo);
+        let b = Block::new::<A>(self.table, &view(&self.frames.n), &view(&self.frames.t), &wo);
         self.facing.copy_from_slice(b.facing());
         turned::<A>(self.table, self.exchange, &b, &mut Keep(self.to));
     }
