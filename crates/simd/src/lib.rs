@@ -496,12 +496,14 @@ mod tests {
                         v[k] = A::$register::load(&self.0[k * lanes..]);
                     }
                     let other = v[0].fnma(v[1], v[0].sub(v[1]));
+                    let sums = A::$register::lane_sums(&mut v.clone()[..lanes]);
                     A::$register::transpose(&mut v[..lanes]);
                     let all = A::$register::view(self.0);
                     for k in 0..lanes {
                         all[k] = v[k];
                     }
                     all[lanes] = other;
+                    all[lanes + 1] = sums;
                     lanes
                 }
             }
@@ -514,7 +516,7 @@ mod tests {
     #[test]
     fn squares_are_transposed() {
         #[repr(align(64))]
-        struct Aligned<T>([T; 272]);
+        struct Aligned<T>([T; 288]);
         for isa in Isa::available() {
             let mut single = Aligned(std::array::from_fn(|k| k as f32));
             let mut double = Aligned(std::array::from_fn(|k| k as f64));
@@ -527,6 +529,10 @@ mod tests {
             }
             for i in 0..m {
                 assert_eq!(double.0[m * m + i], -(m as f64) - (i * (m + i)) as f64);
+                assert_eq!(double.0[m * (m + 1) + i], (m * (m * i) + m * (m - 1) / 2) as f64);
+            }
+            for i in 0..n {
+                assert_eq!(single.0[n * (n + 1) + i], (n * (n * i) + n * (n - 1) / 2) as f32, "{isa:?}");
             }
         }
     }

@@ -35,6 +35,11 @@ pub trait Vector: Copy {
     fn fnma(self, b: Self, c: Self) -> Self;
     /// Lane k of vector i becomes lane i of vector k; as many vectors as lanes.
     fn transpose(v: &mut [Self]);
+    /// Lane k is the sum over the lanes of vector k; as many vectors as lanes, which are overwritten.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    fn lane_sums(v: &mut [Self]) -> Self;
     /// The sum over the lanes of each of twelve vectors, added to `sums`, which starts with twelve numbers.
     fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]);
 }
@@ -145,6 +150,15 @@ macro_rules! plain {
                         if FUSED { self.0[k].mul_add(b.0[k], c.0[k]) } else { self.0[k] * b.0[k] + c.0[k] };
                 }
                 self
+            }
+            #[inline(always)]
+            fn lane_sums(v: &mut [Self]) -> Self {
+                Self::transpose(v);
+                let mut sum = v[0];
+                for k in 1..$n {
+                    sum = sum.add(v[k]);
+                }
+                sum
             }
             #[inline(always)]
             fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {

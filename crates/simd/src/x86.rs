@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 macro_rules! register {
     ($doc:literal, $name:ident, $t:ty, $reg:ty, $lanes:literal, $registers:literal,
      $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $fma:ident, $fnma:ident,
-     $transpose:path, $sums:path) => {
+     $transpose:path, $lane_sums:path, $sums:path) => {
         #[doc = $doc]
         /// Only [`crate::run`] names it, after detection of the instruction set, which is what makes the calls
         /// of intrinsics sound.
@@ -72,6 +72,10 @@ macro_rules! register {
                 $transpose(v)
             }
             #[inline(always)]
+            fn lane_sums(v: &mut [Self]) -> Self {
+                $lane_sums(v)
+            }
+            #[inline(always)]
             fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
                 for c in [0, 4, 8] {
                     let sum = $sums(v[c], v[c + 1], v[c + 2], v[c + 3]);
@@ -98,6 +102,7 @@ register!(
     _mm256_fmadd_pd,
     _mm256_fnmadd_pd,
     Four::across,
+    Four::lane_sums,
     Four::sums
 );
 register!(
@@ -116,6 +121,7 @@ register!(
     _mm256_fmadd_ps,
     _mm256_fnmadd_ps,
     EightSingle::across,
+    EightSingle::lane_sums,
     EightSingle::sums
 );
 register!(
@@ -134,6 +140,7 @@ register!(
     _mm512_fmadd_pd,
     _mm512_fnmadd_pd,
     Eight::across,
+    Eight::lane_sums,
     Eight::sums
 );
 register!(
@@ -152,8 +159,28 @@ register!(
     _mm512_fmadd_ps,
     _mm512_fnmadd_ps,
     Sixteen::across,
+    Sixteen::lane_sums,
     Sixteen::sums
 );
+
+/// Sums by way of [`Vector::transpose`].
+macro_rules! transposed_sums {
+    ($($name:ident),*) => {$(
+        impl $name {
+            #[inline(always)]
+            fn lane_sums(v: &mut [Self]) -> Self {
+                Self::across(v);
+                let mut sum = v[0];
+                for k in 1..Self::LANES {
+                    sum = sum.add(v[k]);
+                }
+                sum
+            }
+        }
+    )*};
+}
+
+transposed_sums!(Four, Eight);
 
 impl Four {
     #[inline(always)]
@@ -182,6 +209,22 @@ impl Four {
 }
 
 impl EightSingle {
+    /// In each half the sums over its lanes of a, b, c and d.
+    #[inline(always)]
+    fn quarter(v: &[Self]) -> __m256 {
+        // SAFETY: see the type.
+        unsafe { _mm256_hadd_ps(_mm256_hadd_ps(v[0].0, v[1].0), _mm256_hadd_ps(v[2].0, v[3].0)) }
+    }
+
+    #[inline(always)]
+    fn lane_sums(v: &mut [Self]) -> Self {
+        let (a, b) = (Self::quarter(v), Self::quarter(&v[4..]));
+        // SAFETY: see the type.
+        Self(unsafe {
+            _mm256_add_ps(_mm256_permute2f128_ps::<0x20>(a, b), _mm256_permute2f128_ps::<0x31>(a, b))
+        })
+    }
+
     #[inline(always)]
     fn across(v: &mut [Self]) {
         // SAFETY: see the type.
@@ -262,6 +305,31 @@ impl Eight {
 }
 
 impl Sixteen {
+    /// In each quarter the sums over its lanes of a, b, c and d.
+    #[inline(always)]
+    fn quarter(v: &[Self]) -> __m512 {
+        // SAFETY: see the type.
+        unsafe {
+            let pair =
+                |a: __m512, b: __m512| _mm512_add_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let (ab, cd) = (pair(v[0].0, v[1].0), pair(v[2].0, v[3].0));
+            _mm512_add_ps(_mm512_shuffle_ps::<0x44>(ab, cd), _mm512_shuffle_ps::<0xee>(ab, cd))
+        }
+    }
+
+    #[inline(always)]
+    fn lane_sums(v: &mut [Self]) -> Self {
+        let [a, b, c, d] =
+            [Self::quarter(v), Self::quarter(&v[4..]), Self::quarter(&v[8..]), Self::quarter(&v[12..])];
+        // SAFETY: see the type.
+        unsafe {
+            let halve = |a: __m512, b: __m512| {
+                _mm512_add_ps(_mm512_shuffle_f32x4::<0x88>(a, b), _mm512_shuffle_f32x4::<0xdd>(a, b))
+            };
+            Self(halve(halve(a, b), halve(c, d)))
+        }
+    }
+
     #[inline(always)]
     fn across(v: &mut [Self]) {
         // SAFETY: see the type.

@@ -43,8 +43,9 @@ fn vertices() -> (PointsBuf, Geometry) {
     (q, Geometry::new(Arc::new(shapes::icosphere(1)), Sites::Points { p, n }))
 }
 
-fn bake(spec: &str, fix: &str, bands: f64, geometry: &Geometry) -> Box<dyn AnyBake> {
-    let mut params: ParamValues = [("bands", bands), ("lights", 0.0)].into_iter().collect();
+fn bake(spec: &str, fix: &str, halves: bool, bands: f64, geometry: &Geometry) -> Box<dyn AnyBake> {
+    let half = f64::from(u8::from(halves));
+    let mut params: ParamValues = [("bands", bands), ("lights", 0.0), ("halves", half)].into_iter().collect();
     params.0.insert("fix".into(), fix.into());
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
     let technique = find("sh_brdf").expect("a technique");
@@ -71,19 +72,22 @@ fn main() {
     let (q, geometry) = vertices();
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
     println!("{:<58} {:>9} {:>8}", "one core, 102,400 vertices", "Mvertex/s", "KSS02");
-    let mut shade = |spec: &str, fix: &str, bands: f64| {
-        let b = bake(spec, fix, bands, &geometry);
+    let mut shade = |spec: &str, fix: &str, halves: bool, bands: f64| {
+        let b = bake(spec, fix, halves, bands, &geometry);
         best(|| b.shade(&q.as_points(), black_box(&mut Radiance::of(&mut rgb))))
     };
     for (bands, paper) in [(3.0, None), (4.0, None), (5.0, Some(0.262)), (6.0, None), (10.0, None)] {
         let what = format!("view and light free, one channel, {bands} bands");
-        row(&what, paper, || shade(SPEC, "nothing", bands));
+        row(&what, paper, || shade(SPEC, "nothing", false, bands));
     }
-    row("view and light free, three channels, 5 bands", Some(0.262), || shade(COLOURED, "nothing", 5.0));
-    row("light fixed, 5 bands", Some(0.99), || shade(SPEC, "light", 5.0));
+    row("view and light free, three channels, 5 bands", Some(0.262), || {
+        shade(COLOURED, "nothing", false, 5.0)
+    });
+    row("light fixed, 5 bands", Some(0.99), || shade(SPEC, "light", false, 5.0));
+    row("light fixed, 5 bands, 16-bit floats", Some(0.99), || shade(SPEC, "light", true, 5.0));
     row("view fixed, light turned, 5 bands", Some(7.15), || {
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-        let mut b = bake(SPEC, "view", 5.0, &geometry);
+        let mut b = bake(SPEC, "view", false, 5.0, &geometry);
         let mut angle = 0.0;
         one.install(|| {
             best(|| {

@@ -26,10 +26,11 @@ impl Frame {
         let light = LightLanes::new(&b.material.table, &turned);
         let l = light.coefficients();
         let n = l.len();
-        self.local = LocalLight::of(b.transfer.frames.len(), n, |site, to| {
+        let local = LocalLight::of(b.transfer.frames.len(), n, |site, to| {
             let Some(m) = b.transfer.all.at(site as u32).filter(|m| m.len() == n * n) else { return };
             steradian_simd::dispatch(|| multiply(m, l, to));
         });
+        self.local = if b.params.halves { local.halved() } else { local };
     }
 }
 
@@ -64,7 +65,7 @@ pub(super) fn gpu(b: &Bake<PrtBrdf>, f: &Frame) -> GpuTechnique {
         buffers: vec![
             view_table::views_buffer(table, b.params.halves),
             Buffer::new("frames", 6, b.transfer.frames.numbers()),
-            Buffer::new("light", 3 * n, f.local.numbers().to_vec()),
+            Buffer::new("light", 3 * n, f.local.numbers()),
         ],
     }
 }

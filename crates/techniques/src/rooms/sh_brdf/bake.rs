@@ -29,7 +29,7 @@ params! {
         /// What stands still.
         pub fix: usize = ParamInfo::choice("fix", &FIX, "what stands still: light, which vertices of a mesh then keep in their frames, or view, for which they keep their reflectance; 3 to 6 bands"),
         /// 16-bit table.
-        pub halves: bool = ParamInfo::switch("halves", false, "a table of 16-bit floats"),
+        pub halves: bool = ParamInfo::switch("halves", false, "a table, and a fixed light at sites, of 16-bit floats"),
     }
 }
 

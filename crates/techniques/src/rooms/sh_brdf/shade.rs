@@ -47,7 +47,10 @@ impl Frame {
         let (Some(light), frames) = (&self.light, &*b.transfer) else { return };
         match b.params.fix() {
             Fix::Nothing => {}
-            Fix::Light if turned => self.kept = Kept::Light(Arc::new(LocalLight::turned(frames, light))),
+            Fix::Light if turned => {
+                let local = LocalLight::turned(frames, light);
+                self.kept = Kept::Light(Arc::new(if b.params.halves { local.halved() } else { local }));
+            }
             Fix::Light => {}
             Fix::View => {
                 let (views, mut radiance) = match std::mem::take(&mut self.kept) {
@@ -101,7 +104,7 @@ pub(super) fn gpu(b: &Bake<ShBrdf>, f: &Frame) -> GpuTechnique {
         Kept::Nothing => (view_table::modules(table), Entry::PLAIN, vec![views()]),
         Kept::Light(local) => {
             let frames = Buffer::new("frames", 6, b.transfer.numbers());
-            let light = Buffer::new("light", 3 * n, local.numbers().to_vec());
+            let light = Buffer::new("light", 3 * n, local.numbers());
             (view_table::local_modules(table), Entry::SITE, vec![views(), frames, light])
         }
         Kept::View { views, .. } => {

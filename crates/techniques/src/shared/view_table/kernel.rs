@@ -264,27 +264,42 @@ impl Block {
     }
 }
 
-/// The coefficients of channel `c` at one point, P numbers.
-#[inline(always)]
-pub(super) fn gather<A: Arch>(table: &ViewTable, b: &Block, i: usize, c: usize, to: &mut [f32]) {
-    let texel = table.channels * table.stride;
-    let (len, from) = (to.len(), b.at[i] + c * table.stride);
-    let (near, far) = (&table.data[from..], &table.data[from + table.size * texel..]);
-    let rows = [&near[..len], &near[texel..texel + len], &far[..len], &far[texel..texel + len]];
-    let w = [
-        A::F32::splat(b.weights[0][i]),
-        A::F32::splat(b.weights[1][i]),
-        A::F32::splat(b.weights[2][i]),
-        A::F32::splat(b.weights[3][i]),
-    ];
-    let mut at = 0;
-    while at < len {
-        let mut sum = A::F32::load(&rows[0][at..]).mul(w[0]);
-        for k in 1..4 {
-            sum = A::F32::load(&rows[k][at..]).fma(w[k], sum);
+/// The four texels around one point's view: P numbers of each.
+pub(super) struct Corners<'a, V, const P: usize> {
+    rows: [&'a [f32; P]; 4],
+    weights: [V; 4],
+}
+
+impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
+    /// Of point `i`, from number `first` of a texel.
+    ///
+    /// # Panics
+    /// If the table ends before.
+    #[inline(always)]
+    pub(super) fn at(table: &'a ViewTable, b: &Block, i: usize, first: usize) -> Self {
+        let texel = table.channels * table.stride;
+        let from = b.at[i] + first;
+        let (near, far) = (&table.data[from..], &table.data[from + table.size * texel..]);
+        let row = |r: &'a [f32]| r.first_chunk::<P>().expect("rows are of this length");
+        Self {
+            rows: [row(near), row(&near[texel..]), row(far), row(&far[texel..])],
+            weights: [
+                V::splat(b.weights[0][i]),
+                V::splat(b.weights[1][i]),
+                V::splat(b.weights[2][i]),
+                V::splat(b.weights[3][i]),
+            ],
         }
-        sum.store(&mut to[at..]);
-        at += A::F32::LANES;
+    }
+
+    /// A register of coefficients from the `j`-th.
+    #[inline(always)]
+    pub(super) fn load(&self, j: usize) -> V {
+        let mut sum = V::load(&self.rows[0][j..]).mul(self.weights[0]);
+        for k in 1..4 {
+            sum = V::load(&self.rows[k][j..]).fma(self.weights[k], sum);
+        }
+        sum
     }
 }
 
@@ -311,8 +326,13 @@ pub(super) fn turned<A: Arch>(table: &ViewTable, exchange: &Exchange, b: &Block,
 fn few<A: Arch, const N: usize, const P: usize>(table: &ViewTable, b: &Block, to: &mut impl Sink) {
     let mut rows = [[0.0f32; P]; SIDE];
     for c in 0..table.channels {
-        for (i, row) in rows.iter_mut().enumerate() {
-            gather::<A>(table, b, i, c, row);
+        for i in 0..SIDE {
+            let corners = Corners::<A::F32, P>::at(table, b, i, c * table.stride);
+            let mut at = 0;
+            while at < P {
+                corners.load(at).store(&mut rows[i][at..]);
+                at += A::F32::LANES;
+            }
         }
         let mut lane = 0;
         while lane < SIDE {
@@ -351,8 +371,16 @@ fn many<A: Arch>(table: &ViewTable, exchange: &Exchange, b: &Block, to: &mut imp
     let mut rows = [[0.0f32; MOST]; SIDE];
     let (mut f, mut scratch) = ([A::F32::splat(0.0); MOST], [A::F32::splat(0.0); MOST]);
     for c in 0..table.channels {
-        for (i, row) in rows.iter_mut().enumerate() {
-            gather::<A>(table, b, i, c, &mut row[..table.stride]);
+        for i in 0..SIDE {
+            // Rows of the table are filled up to multiples of sixteen.
+            for first in (0..table.stride).step_by(16) {
+                let corners = Corners::<A::F32, 16>::at(table, b, i, c * table.stride + first);
+                let mut at = 0;
+                while at < 16 {
+                    corners.load(at).store(&mut rows[i][first + at..]);
+                    at += A::F32::LANES;
+                }
+            }
         }
         let mut lane = 0;
         while lane < SIDE {

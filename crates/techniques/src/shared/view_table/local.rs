@@ -2,7 +2,7 @@
 //! reflectance looked up at each site and turned to the world.
 
 use super::ViewTable;
-use super::kernel::{Block, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, gather, read, turned};
+use super::kernel::{Block, Corners, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
 use glam::Vec3;
@@ -90,47 +90,94 @@ impl Part for SiteFrames {
     }
 }
 
+/// Numbers of site after site, with some zeros more, so that whole registers can be read.
+#[derive(Debug, Clone, PartialEq)]
+enum Rows {
+    Single(Vec<f32>),
+    /// Bits of 16-bit floats, and what they are multiplied with.
+    Half(Vec<u16>, f32),
+}
+
 /// Light in the frame of each site: site after site, then channel, then coefficient.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LocalLight {
     /// Coefficients of a channel.
     count: usize,
-    /// Three channels a site, and some zeros more, so that whole registers can be read.
-    data: Vec<f32>,
+    rows: Rows,
+}
+
+impl Default for LocalLight {
+    fn default() -> Self {
+        Self { count: 0, rows: Rows::Single(Vec::new()) }
+    }
 }
 
 impl LocalLight {
     /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of `light`, six at most.
     pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
         let count = light.coefficients().len();
-        let mut out = Self::zero(frames.len(), count);
+        let mut data = vec![0.0; 3 * count * frames.len() + MOST];
         let (len, c) = (3 * count, light.coefficients());
-        let sites = &mut out.data[..len * frames.len()];
+        let sites = &mut data[..len * frames.len()];
         sites.par_chunks_mut(len * SIDE).enumerate().for_each(|(k, to)| {
             steradian_simd::run(IntoFrames { frames, first: SIDE * k, c, to });
         });
-        out
+        Self { count, rows: Rows::Single(data) }
     }
 
     /// Light of each site by `fill`, which writes its three channels.
     pub fn of(sites: usize, count: usize, fill: impl Fn(usize, &mut [f32]) + Sync) -> Self {
-        let mut out = Self::zero(sites, count);
-        let all = &mut out.data[..3 * count * sites];
+        let mut data = vec![0.0; 3 * count * sites + MOST];
+        let all = &mut data[..3 * count * sites];
         all.par_chunks_mut(3 * count).enumerate().for_each(|(k, to)| fill(k, to));
-        out
+        Self { count, rows: Rows::Single(data) }
     }
 
-    fn zero(sites: usize, count: usize) -> Self {
-        Self { count, data: vec![0.0; sites * 3 * count + MOST] }
+    /// With 16-bit floats, which are off by 2^-11 of a number or 2^-25 of the largest.
+    #[must_use]
+    pub fn halved(self) -> Self {
+        let Rows::Single(data) = self.rows else { return self };
+        let largest = data.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let half = |x: &f32| half::f16::from_f32(x / scale).to_bits();
+        Self { count: self.count, rows: Rows::Half(data.par_iter().map(half).collect(), scale) }
     }
 
     /// The numbers, site after site.
-    pub fn numbers(&self) -> &[f32] {
-        &self.data[..self.data.len().saturating_sub(MOST)]
+    pub fn numbers(&self) -> Vec<f32> {
+        let mut all = match &self.rows {
+            Rows::Single(v) => v.clone(),
+            Rows::Half(v, scale) => v.iter().map(|x| scale * half::f16::from_bits(*x).to_f32()).collect(),
+        };
+        all.truncate(all.len().saturating_sub(MOST));
+        all
     }
 
     fn sites(&self) -> usize {
-        self.numbers().len() / (3 * self.count).max(1)
+        let len = match &self.rows {
+            Rows::Single(v) => v.len(),
+            Rows::Half(v, _) => v.len(),
+        };
+        len.saturating_sub(MOST) / (3 * self.count).max(1)
+    }
+}
+
+/// What rows of light are made of.
+trait Number: Copy {
+    fn load<V: Single>(x: &[Self]) -> V;
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn load<V: Single>(x: &[f32]) -> V {
+        V::load(x)
+    }
+}
+
+impl Number for u16 {
+    #[inline(always)]
+    fn load<V: Single>(x: &[u16]) -> V {
+        V::load_half(x)
     }
 }
 
@@ -208,47 +255,72 @@ pub fn shade_local(
         && light.sites() == frames.len()
         && !frames.is_empty();
     if known {
-        steradian_simd::run(Local { table, frames, light, q, out });
+        let count = light.count;
+        match &light.rows {
+            Rows::Single(data) => {
+                steradian_simd::run(Local { table, frames, data, count, scale: 1.0, q, out });
+            }
+            Rows::Half(data, scale) => {
+                steradian_simd::run(Local { table, frames, data, count, scale: *scale, q, out });
+            }
+        }
     }
 }
 
-struct Local<'a, 'b, 'c> {
+struct Local<'a, 'b, 'c, N> {
     table: &'a ViewTable,
     frames: &'a SiteFrames,
-    light: &'a LocalLight,
+    data: &'a [N],
+    count: usize,
+    scale: f32,
     q: &'a Points<'b>,
     out: &'a mut Radiance<'c>,
 }
 
-impl Kernel for Local<'_, '_, '_> {
+impl<N: Number> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let Self { table, frames, light, q, out } = self;
+        let Self { table, frames, data, count, scale, q, out } = self;
         let len = q.len();
+        let last = frames.len() - 1;
         let mut first = 0;
         while first < len {
-            let [n, wo] = [q.n, q.wo].map(|v| read(v, first, len));
+            let (n, wo) = (read(q.n, first, len), read(q.wo, first, len));
+            let mut weights = [[0.0f32; SIDE]; 3];
+            for i in 0..SIDE {
+                let k = (first + i).min(len - 1);
+                let (u, v) = (q.site.weight[0][k], q.site.weight[1][k]);
+                weights[0][i] = 1.0 - u - v;
+                weights[1][i] = u;
+                weights[2][i] = v;
+            }
             let mut radiance = [[0.0f32; SIDE]; 3];
             for corner in 0..3 {
-                let (mut site, mut weight) = ([0usize; SIDE], [0.0f32; SIDE]);
+                let (index, weight) = (q.site.index[corner], &mut weights[corner]);
+                let (mut site, mut any) = ([0usize; SIDE], false);
                 for i in 0..SIDE {
-                    let k = (first + i).min(len - 1);
-                    let [u, v] = q.site.weight.map(|w| w[k]);
-                    let s = q.site.index[corner][k] as usize;
+                    let s = index[(first + i).min(len - 1)] as usize;
                     // Sites beyond the end have no light.
-                    weight[i] = if s < frames.len() { [1.0 - u - v, u, v][corner] } else { 0.0 };
-                    site[i] = s.min(frames.len() - 1);
+                    weight[i] = if s <= last { weight[i] } else { 0.0 };
+                    any |= weight[i] != 0.0;
+                    site[i] = s.min(last);
                 }
-                if weight.iter().any(|w| *w != 0.0) {
-                    one::<A>(table, frames, light, (&site, &weight), [&n, &wo], &mut radiance);
+                if any {
+                    let place = (&site, &*weight);
+                    match table.stride {
+                        16 => one::<A, N, 16>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        32 => one::<A, N, 32>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        48 => one::<A, N, 48>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        _ => {}
+                    }
                 }
             }
             for i in 0..SIDE.min(len - first) {
                 let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i] > 0.0;
-                for (plane, r) in out.rgb.iter_mut().zip(&radiance) {
-                    plane[first + i] = if facing { r[i] } else { 0.0 };
+                for k in 0..3 {
+                    out.rgb[k][first + i] = if facing { scale * radiance[k][i] } else { 0.0 };
                 }
             }
             first += SIDE;
@@ -274,60 +346,69 @@ fn carried<A: Arch>(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
     out
 }
 
-/// Adds the radiance of one corner of each of sixteen points.
+/// Adds the radiance of one corner of each of sixteen points; rows of the table have P numbers.
 #[inline(always)]
-fn one<A: Arch>(
+fn one<A: Arch, N: Number, const P: usize>(
     table: &ViewTable,
     frames: &SiteFrames,
-    light: &LocalLight,
+    (data, count): (&[N], usize),
     (site, weight): (&[usize; SIDE], &[f32; SIDE]),
     [n, wo]: [&Vectors; 2],
     radiance: &mut [[f32; SIDE]; 3],
 ) {
-    let mut at: [Vectors; 2] = [[[0.0; SIDE]; 3]; 2];
-    for (to, v) in at.iter_mut().zip([&frames.n, &frames.t]) {
+    let (mut own, mut along) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
+    for i in 0..SIDE {
         for k in 0..3 {
-            (0..SIDE).for_each(|i| to[k][i] = v[k][site[i]]);
+            own[k][i] = frames.n[k][site[i]];
+            along[k][i] = frames.t[k][site[i]];
         }
     }
-    let b = Block::new::<A>(table, &at[0], &at[1], &carried::<A>(n, &at[0], wo));
+    let block = Block::new::<A>(table, &own, &along, &carried::<A>(n, &own, wo));
     let lanes = A::F32::LANES;
-    let mut row = [0.0f32; 48];
-    let row = &mut row[..table.stride];
     // Partial sums by channel and point.
     let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
     for i in 0..SIDE {
-        for c in 0..table.channels {
-            gather::<A>(table, &b, i, c, row);
-            let channels = if table.channels == 1 { 0..3 } else { c..c + 1 };
-            for k in channels {
-                // Beyond the coefficients the row is zero.
-                let l = &light.data[site[i] * 3 * light.count + k * light.count..][..table.stride];
+        let first = site[i] * 3 * count;
+        let row = |c: usize| data[first + c * count..].first_chunk::<P>();
+        let [Some(r), Some(g), Some(b)] = [row(0), row(1), row(2)] else { continue };
+        let rows = [r, g, b];
+        // Beyond the coefficients the view's are zero.
+        if table.channels == 1 {
+            let view = Corners::<A::F32, P>::at(table, &block, i, 0);
+            let mut sum = [A::F32::splat(0.0); 3];
+            let mut j = 0;
+            while j < P {
+                let f = view.load(j);
+                sum[0] = f.fma(N::load(&rows[0][j..]), sum[0]);
+                sum[1] = f.fma(N::load(&rows[1][j..]), sum[1]);
+                sum[2] = f.fma(N::load(&rows[2][j..]), sum[2]);
+                j += lanes;
+            }
+            for k in 0..3 {
+                parts[k][i] = sum[k];
+            }
+        } else {
+            for c in 0..3 {
+                let view = Corners::<A::F32, P>::at(table, &block, i, c * P);
                 let mut sum = A::F32::splat(0.0);
                 let mut j = 0;
-                while j < row.len() {
-                    sum = A::F32::load(&row[j..]).fma(A::F32::load(&l[j..]), sum);
+                while j < P {
+                    sum = view.load(j).fma(N::load(&rows[c][j..]), sum);
                     j += lanes;
                 }
-                parts[k][i] = sum;
+                parts[c][i] = sum;
             }
         }
     }
-    for (parts, radiance) in parts.iter_mut().zip(radiance) {
+    for k in 0..3 {
         let mut sums = [0.0f32; SIDE];
         let mut lane = 0;
         while lane < SIDE {
-            let tile = &mut parts[lane..lane + lanes];
-            A::F32::transpose(tile);
-            let mut sum = tile[0];
-            for t in &tile[1..] {
-                sum = sum.add(*t);
-            }
-            sum.store(&mut sums[lane..]);
+            A::F32::lane_sums(&mut parts[k][lane..lane + lanes]).store(&mut sums[lane..]);
             lane += lanes;
         }
         for i in 0..SIDE {
-            radiance[i] += weight[i] * sums[i];
+            radiance[k][i] += weight[i] * sums[i];
         }
     }
 }
