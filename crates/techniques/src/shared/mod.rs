@@ -8,6 +8,7 @@ pub mod chain;
 pub mod clustered;
 pub mod distant;
 pub mod exact;
+pub mod glossy;
 pub mod harmonics;
 pub mod kernels;
 pub mod light_rotation;

@@ -46,6 +46,20 @@ impl PhongLobe {
         )
     }
 
+    /// The same without k_l.
+    pub fn plain_wgsl(bands: usize) -> String {
+        format!(
+            "{}fn lobe(r: vec3<f32>) -> array<f32, {}> {{\n    return harmonics(r);\n}}\n",
+            harmonics::wgsl(bands - 1),
+            bands * bands
+        )
+    }
+
+    /// Does a file hold one?
+    pub fn is_kept(from: &TensorFile, prefix: &str) -> bool {
+        from.tensors.contains_key(&format!("{prefix}.phong"))
+    }
+
     /// k_l without the factor, l = 0 … order.
     pub fn kernel(&self, order: usize) -> Vec<f64> {
         zonal::phong(order, self.n)

@@ -68,6 +68,16 @@ impl ShLight {
         turned(&self.reflected, bands, rotation, factor)
     }
 
+    /// Mean square over all frames of a coefficient of what arrives straight, per channel and band up to [`ORDER`].
+    pub fn mean_squares(&self) -> [Vec<f64>; 3] {
+        let mut out: [Vec<f64>; 3] = Default::default();
+        for (out, c) in out.iter_mut().zip(&self.direct.c) {
+            let band = |l: usize| c[l * l..(l + 1) * (l + 1)].iter().map(|x| x * x).sum::<f64>();
+            out.extend((0..=ORDER).map(|l| band(l) / (2 * l + 1) as f64));
+        }
+        out
+    }
+
     /// What the first bands leave out of the convolution with a zonal kernel of coefficients `k` (up to [`ORDER`]) where
     /// nothing is blocked, by Parseval: √(Σ_{l ≥ bands} k_l² |L_l|² / Σ k_l² |L_l|²).
     pub fn left_out(&self, k: &[f64], bands: usize) -> f64 {

@@ -3,44 +3,42 @@
 use super::ClusteredPca;
 use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::clustered::{ClusterVectors, Clustered};
-use crate::shared::harmonics::{self, Harmonics};
+use crate::shared::glossy::{Glossy, each};
 use crate::shared::matrices::padded;
-use crate::shared::phong_lobe::PhongLobe;
 use crate::shared::sh_light::ShLight;
-use crate::shared::site_sum;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 
 /// The clusters' matrices times the light of a frame.
 #[derive(Default)]
 pub struct Frame {
-    harmonics: Option<Harmonics>,
-    /// k_l (M_ki L)_i of each matrix, in the order of [`Harmonics`].
+    /// (M_ki L)_i of each matrix, in the order of [`Glossy::order`].
     vectors: Vec<f32>,
 }
 
 impl Frame {
-    pub(super) fn update(&mut self, light: &ShLight, lobe: &PhongLobe, clustered: &Clustered, v: &View) {
+    pub(super) fn update(&mut self, light: &ShLight, m: &Glossy, clustered: &Clustered, v: &View) {
         let basis = clustered.basis();
         let bands = basis.coefficients().isqrt();
-        let light = light.turned(bands, v.light_rotation, lobe.factor);
-        self.harmonics = Some(Harmonics::new(bands - 1, bands - 1));
-        self.vectors.resize(basis.len() * 3 * padded(bands * bands), 0.0);
-        basis.transfer(&light, &lobe.scale(bands), &harmonics::places(bands - 1), &mut self.vectors);
+        let light = light.turned(bands, v.light_rotation, m.factor());
+        let (scale, place) = m.order(bands);
+        self.vectors.resize(basis.len() * each(bands), 0.0);
+        basis.transfer(&light, &scale, &place, &mut self.vectors);
     }
 }
 
-pub(super) fn shade(clustered: &Clustered, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-    let Some(h) = &f.harmonics else { return out.rgb.iter_mut().for_each(|c| c.fill(0.0)) };
-    let each = 3 * padded(h.len());
-    site_sum::at_mirror(h, &ClusterVectors { clustered, vectors: &f.vectors, each }, q, out);
+pub(super) fn shade(b: &Bake<ClusteredPca>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let clustered = &*b.transfer;
+    let bands = clustered.basis().coefficients().isqrt();
+    let vectors = ClusterVectors { clustered, vectors: &f.vectors, each: each(bands) };
+    b.material.shade(bands, &vectors, q, out);
 }
 
 /// What a corner of the triangle sees, for so many coefficients and components.
 fn wgsl(n: usize, components: usize) -> String {
     format!(
-        "// Radiance of a site: its cluster's mean and weighted components, times harmonics y.
-fn at_corner(s: u32, at_mirror: array<f32, {n}>) -> vec3<f32> {{
-    var y = at_mirror;
+        "// Radiance of a site: its cluster's mean and weighted components, times coefficients.
+fn at_corner(s: u32, coefficients: array<f32, {n}>) -> vec3<f32> {{
+    var y = coefficients;
     let k = u32(fetch_weights(s, 0u));
     var sum = vec3<f32>(0.0);
     for (var j = 0u; j <= {components}u; j++) {{
@@ -53,6 +51,11 @@ fn at_corner(s: u32, at_mirror: array<f32, {n}>) -> vec3<f32> {{
     }}
     return sum;
 }}
+// The clusters of the three sites around a point.
+fn transferred(site: Site, y: array<f32, {n}>) -> vec3<f32> {{
+    return site.weight.x * at_corner(site.index.x, y) + site.weight.y * at_corner(site.index.y, y)
+        + site.weight.z * at_corner(site.index.z, y);
+}}
 ",
         row = 3 * n,
     )
@@ -61,26 +64,25 @@ fn at_corner(s: u32, at_mirror: array<f32, {n}>) -> vec3<f32> {{
 pub(super) fn gpu(b: &Bake<ClusteredPca>, f: &Frame) -> GpuTechnique {
     let clustered = &*b.transfer;
     let n = clustered.basis().coefficients();
-    let (stride, place) = (padded(n), harmonics::places(n.isqrt() - 1));
-    // k_l is in the vectors: harmonics alone, coefficient by coefficient.
+    let (stride, (_, place)) = (padded(n), b.material.order(n.isqrt()));
+    // k_l of a lobe is in the vectors.
     let vector = |v: &[f32]| -> Vec<f32> {
         (0..n).flat_map(|i| [0, 1, 2].map(|c| v[c * stride + place[i]])).collect()
     };
     let vectors: Vec<f32> = f.vectors.chunks_exact(3 * stride).flat_map(vector).collect();
     let row = clustered.components() + 1;
+    let (mut modules, mut buffers) = b.material.wgsl(n.isqrt(), false);
+    modules.push(wgsl(n, clustered.components()).into());
+    buffers.extend([
+        Buffer { name: "weights", stride: row, data: Numbers::F16(clustered.sites().to_vec()) },
+        Buffer { name: "clusters", stride: row * 3 * n, data: Numbers::F32(vectors) },
+    ]);
     GpuTechnique {
         slug: ClusteredPca::CARD.slug,
-        modules: vec![
-            harmonics::wgsl(n.isqrt() - 1).into(),
-            wgsl(n, clustered.components()).into(),
-            include_str!("shade.wgsl").into(),
-        ],
+        modules,
         entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: Vec::new(),
-        buffers: vec![
-            Buffer { name: "weights", stride: row, data: Numbers::F16(clustered.sites().to_vec()) },
-            Buffer { name: "clusters", stride: row * 3 * n, data: Numbers::F32(vectors) },
-        ],
+        buffers,
     }
 }

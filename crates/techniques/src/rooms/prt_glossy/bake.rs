@@ -8,6 +8,8 @@ params! {
     pub struct Params {
         /// Bands of light and transferred light.
         pub bands: usize = ParamInfo::whole("bands", [1.0, 8.0], 5.0, "bands of spherical harmonics"),
+        /// Texels along an edge of the table.
+        pub size: usize = ParamInfo::whole("size", [16.0, 1024.0], 128.0, "edge of the table of views, of reflectance but phong").unit("texels"),
         /// Absolute error of the coefficients of transfer.
         pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of the coefficients of transfer"),
         /// Where the window ends; 0 for none.

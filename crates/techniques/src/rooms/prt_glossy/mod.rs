@@ -3,11 +3,11 @@
 //! Sloan, Kautz & Snyder (2002), *Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, Low-Frequency
 //! Lighting Environments*, section 4.2; STAR04 7.5.1, eqs 53 and 54.
 //!
-//! > L' = M(x) L,  M_ij(x) = ∫ V(x, w) y_i(w) y_j(w) dw;  Phong: L_o = Σ_lm k_l L'_lm y_lm(r)
+//! > L' = M(x) L,  M_ij(x) = ∫ V(x, w) y_i(w) y_j(w) dw;  L_o = Σ_i c_i(wo) L'_i;  Phong: L_o = Σ_lm k_l L'_lm y_lm(r)
 //!
-//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², r = 2(n·wo)n − wo, and k_l = 2π ∫ x₊ⁿ P_l(x) dx of the
-//! Phong lobe: a convolution at the mirror direction, without any table (Funk–Hecke). V is zero below the horizon, where the
-//! lobe of `phong` ends. Approximated: L and the lobe, by their first bands; V is what rays find, interpolated between
+//! with L_i the light's coefficients about world axes in W sr⁻¹ m⁻², and c_i(wo) those of f_cos, from a table over the view (Kautz,
+//! Sloan & Snyder 2002) turned to the world. For `phong` r = 2(n·wo)n − wo and k_l = 2π ∫ x₊ⁿ P_l(x) dx of its lobe: a convolution
+//! at the mirror direction, without any table (Funk–Hecke); V is then zero below the horizon, where the lobe ends. Approximated: L and the lobe, by their first bands; V is what rays find, interpolated between
 //! the sites of a triangle. Refused: point lights, and reflections between surfaces, which would need the reflectance in
 //! M. Small lights ring: a window over the bands trades sharpness for that.
 
@@ -18,10 +18,10 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
+use crate::shared::glossy::{self, Glossy};
 use crate::shared::lights;
-use crate::shared::matrices::{Accuracy, Below, Matrices};
-use crate::shared::phong_lobe::PhongLobe;
-use crate::shared::sh_light::{self, ShLight};
+use crate::shared::matrices::{Accuracy, Matrices};
+use crate::shared::sh_light::ShLight;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique, View,
@@ -47,26 +47,30 @@ impl Technique for PrtGlossy {
         title: "Precomputed radiance transfer, glossy",
         citation: "Sloan, Kautz & Snyder 2002, Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, \
                    Low-Frequency Lighting Environments, section 4.2; STAR04 7.5.1, eqs 53 and 54",
-        equation: "L' = M L, M_ij = ∫ V y_i y_j dw; L_o = Σ_lm k_l L'_lm y_lm(r)",
+        equation: "L' = M L, M_ij = ∫ V y_i y_j dw; L_o = Σ_i c_i(wo) L'_i; Phong: Σ_lm k_l L'_lm y_lm(r)",
         light: "spherical harmonics of 5 bands (1 to 8)",
         visibility: "self-shadowing by a matrix per site",
-        reflectance: "phong, by the first bands of its lobe",
-        materials: PhongLobe::materials,
-        specimens: &["phong:n=10"],
+        reflectance: "spherical harmonics of f_cos for each view; phong by its lobe alone",
+        materials: glossy::materials,
+        specimens: &["phong:n=10", "ggx:alpha=0.4,f0=0.9"],
         exact_when: EXACT,
         capabilities: Capabilities {
             global: true,
+            diffuse: true,
             certain_isotropic: true,
+            certain_anisotropic: true,
+            all_isotropic: true,
+            all_anisotropic: true,
             self_shadowing: true,
             dynamic_lighting: true,
             ..Capabilities::NONE
         },
-        needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
+        needs: Needs { environment: true, sites: true, uv: false, tangents: true, view: false },
         waived: &[(Check::Rotation, "matrices of 16-bit floats, which round otherwise about turned axes")],
     };
     type Params = Params;
     type Light = ShLight;
-    type Material = PhongLobe;
+    type Material = Glossy;
     type Transfer = Matrices;
     type Linked = ();
     type Frame = Frame;
@@ -75,27 +79,36 @@ impl Technique for PrtGlossy {
         ShLight::bake(Self::CARD.slug, l, p.window)
     }
 
-    fn material(m: &Material, _: &Params, _: &Task) -> Result<PhongLobe, BakeError> {
-        Ok(PhongLobe::of(&*m.brdf))
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Glossy, BakeError> {
+        Glossy::bake(Self::CARD.slug, m, p.bands, p.size, task)
     }
 
-    fn transfer(g: Option<&Geometry>, _: &PhongLobe, p: &Params, task: &Task) -> Result<Matrices, BakeError> {
+    fn transfer(g: Option<&Geometry>, m: &Glossy, p: &Params, task: &Task) -> Result<Matrices, BakeError> {
         let Some(g) = g else { return Ok(Matrices::default()) };
         let of = Accuracy { bands: p.bands, precision: p.precision };
-        Matrices::bake(Self::CARD.slug, g, of, Below::Blocked, p.halves, task)
+        Matrices::bake(Self::CARD.slug, g, of, m.below(), p.halves, task)
     }
 
     fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
-        let error = parts.light.left_out(&parts.material.kernel(sh_light::ORDER), p.bands);
-        Ok(((), Report::estimated(error, Vec::new())))
+        let (error, elevations) = parts.material.left_out(parts.light, p.bands);
+        Ok(((), Report::estimated(error, elevations)))
+    }
+
+    /// What lies below the horizon is blocked for Phong's lobe, and open for tables.
+    fn transfer_reads_material(_: &Params) -> bool {
+        true
+    }
+
+    fn same_transfer(_: &Params, before: &Glossy, after: &Glossy) -> bool {
+        before.below() == after.below()
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
         f.update(&b.light, &b.material, &b.transfer, v);
     }
 
-    fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(f, q, out);
+    fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(b, f, q, out);
     }
 
     fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
@@ -103,6 +116,6 @@ impl Technique for PrtGlossy {
     }
 
     fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
-        Some(sh_light::uniforms(&f.light))
+        Some(crate::shared::sh_light::uniforms(&f.light))
     }
 }

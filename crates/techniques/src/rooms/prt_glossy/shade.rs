@@ -1,13 +1,12 @@
-//! Transferred light of every site once a frame, its convolution looked up at the mirror direction of points; `shade.wgsl`
-//! does the same with the matrices of the three sites around each point.
+//! Transferred light of every site once a frame, summed with the reflectance at points ([`Glossy`]); on GPUs with the
+//! matrices of the three sites around each point.
 
 use super::PrtGlossy;
 use crate::gpu::{Buffer, Entry};
-use crate::shared::harmonics::{self, Harmonics};
-use crate::shared::matrices::{Matrices, packed, padded};
-use crate::shared::phong_lobe::PhongLobe;
+use crate::shared::glossy::{Glossy, each};
+use crate::shared::matrices::{Matrices, packed};
 use crate::shared::sh_light::{self, ShLight};
-use crate::shared::site_sum::{self, Vectors, Weights};
+use crate::shared::site_sum::{Vectors, Weights};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 
 /// The light of a frame, and what of it reaches each site.
@@ -15,19 +14,17 @@ use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 pub struct Frame {
     /// factor · L_i, turned.
     pub(super) light: Vec<[f32; 3]>,
-    harmonics: Option<Harmonics>,
-    /// k_l (M L)_i of each site, in the order of [`Harmonics`].
+    /// (M L)_i of each site, in the order of [`Glossy::order`].
     sites: Vec<f32>,
 }
 
 impl Frame {
-    pub(super) fn update(&mut self, light: &ShLight, lobe: &PhongLobe, matrices: &Matrices, v: &View) {
+    pub(super) fn update(&mut self, light: &ShLight, m: &Glossy, matrices: &Matrices, v: &View) {
         let bands = matrices.coefficients().isqrt();
-        self.light = light.turned(bands, v.light_rotation, lobe.factor);
-        let scale = lobe.scale(bands);
-        self.harmonics = Some(Harmonics::new(bands - 1, bands - 1));
-        self.sites.resize(matrices.len() * 3 * padded(bands * bands), 0.0);
-        matrices.transfer(&self.light, &scale, &harmonics::places(bands - 1), &mut self.sites);
+        self.light = light.turned(bands, v.light_rotation, m.factor());
+        let (scale, place) = m.order(bands);
+        self.sites.resize(matrices.len() * each(bands), 0.0);
+        matrices.transfer(&self.light, &scale, &place, &mut self.sites);
     }
 }
 
@@ -42,9 +39,9 @@ impl Vectors for Plain<'_> {
     }
 }
 
-pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-    let Some(h) = &f.harmonics else { return out.rgb.iter_mut().for_each(|c| c.fill(0.0)) };
-    site_sum::at_mirror(h, &Plain(&f.sites, 3 * padded(h.len())), q, out);
+pub(super) fn shade(b: &Bake<PrtGlossy>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let bands = b.transfer.coefficients().isqrt();
+    b.material.shade(bands, &Plain(&f.sites, each(bands)), q, out);
 }
 
 /// The sum over the triangle of a matrix, for so many bands.
@@ -76,12 +73,15 @@ fn transferred(site: Site, lobe: array<f32, {n}>) -> vec3<f32> {{
 pub(super) fn gpu(b: &Bake<PrtGlossy>, f: &Frame) -> GpuTechnique {
     let n = b.transfer.coefficients();
     let bands = n.isqrt();
+    let (mut modules, mut buffers) = b.material.wgsl(bands, true);
+    modules.push(wgsl(bands).into());
+    buffers.push(Buffer { name: "matrices", stride: packed(n), data: b.transfer.by_site() });
     GpuTechnique {
         slug: PrtGlossy::CARD.slug,
-        modules: vec![b.material.wgsl(bands).into(), wgsl(bands).into(), include_str!("shade.wgsl").into()],
+        modules,
         entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: sh_light::uniforms(&f.light),
-        buffers: vec![Buffer { name: "matrices", stride: packed(n), data: b.transfer.by_site() }],
+        buffers,
     }
 }

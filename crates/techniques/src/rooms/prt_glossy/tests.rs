@@ -72,3 +72,47 @@ fn a_furnace_is_the_integral_of_the_lobe() {
 fn points_without_sites_are_black() {
     crate::shared::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
+
+/// Reflectance but phong by a table: what `prt_brdf` shades, whose matrices hold the turn into the frames of sites, at the
+/// vertices, where both see the same; one channel and three.
+#[test]
+fn tables_shade_what_turned_matrices_do() {
+    let mesh = ring();
+    for spec in ["ggx:alpha=0.4,f0=0.9", "ggx:alpha=0.3,f0=0.9/0.6/0.3", "lambert:albedo=0.8/0.5/0.2"] {
+        let params = [("precision", 0.02), ("size", 64.0)];
+        let with = |slug: &str, more: &[(&str, f64)]| {
+            let all: Vec<(&str, f64)> = params.iter().chain(more).copied().collect();
+            at_vertices(&*on_mesh(slug, &lights::smooth(), spec, &mesh, &all), &mesh)
+        };
+        let want = with("prt_brdf", &[]);
+        let largest = want.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+        let far = farthest(&with("prt_glossy", &[("halves", 0.0)]), &want);
+        assert!(far < 2e-4 * largest, "{spec}: {far} of {largest}");
+        let far = farthest(&with("clustered_pca", &[("clusters", 2048.0), ("components", 16.0)]), &want);
+        assert!(far < 2e-3 * largest, "{spec}, clustered: {far} of {largest}");
+    }
+}
+
+/// On a ball nothing is blocked, and every band count of a table shades as `sh_brdf` does.
+#[test]
+fn a_ball_is_shaded_as_in_the_open() {
+    let mesh = shapes::icosphere(2);
+    for bands in [3.0, 6.0, 8.0] {
+        let spec = "ggx:alpha=0.5,f0=0.9/0.6/0.3";
+        let glossy = [("bands", bands), ("precision", 1e-3), ("halves", 0.0), ("size", 64.0)];
+        let open = [("bands", bands), ("size", 64.0), ("lights", 0.0)];
+        let got = at_vertices(&*on_mesh("prt_glossy", &lights::smooth(), spec, &mesh, &glossy), &mesh);
+        let want = at_vertices(&*on_mesh("sh_brdf", &lights::smooth(), spec, &mesh, &open), &mesh);
+        let largest = want.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+        let far = farthest(&got, &want);
+        assert!(far < 0.02 * largest, "{bands}: {far} of {largest}");
+    }
+}
+
+/// Few bands are phong's alone, and the message says so.
+#[test]
+fn tables_want_three_bands() {
+    let m = Material::new(steradian_brdf::parse("ggx:alpha=0.4").unwrap());
+    let said = Glossy::bake("prt_glossy", &m, 2, 64, &Task::quiet()).err().unwrap().to_string();
+    assert!(said.contains("3 bands at least") && said.contains("not 2"), "{said}");
+}

@@ -12,6 +12,7 @@ mod kernel;
 mod local;
 mod part;
 mod rule;
+mod sites;
 #[cfg(test)]
 mod tests;
 mod wgsl;
@@ -21,7 +22,8 @@ pub use kernel::{LightLanes, shade};
 pub use local::{LocalLight, MOST_BANDS, SiteFrames, WorldViews, shade_local};
 pub use part::Views;
 pub use rule::{Projection, Rule};
-pub use wgsl::{fixed_modules, light_uniforms, local_modules, modules, views_buffer};
+pub use sites::shade_sites;
+pub use wgsl::{fixed_modules, light_uniforms, local_modules, modules, site_modules, views_buffer};
 
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use glam::DVec3;
@@ -107,6 +109,11 @@ impl ViewTable {
     /// Is one channel kept for three?
     pub fn is_mono(&self) -> bool {
         self.channels == 1
+    }
+
+    /// What the one channel is multiplied with to make three; 1 where there are three.
+    pub fn tint(&self) -> [f32; 3] {
+        self.tint
     }
 
     /// Rounded to 16-bit floats.

@@ -50,7 +50,42 @@ pub fn views_buffer(table: &ViewTable, halves: bool) -> Buffer {
 
 /// `fn views_radiance(n, t, wo) -> vec3<f32>`, n·wo > 0.
 pub fn modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
-    vec![FRAME.into(), turns(table.bands).into(), radiance(table).into()]
+    vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), radiance(table).into()]
+}
+
+/// `fn shade_site(n, t, wo, p, site)`: [`super::shade_sites`], by way of `transferred(site, c)`, the sum of coefficients times
+/// those of the light that reaches a site.
+pub fn site_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
+    let n = table.bands * table.bands;
+    let mut out = format!(
+        "fn shade_site(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site: Site) -> vec3<f32> {{
+    if !(dot(n, wo) > 0.0) {{
+        return vec3<f32>(0.0);
+    }}
+    let frame = views_frame(n, t);
+    let place = {};
+    var f: array<f32, {n}>;
+    views_turned(place, frame, 0u, &f);
+    var l = transferred(site, f);
+",
+        place(table)
+    );
+    for (c, channel) in ["y", "z"].into_iter().enumerate().take(table.channels - 1) {
+        let first = (c + 1) * n;
+        let _ = writeln!(
+            out,
+            "    views_turned(place, frame, {first}u, &f);
+    l.{channel} = transferred(site, f).{channel};"
+        );
+    }
+    out += "    return l;\n}\n";
+    vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), out.into()]
+}
+
+/// Where the view of a point lies in the table.
+fn place(table: &ViewTable) -> String {
+    let ([reach, h], size) = (lattice(table.size), table.size);
+    format!("views_place(wo * frame, {size}u, {:?}, {:?})", reach as f32, (1.0 / h) as f32)
 }
 
 /// A write to a `String` cannot fail, hence the ignored results.
@@ -92,10 +127,9 @@ fn views_exchange(f: ptr<function, array<f32, {count}>>) {{
     out + "}\n"
 }
 
-fn radiance(table: &ViewTable) -> String {
-    let n = table.bands * table.bands;
-    let ([reach, h], size) = (lattice(table.size), table.size);
-    let mut out = format!(
+fn turned(table: &ViewTable) -> String {
+    let (n, size) = (table.bands * table.bands, table.size);
+    format!(
         "// Coefficients of one channel at a view, turned to the world.
 fn views_turned(place: ViewsPlace, frame: mat3x3<f32>, first: u32, f: ptr<function, array<f32, {n}>>) {{
     for (var k = 0u; k < {n}u; k++) {{
@@ -111,14 +145,20 @@ fn views_turned(place: ViewsPlace, frame: mat3x3<f32>, first: u32, f: ptr<functi
     views_exchange(f);
     views_turn_z(f, angles[1].xy);
 }}
-fn views_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
+"
+    )
+}
+
+fn radiance(table: &ViewTable) -> String {
+    let n = table.bands * table.bands;
+    let mut out = format!(
+        "fn views_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
     let frame = views_frame(n, t);
-    let place = views_place(wo * frame, {size}u, {:?}, {:?});
+    let place = {};
     var f: array<f32, {n}>;
     var l = vec3<f32>(0.0);
 ",
-        reach as f32,
-        (1.0 / h) as f32,
+        place(table)
     );
     for c in 0..table.channels {
         let _ = writeln!(out, "    views_turned(place, frame, {}u, &f);", c * n);
