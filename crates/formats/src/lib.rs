@@ -7,6 +7,7 @@
 mod atomic;
 mod bc6h;
 mod below;
+mod bsdf;
 mod color;
 mod container;
 mod csv;
@@ -18,6 +19,7 @@ mod ktx1;
 mod ktx2;
 mod ldr;
 mod limits;
+mod merl;
 pub mod mesh;
 mod openexr;
 pub mod packed;
@@ -31,6 +33,7 @@ mod tga;
 
 pub use atomic::{WriteSeek, write_atomic, write_atomic_seek, write_dir_atomic};
 pub use below::{file_below, stays_below};
+pub use bsdf::decode_bsdf;
 pub use container::{Container, Texels};
 pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
@@ -44,6 +47,7 @@ pub use ktx2::{
     Supercompression, TextureArray, TextureLevels, decode_ktx2, decode_ktx2_array, read_ktx2,
     read_ktx2_array, write_ktx2, write_ktx2_array, write_ktx2_as,
 };
+pub use merl::{MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl, write_merl};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
