@@ -91,6 +91,12 @@ pub trait Brdf: Debug + Send + Sync {
         None
     }
 
+    /// What was found in the measurements that whoever uses them should know, one line each: cells that are missing and
+    /// how they were filled, negative values. Empty for formulas.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// f(wi, wo) in sr⁻¹, without the cosine; 0 where n·wi ≤ 0 or n·wo ≤ 0.
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 

@@ -362,10 +362,46 @@ fn errors_say_what_is_accepted() {
         ("lafortune:@skin,n=3", "a set takes no 'n='"),
         ("lafortune:lobes=no-such-file.csv", "no-such-file.csv: "),
         ("sgd:gold-metallic-pain", "did you mean 'gold-metallic-paint'?"),
-        ("merl:gold.binary", "'merl:' is not available in this version"),
+        ("merl:gold.binary", "gold.binary: is not opened"),
+        ("lobes:gold.csv", "'lobes:' is not available in this version"),
         ("sgd", "has no set ''"),
     ] {
         let e = parse(spec).expect_err(spec).to_string();
         assert!(e.contains(part) && !e.contains('\n'), "{spec}: {e}");
+    }
+}
+
+/// What every measured reflectance must hold: dark below the horizon, finite, sampled by its density, and integrated by
+/// its hints to what its own sampling finds.
+pub(crate) fn check_measured(b: &dyn Brdf) {
+    let spec = b.spec();
+    let below = |w: DVec3| DVec3::new(w.x, w.y, -w.z);
+    let mut all: Vec<DVec3> = directions(12).collect();
+    for z in [1e-3, 1e-8, 1e-300] {
+        all.extend([0.0, 1.0, 3.0].map(|p: f64| DVec3::new(p.cos(), p.sin(), z).normalize()));
+    }
+    all.extend([DVec3::Z, DVec3::X, -DVec3::Z]);
+    for (i, o) in all.iter().flat_map(|i| all.iter().map(move |o| (*i, *o))) {
+        let (f, e, p) = (b.f_cos(i, o), b.eval(i, o), b.pdf(i, o));
+        assert!(f.iter().all(|v| v.is_finite() && *v >= 0.0), "{spec} f_cos({i}, {o}) = {f:?}");
+        assert!(e.iter().all(|v| !v.is_nan() && *v >= 0.0), "{spec} f({i}, {o}) = {e:?}");
+        assert!(p.is_finite() && p >= 0.0, "{spec} pdf {p}");
+        assert!(
+            i.z < 0.0 || (b.eval(below(i), o) == [0.0; 3] && b.f_cos(i, below(o)) == [0.0; 3]) || o.z < 0.0
+        );
+    }
+    for wo in views() {
+        let mut given = 0;
+        let n = 20_000;
+        for s in points(n).filter_map(|u| b.sample(wo, u)) {
+            assert!((s.pdf / b.pdf(s.wi, wo) - 1.0).abs() < 1e-6, "{spec}: pdf of the sample");
+            given += 1;
+        }
+        let mass = integral(&b.lobes(wo), Domain::Sphere, wo, 1e-4, &mut |w| [b.pdf(w, wo); 3])[0];
+        let share = f64::from(given) / n as f64;
+        assert!((mass - share).abs() < 5e-3, "{spec} n·wo {}: ∫ pdf = {mass}, {share} given", wo.z);
+        let a = directional(b, wo, 1e-4)[0];
+        let s = sampled_albedo(b, wo, 100_000);
+        assert!((a - s).abs() < 0.02 * a, "{spec} n·wo {}: albedo {a} by hints, {s} by sampling", wo.z);
     }
 }

@@ -23,6 +23,8 @@ pub struct Description {
     pub directional: [[f64; 3]; 4],
     /// Share of uniform light that comes back, per channel.
     pub hemispherical: [f64; 3],
+    /// What was found in the measurements ([`crate::Brdf::notes`]).
+    pub notes: Vec<String>,
 }
 
 /// Parses `spec` and works out its albedos, to a relative 1e-6 (directional) and 1e-4 (hemispherical).
@@ -43,6 +45,7 @@ pub fn describe_brdf(brdf: &SharedBrdf) -> Description {
         domain: brdf.domain(),
         directional: ALBEDO_DEGREES.map(at),
         hemispherical: albedo::hemispherical(&**brdf, 1e-4),
+        notes: brdf.notes(),
     }
 }
 
@@ -68,6 +71,9 @@ impl fmt::Display for Description {
         }
         writeln!(f, "reciprocity  {}", self.info.reciprocity)?;
         writeln!(f, "energy       {}", self.info.energy)?;
+        for (i, note) in self.notes.iter().enumerate() {
+            writeln!(f, "{:12} {note}", if i == 0 { "measured" } else { "" })?;
+        }
         for (i, (degrees, a)) in ALBEDO_DEGREES.iter().zip(self.directional).enumerate() {
             let label = if i == 0 { "albedo" } else { "" };
             writeln!(f, "{label:12} at {degrees:2}° {}", rgb(a))?;

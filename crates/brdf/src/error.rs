@@ -1,6 +1,7 @@
 //! What can be wrong with a spec string.
 
 use steradian_base::{ParamError, brief};
+use steradian_formats::FormatError;
 
 /// Why a spec string names no reflectance; displays as one line that says what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,4 +66,16 @@ pub enum SpecError {
 
 fn suggest(nearest: &Option<&'static str>) -> String {
     nearest.map(|n| format!(" (did you mean '{n}'?)")).unwrap_or_default()
+}
+
+impl From<FormatError> for SpecError {
+    fn from(e: FormatError) -> Self {
+        match e {
+            FormatError::Unreadable { path, why }
+            | FormatError::Invalid { path, why }
+            | FormatError::Unwritable { path, why } => {
+                Self::File { file: path.display().to_string(), what: why }
+            }
+        }
+    }
 }

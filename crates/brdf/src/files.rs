@@ -2,7 +2,7 @@
 
 use crate::SpecError;
 use std::path::{Path, PathBuf};
-use steradian_formats::{FormatError, file_below, read_text};
+use steradian_formats::{FormatError, file_below, read_file};
 
 /// Which files a spec string may open.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +20,15 @@ pub enum Files<'a> {
 impl Files<'_> {
     /// Path and text of a file that a spec names, which is `what` and has at most `most` bytes.
     pub(crate) fn read(self, name: &Path, most: u64, what: &str) -> Result<(PathBuf, String), SpecError> {
+        let (path, bytes) = self.bytes(name, most, what)?;
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok((path, text)),
+            Err(_) => Err(FormatError::invalid(&path, "not UTF-8 text").into()),
+        }
+    }
+
+    /// Path and content of a file that a spec names, which is `what` and has at most `most` bytes.
+    pub(crate) fn bytes(self, name: &Path, most: u64, what: &str) -> Result<(PathBuf, Vec<u8>), SpecError> {
         let fault = |path: PathBuf, what: String| SpecError::File { file: path.display().to_string(), what };
         let path = match self {
             Self::Any => name.to_owned(),
@@ -31,11 +40,7 @@ impl Files<'_> {
                 return Err(fault(name.into(), why.into()));
             }
         };
-        let text = read_text(&path, most, what).map_err(|e| match e {
-            FormatError::Unreadable { path, why }
-            | FormatError::Invalid { path, why }
-            | FormatError::Unwritable { path, why } => fault(path, why),
-        })?;
-        Ok((path, text))
+        let bytes = read_file(&path, most, what)?;
+        Ok((path, bytes))
     }
 }

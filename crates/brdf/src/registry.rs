@@ -28,11 +28,8 @@ pub fn measured_models() -> &'static [&'static Info] {
 }
 
 /// Names that are reserved for files of measurements and fits.
-const RESERVED: [(&str, &str); 3] = [
-    ("merl", "measured isotropic tables, .binary"),
-    ("rgl", "adaptively measured materials, .bsdf"),
-    ("lobes", "fitted Gaussian lobes; for Lafortune lobes from a file write lafortune:lobes=FILE"),
-];
+const RESERVED: [(&str, &str); 1] =
+    [("lobes", "fitted Gaussian lobes; for Lafortune lobes from a file write lafortune:lobes=FILE")];
 
 /// The reflectance that `spec` names: `name:key=value,…`, values scalars or `r/g/b` triples; the key `scale`
 /// multiplies any model. No file is opened; a spec that names one needs [`parse_with`].

@@ -35,6 +35,10 @@ impl Brdf for Scaled {
         self.brdf.held()
     }
 
+    fn notes(&self) -> Vec<String> {
+        self.brdf.notes()
+    }
+
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         self.times(self.brdf.eval(wi, wo))
     }

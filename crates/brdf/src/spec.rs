@@ -103,6 +103,13 @@ impl<'a> Args<'a> {
         Ok(text)
     }
 
+    /// The content of such a file, which need not be text.
+    pub fn bytes(&self, path: &Path, most: u64, what: &str) -> Result<Vec<u8>, SpecError> {
+        let (path, bytes) = self.files.bytes(path, most, what)?;
+        self.opened.borrow_mut().push(path);
+        Ok(bytes)
+    }
+
     /// What the files would have held.
     pub fn held(&self) -> Option<&'a [f64]> {
         if let Files::Held(numbers) = self.files { Some(numbers) } else { None }

@@ -2,9 +2,15 @@
 
 pub mod curet;
 mod curet_file;
+mod materials;
+pub mod merl;
+pub mod nbrdf;
+pub mod npf;
+pub mod rgl;
+mod shape;
 mod zernike;
 
 use crate::registry::Entry;
 
 /// Every reader, in the order in which it is listed.
-pub(crate) static ENTRIES: &[Entry] = &[curet::ENTRY];
+pub(crate) static ENTRIES: &[Entry] = &[curet::ENTRY, merl::ENTRY, rgl::ENTRY, npf::ENTRY, nbrdf::ENTRY];

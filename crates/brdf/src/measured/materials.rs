@@ -1,0 +1,44 @@
+//! Files of many materials: binary numbers, and a text beside them with one name per line.
+
+use super::curet_file::fault;
+use crate::SpecError;
+use crate::spec::Args;
+use std::path::{Path, PathBuf};
+use steradian_base::nearest;
+
+/// Bytes of a list of names at most.
+const MAX_NAMES: u64 = 1 << 20;
+/// Materials at most.
+const MAX_MATERIALS: usize = 4096;
+
+/// The little-endian 32-bit floats of a file, which is `what`.
+pub(super) fn floats(path: &Path, most: u64, what: &str, a: &Args<'_>) -> Result<Vec<f32>, SpecError> {
+    let bytes = a.bytes(path, most, what)?;
+    let (numbers, rest) = bytes.as_chunks::<4>();
+    if numbers.is_empty() || !rest.is_empty() {
+        return Err(fault(path, format!("has {} bytes, which are no 32-bit floats", bytes.len())));
+    }
+    let numbers: Vec<f32> = numbers.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    match numbers.iter().position(|v| !v.is_finite()) {
+        Some(i) => Err(fault(path, format!("number {i} is {}", numbers[i]))),
+        None => Ok(numbers),
+    }
+}
+
+/// The place of the material `wanted` in the list `names`; a whole number counts from 0.
+pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<usize, SpecError> {
+    let text = a.read(names, MAX_NAMES, "a list of materials")?;
+    let all: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).take(MAX_MATERIALS).collect();
+    let plain = |s: &str| s.trim_start_matches('@').to_ascii_lowercase().replace('_', "-");
+    let wanted = wanted.map(plain).unwrap_or_default();
+    if let Some(i) = all.iter().position(|n| plain(n) == wanted) {
+        return Ok(i);
+    }
+    let near = nearest(&wanted, &all).map(|n| format!(" (did you mean '{n}'?)")).unwrap_or_default();
+    Err(fault(names, format!("has no material '{wanted}'{near}; its {} are: {}", all.len(), all.join(", "))))
+}
+
+/// The list of names of a file: what the spec says, else `standard` beside the file.
+pub(super) fn list(path: &Path, standard: &str, a: &Args<'_>) -> PathBuf {
+    a.file("names").unwrap_or_else(|| path.with_file_name(standard))
+}

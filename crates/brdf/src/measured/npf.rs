@@ -1,0 +1,188 @@
+//! The 100 MERL materials as tabulated factors.
+//!
+//! Bagher, Snyder & Nowrouzezahrai 2016, A Non-Parametric Factor Microfacet Model for Isotropic BRDFs. Per channel, 90
+//! numbers each of D over √θ_h, of G₁ over θ and of F over θ_d:
+//!
+//! **f = (ρ_d + ρ_s D(θ_h) F(θ_d) G₁(θ_i) G₁(θ_o)/(n·wi n·wo))/π**
+//!
+//! Numbers stand at the centres of their bins, i + ½ = 90 √(θ_h/(π/2)) for D and degrees for G₁ and F, linear between them
+//! and constant beyond; the first number of G₁ is not used. (The authors take the nearest bin for D and F.)
+//!
+//! File: 32-bit floats [256][512][3], rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
+//! `npf_material_names.txt` beside it, one per line.
+
+use super::curet_file::fault;
+use super::materials;
+use super::merl::angles;
+use super::shape::Shape;
+use crate::draw;
+use crate::math::{INV_PI, above, polar_angle};
+use crate::registry::Entry;
+use crate::spec::Args;
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+use steradian_base::ParamInfo;
+
+/// The page.
+pub static INFO: Info = Info {
+    name: "npf",
+    source: "Bagher, Snyder & Nowrouzezahrai 2016, with the authors' table of 100 MERL materials",
+    formula: "f = (ρ_d + ρ_s D(θ_h) F(θ_d) G₁(θ_i) G₁(θ_o)/(n·wi n·wo))/π, factors tabulated",
+    units: "sr⁻¹",
+    parameters: &[
+        ParamInfo::file("file", "path of the table (npf.bin)").positional(),
+        ParamInfo::name("material", "a material of its list, such as gold-metallic-paint").positional(),
+        ParamInfo::file("names", "path of the list; npf_material_names.txt beside the table"),
+    ],
+    reciprocity: "reciprocal",
+    energy: "as fitted to measurements",
+};
+
+pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
+
+const ROWS: usize = 256;
+const COLUMNS: usize = 512;
+const BINS: usize = 90;
+/// ρ_d, ρ_s and the three factors.
+const USED: usize = 2 + 3 * BINS;
+
+fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
+    let Some(path) = a.file("file") else {
+        return Err(a.syntax("needs a table and a material, as in npf:npf.bin,chrome".into()));
+    };
+    if let Some(numbers) = a.held() {
+        let kept = Npf::new(a.spec(), numbers.iter().map(|v| *v as f32));
+        return kept
+            .map(|m| Arc::new(m) as SharedBrdf)
+            .ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())));
+    }
+    let bytes = (4 * 3 * ROWS * COLUMNS) as u64;
+    let numbers = materials::floats(&path, bytes, "a table of tabulated factors", a)?;
+    if numbers.len() != 3 * ROWS * COLUMNS {
+        let n = numbers.len();
+        return Err(fault(&path, format!("holds {n} numbers instead of {ROWS} x {COLUMNS} x 3")));
+    }
+    let names = materials::list(&path, "npf_material_names.txt", a);
+    let row = materials::find(&names, a.name("material").as_deref(), a)?;
+    let row = numbers.chunks_exact(3 * COLUMNS).nth(row).unwrap_or_default();
+    let material = Npf::new(a.spec(), row.iter().copied().take(3 * USED));
+    Ok(Arc::new(material.ok_or_else(|| fault(&path, "the material's row holds negative numbers".into()))?))
+}
+
+/// One material.
+#[derive(Debug, Clone)]
+pub struct Npf {
+    spec: String,
+    /// ρ_d, ρ_s, D, G₁, F.
+    columns: Vec<[f32; 3]>,
+    shape: Shape,
+}
+
+impl Npf {
+    fn new(spec: String, numbers: impl Iterator<Item = f32>) -> Option<Self> {
+        let numbers: Vec<f32> = numbers.collect();
+        let (columns, []) = numbers.as_chunks::<3>() else { return None };
+        let valid = columns.len() == USED && numbers.iter().all(|v| v.is_finite() && *v >= 0.0);
+        if !valid {
+            return None;
+        }
+        let empty = Shape::measure(&|_, _| [0.0; 3]);
+        let mut npf = Self { spec, columns: columns.to_vec(), shape: empty };
+        npf.shape = Shape::measure(&|wi, wo| npf.eval(wi, wo));
+        Some(npf)
+    }
+
+    /// Linear between the centres of bins `first` … `BINS` of the factor that begins at column `from`.
+    fn factor(&self, from: usize, first: usize, x: f64) -> [f64; 3] {
+        let t = (x - 0.5).clamp(first as f64, (BINS - 1) as f64);
+        let i = (t as usize).min(BINS - 2);
+        let (a, b, t) = (self.columns[from + i], self.columns[from + i + 1], t - i as f64);
+        std::array::from_fn(|c| f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])))
+    }
+}
+
+impl Brdf for Npf {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn spec(&self) -> String {
+        self.spec.clone()
+    }
+
+    fn held(&self) -> Option<Vec<f64>> {
+        Some(self.columns.iter().flatten().map(|v| f64::from(*v)).collect())
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if !above(wi, wo) {
+            return [0.0; 3];
+        }
+        let [theta_h, theta_d, _] = angles(wi, wo);
+        let bin = |theta: f64| BINS as f64 * theta / FRAC_PI_2;
+        let d = self.factor(2, 0, BINS as f64 * (theta_h / FRAC_PI_2).sqrt());
+        let gi = self.factor(2 + BINS, 1, bin(polar_angle(wi)));
+        let go = self.factor(2 + BINS, 1, bin(polar_angle(wo)));
+        let f = self.factor(2 + 2 * BINS, 0, bin(theta_d));
+        let cosines = (wi.z * wo.z).max(1e-150);
+        std::array::from_fn(|c| {
+            let [rho_d, rho_s] = [0, 1].map(|i| f64::from(self.columns[i][c]));
+            INV_PI * (rho_d + rho_s * d[c] * f[c] * gi[c] * go[c] / cosines)
+        })
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        self.shape.lobes(self, wo)
+    }
+
+    fn peak(&self) -> Peak {
+        self.shape.peak()
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.shape.draw(), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.shape.draw(), wi, wo)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use crate::conformance::check_measured;
+    use crate::{Files, parse_with};
+
+    #[test]
+    fn the_published_table() {
+        let Some(path) = steradian_testkit::data("brdfs/merl_reduced/npf.bin") else { return };
+        for name in ["chrome", "@blue-acrylic", "white-fabric"] {
+            let spec = format!("npf:{},{name}", path.display());
+            let brdf = parse_with(&spec, Files::Any).expect("valid");
+            check_measured(&*brdf);
+            let held = brdf.held().expect("numbers");
+            assert!(parse_with(&brdf.spec(), Files::Held(&held)).is_ok());
+        }
+        let e = parse_with(&format!("npf:{},chrom", path.display()), Files::Any).expect_err("no such");
+        assert!(e.to_string().contains("did you mean 'chrome'?"), "{e}");
+    }
+
+    /// In the mean the tabulated factors and the shifted-gamma fits describe the same measurements.
+    #[test]
+    fn near_the_other_description_of_the_same_materials() {
+        let Some(path) = steradian_testkit::data("brdfs/merl_reduced/npf.bin") else { return };
+        let mut logs = Vec::new();
+        for name in ["gold-metallic-paint", "pink-felt", "blue-acrylic", "alum-bronze"] {
+            let npf = parse_with(&format!("npf:{},{name}", path.display()), Files::Any).expect("valid");
+            let sgd = crate::parse(&format!("sgd:{name}")).expect("known");
+            for (wi, wo) in super::super::nbrdf::pairs(100) {
+                logs.push((npf.eval(wi, wo)[1] / sgd.eval(wi, wo)[1]).ln().abs());
+            }
+        }
+        logs.sort_by(f64::total_cmp);
+        assert!(logs[logs.len() / 2] < 0.3, "{}", logs[logs.len() / 2]);
+    }
+}
