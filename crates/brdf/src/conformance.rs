@@ -363,7 +363,7 @@ fn errors_say_what_is_accepted() {
         ("lafortune:lobes=no-such-file.csv", "no-such-file.csv: "),
         ("sgd:gold-metallic-pain", "did you mean 'gold-metallic-paint'?"),
         ("merl:gold.binary", "gold.binary: is not opened"),
-        ("lobes:gold.csv", "'lobes:' is not available in this version"),
+        ("lobes:gold.safetensors", "gold.safetensors: is not opened"),
         ("sgd", "has no set ''"),
     ] {
         let e = parse(spec).expect_err(spec).to_string();

@@ -44,16 +44,6 @@ pub enum SpecError {
         /// What exists.
         available: Vec<&'static str>,
     },
-    /// A kind of reflectance that this version does not read.
-    #[error("BRDF '{name}:' is not available in this version ({what}); there are: {}", .available.join(", "))]
-    NotAvailable {
-        /// What was written.
-        name: &'static str,
-        /// What it would be.
-        what: &'static str,
-        /// What exists.
-        available: Vec<&'static str>,
-    },
     /// A file of parameters that cannot be read or does not hold what it should.
     #[error("{}: {what}", brief(.file))]
     File {

@@ -1,6 +1,7 @@
 //! Reflectance as plain data.
 
 use crate::Domain;
+use crate::fit::gaussian::GaussianFit;
 use crate::model::lafortune::Lafortune;
 use crate::model::strand;
 use crate::model::ward;
@@ -75,6 +76,8 @@ pub enum Form {
     },
     /// Generalised cosine lobes and a diffuse part ([`crate::model::lafortune`]).
     Lafortune(Lafortune),
+    /// A diffuse part and spherical Gaussians by the view ([`crate::model::lobes`]).
+    Gaussians(GaussianFit),
     /// None of these.
     #[default]
     Other,
@@ -104,6 +107,7 @@ impl Form {
                 }
                 Self::Lafortune(own)
             }
+            Self::Gaussians(fit) => Self::Gaussians(fit.scaled(by)),
             Self::Other => Self::Other,
         }
     }

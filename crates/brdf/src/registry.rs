@@ -27,10 +27,6 @@ pub fn measured_models() -> &'static [&'static Info] {
     &INFOS
 }
 
-/// Names that are reserved for files of measurements and fits.
-const RESERVED: [(&str, &str); 1] =
-    [("lobes", "fitted Gaussian lobes; for Lafortune lobes from a file write lafortune:lobes=FILE")];
-
 /// The reflectance that `spec` names: `name:key=value,…`, values scalars or `r/g/b` triples; the key `scale`
 /// multiplies any model. No file is opened; a spec that names one needs [`parse_with`].
 pub fn parse(spec: &str) -> Result<SharedBrdf, SpecError> {
@@ -69,9 +65,6 @@ fn read<'a>(spec: &str, files: Files<'a>) -> Result<(&'static Entry, Args<'a>), 
     let mut entries = model::ENTRIES.iter().chain(measured::ENTRIES);
     let Some(entry) = entries.find(|e| e.info.name == name) else {
         let available: Vec<_> = models().iter().chain(measured_models()).map(|i| i.name).collect();
-        if let Some(&(name, what)) = RESERVED.iter().find(|r| r.0 == name) {
-            return Err(SpecError::NotAvailable { name, what, available });
-        }
         return Err(SpecError::UnknownModel { nearest: nearest(&name, &available), name, available });
     };
     Ok((entry, Args::new(entry.info, body, files)?))

@@ -43,6 +43,7 @@ mod scene;
 mod scene_file;
 mod session;
 mod table;
+mod tabulate;
 pub mod transfer;
 
 pub use choose::Chosen;
@@ -63,3 +64,4 @@ pub use scene::{FOV, Scene};
 pub use scene_file::SceneOverrides;
 pub use session::{Backend, GpuPath, Session, Shadows};
 pub use table::LookupTable;
+pub use tabulate::MEASUREMENTS;

@@ -299,8 +299,8 @@ mod tests {
             let merl = Merl::new("merl:a".into(), &table(spec)).expect("measured");
             for i in 0..400 {
                 let u = |g: f64| (0.5 + g * f64::from(i)).fract();
-                let wi = spherical(1.2 * u(0.819_172_5), 6.28 * u(0.671_043_6));
-                let wo = spherical(1.2 * u(0.549_700_5), 6.28 * u(0.450_477_3));
+                let wi = spherical(1.2 * u(0.819_172_5), std::f64::consts::TAU * u(0.671_043_6));
+                let wo = spherical(1.2 * u(0.549_700_5), std::f64::consts::TAU * u(0.450_477_3));
                 let (a, b) = (brdf.eval(wi, wo), merl.eval(wi, wo));
                 for c in 0..3 {
                     assert!((a[c] - b[c]).abs() <= tolerance * a[c], "{spec} {wi} {wo}: {a:?} {b:?}");

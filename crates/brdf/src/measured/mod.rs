@@ -10,7 +10,9 @@ pub mod rgl;
 mod shape;
 mod zernike;
 
+use crate::model::lobes;
 use crate::registry::Entry;
 
 /// Every reader, in the order in which it is listed.
-pub(crate) static ENTRIES: &[Entry] = &[curet::ENTRY, merl::ENTRY, rgl::ENTRY, npf::ENTRY, nbrdf::ENTRY];
+pub(crate) static ENTRIES: &[Entry] =
+    &[curet::ENTRY, merl::ENTRY, rgl::ENTRY, npf::ENTRY, nbrdf::ENTRY, lobes::ENTRY];

@@ -11,6 +11,7 @@ pub mod ggx;
 pub mod lafortune;
 mod lafortune_file;
 pub mod lambert;
+pub mod lobes;
 mod merl_fits;
 pub mod microfacet;
 pub mod minnaert;

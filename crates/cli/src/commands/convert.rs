@@ -8,20 +8,23 @@ use crate::names;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use steradian_brdf::spec_without_folders;
 use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
 use steradian_light::adjust;
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
-use steradian_session::{Adjust, Destinations, IMAGES, check_format, check_output, is_sky};
+use steradian_session::{Adjust, Destinations, IMAGES, MEASUREMENTS, check_format, check_output, is_sky};
 use steradian_sphere::SphereImage;
 
 /// Options of `steradian convert`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), or a sky spec
+    /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
+    /// or brdf:SPEC, a reflectance that becomes a table of measurements
     #[arg(value_name = "INPUT")]
     input: String,
-    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face
+    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) for a
+    /// reflectance
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -51,6 +54,9 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    if let Some(spec) = o.input.strip_prefix("brdf:") {
+        return tabulated(spec, &o.output, context);
+    }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
     let texture = Container::of_name(&o.output).is_some();
@@ -96,6 +102,18 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         }));
     }
     context.say(format_args!("{}: {} {w} x {h}", o.output.display(), target.name()));
+    Ok(())
+}
+
+/// A reflectance as a table of measurements.
+fn tabulated(spec: &str, path: &Path, context: &mut Context) -> Outcome {
+    check_output(path, &MEASUREMENTS)?;
+    context.tabulate(spec, path)?;
+    if context.common.json {
+        let name = path.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({"output": name, "brdf": spec_without_folders(spec)}));
+    }
+    context.say(format_args!("{}: {spec}, 90 x 90 x 180 cells", path.display()));
     Ok(())
 }
 

@@ -32,6 +32,7 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
         "isotropic": brdf.is_isotropic(),
         "directional_albedo": table.iter().map(|(a, v)| json!({"degrees": a, "rgb": v})).collect::<Vec<_>>(),
         "hemispherical_albedo": hemispherical,
+        "notes": brdf.notes(),
         "techniques": taken,
     });
     let three = |v: [f64; 3]| format!("{:.6} {:.6} {:.6}", v[0], v[1], v[2]);
@@ -46,6 +47,7 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
         ("isotropic", if brdf.is_isotropic() { "yes" } else { "no" }.into()),
     ];
     lines.extend(info.parameters.iter().map(|p| ("parameter", format!("{}: {p}", p.label()))));
+    lines.extend(brdf.notes().into_iter().map(|n| ("measured", n)));
     lines.extend(table.iter().map(|(a, v)| ("albedo", format!("{} from {a}°", three(*v)))));
     lines.push(("albedo", format!("{} over the hemisphere", three(hemispherical))));
     lines.push(("techniques", taken.join(", ")));

@@ -1,0 +1,232 @@
+//! Reflectance as a few Gaussians about the mirror direction.
+//!
+//! Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map Rendering*, eqs 3
+//! and 8. With the diffuse part split off first, T_θo(δ) = (f − ρ_d/π) n·wi as a function of the place δ relative to the
+//! mirror direction r, and at each of N elevations of the view
+//!
+//! **T_θo(δ) ≈ Σ_k w_k G_σk(μ_k − δ)**
+//!
+//! G_σ(m, d) = λ/(2π (1 − e^(−2λ))) exp(λ (m·d − 1)), λ = 1/σ²: the spherical Gaussian of integral 1. By the symmetry of
+//! isotropic reflectance the means lie in the plane of n and wo, so that a mean is one angle from r, positive away from n. A
+//! lobe has five numbers; 15 elevations of three lobes are 900 bytes in single precision.
+//!
+//! The N elevations are equally spaced from 0 to [`LAST`], since at π/2 nothing is seen. In between (in θ_o) the logarithm
+//! of σ, the angle of the mean and the weights are linear; beyond the last elevation they stay. T is 0 below the horizon, and
+//! the whole sphere counts: light that a lobe gathers from below is a part of its error, told as [`SliceReport::leak`].
+//!
+//! [`Objective::Published`] is eq. 8: least squares of the solid angle at every elevation alone, with bounds.
+//! [`Objective::Energy`] also keeps each channel's albedo, Σ_k w_k = ∫ T, so that a white furnace stays white, and of the
+//! minima that searches find at each elevation takes those whose errors are least in sum over the elevations and midway
+//! between them, where parameters are interpolated.
+//!
+//! Only means and widths are searched for: for given ones the weights are the solution of a least-squares problem with
+//! bounds, found exactly (variable projection: Golub & Pereyra 1973; Kaufman 1975 for the derivatives).
+
+mod chain;
+mod order;
+mod refine;
+mod slice;
+#[cfg(test)]
+mod tests;
+mod weights;
+
+use crate::Brdf;
+use glam::DVec3;
+use refine::Fitted;
+use slice::Slice;
+use std::f64::consts::PI;
+use steradian_base::{Cancelled, Task};
+
+/// The last elevation of a fit, radians: 89°.
+pub const LAST: f64 = 89.0 * PI / 180.0;
+/// Lobes at most.
+pub const MAX_LOBES: usize = 4;
+
+/// What is minimised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// Least squares under the condition that the weights of each channel sum to its albedo.
+    Energy,
+    /// Least squares (eq. 8 of the paper).
+    Published,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plan {
+    /// K, 1 … [`MAX_LOBES`].
+    pub lobes: usize,
+    /// N, 2 at least.
+    pub views: usize,
+    /// What is minimised.
+    pub objective: Objective,
+}
+
+impl Default for Plan {
+    /// K = 3 and N = 15, the paper's.
+    fn default() -> Self {
+        Self { lobes: 3, views: 15, objective: Objective::Energy }
+    }
+}
+
+/// One Gaussian.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GaussianLobe {
+    /// Angle of the mean from the mirror direction, in the plane of n and wo, positive away from n; radians.
+    pub angle: f64,
+    /// σ, radians.
+    pub sigma: f64,
+    /// Weight per channel: what the lobe sends back of constant light.
+    pub weight: [f64; 3],
+}
+
+impl GaussianLobe {
+    /// What lies at `t` between this lobe and that of the next elevation.
+    fn towards(&self, next: &Self, t: f64) -> Self {
+        let mix = |a: f64, b: f64| a + (b - a) * t;
+        Self {
+            angle: mix(self.angle, next.angle),
+            sigma: mix(self.sigma.ln(), next.sigma.ln()).exp(),
+            weight: std::array::from_fn(|c| mix(self.weight[c], next.weight[c])),
+        }
+    }
+
+    /// The mean, for the view at polar angle `theta` in the plane of x and z (wo at positive x).
+    pub fn mean(&self, theta: f64) -> DVec3 {
+        let (s, c) = (theta + self.angle).sin_cos();
+        DVec3::new(-s, 0.0, c)
+    }
+
+    /// G_σ about `mean` at `d`, per steradian.
+    pub fn gaussian(&self, mean: DVec3, d: DVec3) -> f64 {
+        density(self.sigma) * (-0.5 * (d - mean).length_squared() / (self.sigma * self.sigma)).exp()
+    }
+}
+
+/// The peak of G_σ: λ/(2π (1 − e^(−2λ))).
+pub(crate) fn density(sigma: f64) -> f64 {
+    let lambda = (sigma * sigma).recip();
+    lambda / (-2.0 * PI * (-2.0 * lambda).exp_m1())
+}
+
+/// How good a fit is at one elevation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SliceReport {
+    /// Polar angle of the view, radians.
+    pub theta: f64,
+    /// ∫ (T − fit)²/∫ T², all channels together: the paper's error as an energy.
+    pub energy: f64,
+    /// The same integral relative to that of the whole f·cos, squared.
+    pub of_whole: f64,
+    /// ∫ T per channel: the specular albedo.
+    pub albedo: [f64; 3],
+    /// Share of the weights that lies below the horizon.
+    pub leak: f64,
+    /// Did the search end at a minimum?
+    pub converged: bool,
+}
+
+impl SliceReport {
+    /// The plain norm ‖T − fit‖/‖T‖.
+    pub fn norm(&self) -> f64 {
+        self.energy.sqrt()
+    }
+}
+
+/// A fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaussianFit {
+    /// ρ_d, the albedo of the diffuse part per channel.
+    pub diffuse: [f64; 3],
+    /// The lobes of every elevation, as many at each, in an order that is kept from one to the next.
+    pub views: Vec<Vec<GaussianLobe>>,
+    /// What was found at each elevation; empty where the fit comes from a file.
+    pub report: Vec<SliceReport>,
+}
+
+impl GaussianFit {
+    /// Fits an isotropic reflectance.
+    pub fn new(brdf: &dyn Brdf, plan: Plan, task: &Task) -> Result<Self, Cancelled> {
+        let (views, lobes) = (plan.views.max(2), plan.lobes.clamp(1, MAX_LOBES));
+        let keep = plan.objective == Objective::Energy;
+        let diffuse = chain::diffuse(brdf, lobes, keep);
+        let slice = |x: f64| Slice::new(brdf, diffuse, LAST * x / (views - 1) as f64);
+        let slices: Vec<Slice> = (0..views).map(|i| slice(i as f64)).collect();
+        let found = chain::candidates(&slices, lobes, keep, task)?;
+        let mut fits: Vec<Fitted> = if keep {
+            let between: Vec<Slice> = (1..views).map(|i| slice(i as f64 - 0.5)).collect();
+            let path = chain::smoothest(&slices, &found, &between);
+            found.into_iter().zip(path).map(|(mut all, k)| all.swap_remove(k)).collect()
+        } else {
+            found.into_iter().filter_map(chain::least).collect()
+        };
+        order::align(&mut fits);
+        let report = slices.iter().zip(&fits).map(|(s, f)| s.report(f)).collect();
+        Ok(Self { diffuse, views: fits.into_iter().map(|f| f.lobes).collect(), report })
+    }
+
+    /// The fit of the reflectance times `by`, per channel.
+    #[must_use]
+    pub fn scaled(mut self, by: [f64; 3]) -> Self {
+        let times = |v: &mut [f64; 3]| v.iter_mut().zip(by).for_each(|(v, by)| *v *= by);
+        times(&mut self.diffuse);
+        self.views.iter_mut().flatten().for_each(|l| times(&mut l.weight));
+        self
+    }
+
+    /// Lobes of each elevation.
+    pub fn lobes(&self) -> usize {
+        self.views.first().map_or(0, Vec::len)
+    }
+
+    /// The lobes for a view at polar angle `theta`; those beyond the last have no weight.
+    pub fn at(&self, theta: f64) -> [GaussianLobe; MAX_LOBES] {
+        let last = self.views.len() - 1;
+        let x = (theta / LAST).clamp(0.0, 1.0) * last as f64;
+        let i = (x as usize).min(last.saturating_sub(1));
+        let (a, b, t) = (&self.views[i], &self.views[(i + 1).min(last)], x - i as f64);
+        let mut out = [GaussianLobe { sigma: 1.0, ..GaussianLobe::default() }; MAX_LOBES];
+        for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+            *out = a.towards(b, t);
+        }
+        out
+    }
+
+    /// What the fit is as a reflectance: ρ_d/π n·wi above the horizon and the lobes over the whole sphere.
+    pub fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if wo.z <= 0.0 {
+            return [0.0; 3];
+        }
+        let mut sum = self.diffuse.map(|d| d / PI * wi.z.max(0.0));
+        let (sine, theta) = (wo.x.hypot(wo.y), crate::math::polar_angle(wo));
+        let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
+        let d = DVec3::new(wi.x * x + wi.y * y, wi.y * x - wi.x * y, wi.z);
+        for lobe in &self.at(theta)[..self.lobes()] {
+            let g = lobe.gaussian(lobe.mean(theta), d);
+            (0..3).for_each(|c| sum[c] += lobe.weight[c] * g);
+        }
+        sum
+    }
+
+    /// The error of the fit against `brdf` at a view between the elevations of the fit: what [`SliceReport::energy`] is at
+    /// those.
+    pub fn error_at(&self, brdf: &dyn Brdf, theta: f64) -> SliceReport {
+        let slice = Slice::new(brdf, self.diffuse, theta);
+        let lobes = self.at(theta)[..self.lobes()].to_vec();
+        slice.report(&Fitted { lobes, error: f64::NAN, converged: true })
+    }
+
+    /// The polar angle of an elevation.
+    pub fn theta(&self, view: usize) -> f64 {
+        theta(view, self.views.len())
+    }
+
+    /// The numbers of the fit, in single precision as files hold them: bytes.
+    pub fn bytes(&self) -> usize {
+        4 * (3 + 5 * self.views.len() * self.lobes())
+    }
+}
+
+fn theta(view: usize, views: usize) -> f64 {
+    LAST * view as f64 / (views - 1) as f64
+}
