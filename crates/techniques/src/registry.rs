@@ -1,10 +1,10 @@
 //! Every technique, one line each.
 
 use crate::rooms::{
-    ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, haar_transport, lafortune_env,
-    lobe_maps, matrix_radiance_transfer, mirror_map, paraboloid_filter, phong_diffuse_maps, prt_brdf,
-    prt_diffuse, prt_glossy, reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global, shrm_slices,
-    split_sum,
+    ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, gaussian_lobes, haar_transport,
+    lafortune_env, lobe_maps, matrix_radiance_transfer, mirror_map, paraboloid_filter, phong_diffuse_maps,
+    prt_brdf, prt_diffuse, prt_glossy, reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global,
+    shrm_slices, split_sum,
 };
 use crate::{AnyTechnique, Erased};
 
@@ -18,6 +18,7 @@ const TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<factored_lighting::FactoredLighting>::new(),
     &Erased::<sh_brdf::ShBrdf>::new(),
     &Erased::<lobe_maps::LobeMaps>::new(),
+    &Erased::<gaussian_lobes::GaussianLobes>::new(),
     &Erased::<lafortune_env::LafortuneEnv>::new(),
     &Erased::<paraboloid_filter::ParaboloidFilter>::new(),
     &Erased::<banks_env::BanksEnv>::new(),

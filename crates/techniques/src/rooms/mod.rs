@@ -5,6 +5,7 @@ pub mod banks_env;
 pub mod clustered_pca;
 pub mod diffuse_map;
 pub mod factored_lighting;
+pub mod gaussian_lobes;
 pub mod haar_transport;
 pub mod lafortune_env;
 pub mod lobe_maps;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::source::{MAX_HEIGHT, reduced};
-use steradian_prefilter::{SmallLight, Source, Tree};
+use steradian_prefilter::{EdgeCube, SmallLight, Source, Tree};
 use steradian_sphere::{Layout, SphereImage};
 
 /// Highest band of the spectrum that light is analysed to; sharper kernels are filtered in angular space.
@@ -53,6 +53,14 @@ impl DistantLight {
             (0..3).for_each(|c| l[c] += b.flux[c] / omega);
         }
         l
+    }
+
+    /// The light itself as texel means of a cube of `size` intervals an edge, small lights spread over texels.
+    pub fn mirror(&self, size: usize) -> EdgeCube {
+        let dark = || EdgeCube::from_fn(size, |_| [0.0; 3]);
+        let mut cube = self.source.base.as_ref().map_or_else(dark, |i| EdgeCube::from_image(i, size));
+        self.source.small_lights.iter().for_each(|b| cube.add(b));
+        cube
     }
 
     fn of(lights: &Lights, order: usize, task: &Task) -> Result<Self, Cancelled> {

@@ -129,14 +129,7 @@ impl Filtering<'_> {
 
     /// Texel means of the light, suns spread over texels.
     fn mirror(&self) -> &EdgeCube {
-        self.mirror.get_or_init(|| {
-            let source = &self.light.source;
-            let dark = || EdgeCube::from_fn(self.largest, |_| [0.0; 3]);
-            let image = |i| EdgeCube::from_image(i, self.largest);
-            let mut cube = source.base.as_ref().map_or_else(dark, image);
-            source.small_lights.iter().for_each(|b| cube.add(b));
-            cube
-        })
+        self.mirror.get_or_init(|| self.light.mirror(self.largest))
     }
 
     /// Is the profile of this channel a mirror's beside the smallest texels?

@@ -1,0 +1,182 @@
+//! The material's factor, the fit; and what of it shading reads for the levels of a chain.
+
+use super::light::Light;
+use crate::certify::Report;
+use crate::shared::reflectance;
+use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use crate::{BakeError, Material, Part};
+use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::fit::gaussian::{GaussianFit, LAST, MAX_LOBES, Objective, Plan};
+use steradian_brdf::model::lobes;
+use steradian_brdf::{Brdf, Form, SharedBrdf};
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// K.
+        pub lobes: usize = ParamInfo::whole("lobes", [1.0, 4.0], 3.0, "K, Gaussians of every view (a fit from a file keeps its own)"),
+        /// N.
+        pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
+        /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
+        pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
+        /// σ of level 1, degrees.
+        pub sigma: f64 = ParamInfo::real("sigma", [0.25, 30.0], 1.0, "width of the first filtered map; level 0 is the light itself").unit("degrees"),
+        /// Intervals per cube edge of level 0; the environment's own where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
+    }
+}
+
+/// Rows of the table from one view of the fit to the next: enough for logarithms of σ to become levels.
+const FINER: usize = 8;
+
+/// A reflectance and its lobes.
+pub struct Fitted {
+    /// `None` in a loaded bake that does not keep what its reflectance's files hold.
+    brdf: Option<SharedBrdf>,
+    spec: String,
+    /// The lobes.
+    pub fit: GaussianFit,
+}
+
+impl Fitted {
+    pub(super) fn new(m: &Material, p: &Params, task: &Task) -> Result<Self, BakeError> {
+        let objective = if p.objective == 1 { Objective::Published } else { Objective::Energy };
+        let fit = match m.brdf.form() {
+            Form::Gaussians(fit) => fit,
+            _ => GaussianFit::new(&*m.brdf, Plan { lobes: p.lobes, views: p.views, objective }, task)?,
+        };
+        Ok(Self { brdf: Some(m.brdf.clone()), spec: m.brdf.spec(), fit })
+    }
+}
+
+impl Part for Fitted {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let key = format!("steradian.{prefix}.brdf");
+        match &self.brdf {
+            Some(brdf) => reflectance::put(to, &key, &**brdf),
+            None => _ = to.metadata.insert(key, self.spec.clone()),
+        }
+        let numbers = lobes::numbers(&self.fit);
+        put_f64(to, format!("{prefix}.lobes"), vec![numbers.len()], numbers);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let key = format!("steradian.{prefix}.brdf");
+        let spec = from.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?.clone();
+        let name = format!("{prefix}.lobes");
+        let (_, numbers) = get_f64(from, &name, 1)?;
+        let fit = lobes::from_numbers(&numbers).ok_or(PartError::Unexpected(name))?;
+        Ok(Self { brdf: reflectance::kept(from, &key).ok(), spec, fit })
+    }
+
+    fn bytes(&self) -> usize {
+        self.fit.bytes()
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        self.brdf.as_deref()
+    }
+}
+
+/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Views {
+    /// Angle of the mean, level of the chain, 0, 0.
+    pub means: Vec<[f32; 4]>,
+    /// Weights, 0.
+    pub weights: Vec<[f32; 4]>,
+    /// Lobes.
+    pub lobes: usize,
+    /// ρ_d.
+    pub diffuse: [f32; 3],
+}
+
+impl Views {
+    /// Views of each lobe.
+    pub fn count(&self) -> usize {
+        self.means.len() / self.lobes
+    }
+}
+
+/// Joins chain and fit.
+pub(super) fn link(light: &Light, m: &Fitted) -> (Views, Report) {
+    let (fit, lobes) = (&m.fit, m.fit.lobes());
+    let rows = (fit.views.len() - 1) * FINER + 1;
+    let at: Vec<_> = (0..rows).map(|i| fit.at(LAST * i as f64 / (rows - 1) as f64)).collect();
+    let row = |k: usize, i: usize| at[i][k.min(MAX_LOBES - 1)];
+    let all = || (0..lobes).flat_map(move |k| (0..rows).map(move |i| (k, i)));
+    let means = all().map(|(k, i)| [row(k, i).angle as f32, light.level(row(k, i).sigma) as f32, 0.0, 0.0]);
+    let weight = |(k, i): (usize, usize)| {
+        let [r, g, b] = row(k, i).weight;
+        [r as f32, g as f32, b as f32, 0.0]
+    };
+    let views = Views {
+        means: means.collect(),
+        weights: all().map(weight).collect(),
+        lobes,
+        diffuse: fit.diffuse.map(|d| d as f32),
+    };
+    (views, report(light, fit))
+}
+
+fn report(light: &Light, fit: &GaussianFit) -> Report {
+    let [narrow, wide] = light.range();
+    let (mut all, mut sharper, mut wider) = (0.0, 0.0, 0.0);
+    for lobe in fit.views.iter().flatten() {
+        let weight = lobe.weight.iter().sum::<f64>();
+        all += weight;
+        sharper += if lobe.sigma < narrow { weight } else { 0.0 };
+        wider += if lobe.sigma > wide { weight } else { 0.0 };
+    }
+    let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
+    let mut report = Report::default()
+        .detail("bytes of the material", fit.bytes() as f64)
+        .detail("levels", light.sigmas.len() as f64)
+        .detail("weight sharper than level 0", share(sharper))
+        .detail("weight wider than the last level", share(wider));
+    if !fit.report.is_empty() {
+        let n = fit.report.len() as f64;
+        let mean = fit.report.iter().map(|r| r.energy).sum::<f64>() / n;
+        let worst = fit.report.iter().map(|r| r.energy).fold(0.0, f64::max);
+        let leak = fit.report.iter().map(|r| r.leak).fold(0.0, f64::max);
+        let failed = fit.report.iter().filter(|r| !r.converged).count();
+        report = report
+            .detail("fit error of the specular part, energy, mean over views", mean)
+            .detail("fit error of the specular part, energy, worst view", worst)
+            .detail("weight below the horizon, worst view", leak)
+            .detail("views whose fit did not converge", failed as f64);
+    }
+    report
+}
+
+impl Part for Views {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let shape = || vec![self.lobes, self.count(), 4];
+        put_f32(to, format!("{prefix}.means"), shape(), self.means.concat());
+        put_f32(to, format!("{prefix}.weights"), shape(), self.weights.concat());
+        put_f32(to, format!("{prefix}.diffuse"), vec![3], self.diffuse.to_vec());
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let table = |name: String| -> Result<(usize, Vec<[f32; 4]>), PartError> {
+            let (shape, v) = get_f32(from, &name, 3)?;
+            let valid = (1..=MAX_LOBES).contains(&shape[0]) && shape[1] >= 2 && shape[2] == 4;
+            if valid { Ok((shape[0], v.as_chunks().0.to_vec())) } else { Err(PartError::Unexpected(name)) }
+        };
+        let (lobes, means) = table(format!("{prefix}.means"))?;
+        let name = format!("{prefix}.weights");
+        let (other, weights) = table(name.clone())?;
+        if other != lobes || weights.len() != means.len() {
+            return Err(PartError::Unexpected(name));
+        }
+        let name = format!("{prefix}.diffuse");
+        let (_, diffuse) = get_f32(from, &name, 1)?;
+        let diffuse = diffuse[..].try_into().map_err(|_| PartError::Unexpected(name))?;
+        Ok(Self { means, weights, lobes, diffuse })
+    }
+
+    fn bytes(&self) -> usize {
+        32 * self.means.len() + 12
+    }
+}

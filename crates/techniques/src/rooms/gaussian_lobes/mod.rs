@@ -1,0 +1,131 @@
+//! A few Gaussians about the mirror direction, looked up in one chain of maps that serves every material.
+//!
+//! Green, Kautz & Durand (2007), *Efficient Reflectance and Visibility Approximations for Environment Map Rendering*, eqs
+//! 2–5 and 8:
+//!
+//! > L_o ≈ ρ_d E(n)/π + Σ_k w_k (G_σk ⋆ L)(r + μ_k),  w, σ, μ functions of n·wo
+//!
+//! The light is a chain of cubes: level 0 the light itself, then L convolved with spherical Gaussians, σ_{j+1} = 2σ_j; it
+//! depends on no material. The reflectance is the fit of [`steradian_brdf::fit::gaussian`], about a kilobyte: N elevations
+//! of K lobes, whose logarithms of σ, angles and weights are linear in between. A lobe's width lies between two levels, mixed
+//! so that the mean cosine about its axis is its own: the second moment, exactly also where lobes are wide. The diffuse
+//! part, split off before the fit, is looked up in a map of E/π. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic
+//! reflectance, point lights.
+
+mod bake;
+mod light;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::certify::Report;
+use crate::gpu::Uniform;
+use crate::shared::light_rotation::LightRotation;
+use crate::shared::{lights, reflectance};
+use crate::{
+    Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
+    Radiance, Technique, View,
+};
+use bake::{Fitted, Params, Views};
+use light::Light;
+use steradian_base::Task;
+use steradian_light::Lights;
+
+/// The technique.
+pub struct GaussianLobes;
+
+impl Technique for GaussianLobes {
+    const CARD: Card = Card {
+        slug: "gaussian_lobes",
+        title: "Gaussian lobes about the mirror direction",
+        citation: "Green, Kautz & Durand 2007, Efficient Reflectance and Visibility Approximations for Environment \
+                   Map Rendering",
+        equation: "L_o = ρ_d E/π + Σ_k w_k (G_σk ⋆ L)(r + μ_k)",
+        light: "one chain of cube maps for all materials: itself, then convolved with Gaussians of doubling width",
+        visibility: "none: V = 1",
+        reflectance: "any isotropic, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a \
+                      kilobyte; the albedo of every fitted view exact",
+        materials: reflectance::isotropic,
+        specimens: &[
+            "ggx:alpha=0.04,f0=0.9/0.6/0.3",
+            "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+            "dielectric:alpha=0.16,f0=0.04,albedo=0.6/0.3/0.1",
+            "sgd:gold-metallic-paint",
+            "phong-normalized:s=200",
+        ],
+        exact_when: &[
+            Claim::new(
+                "the light is constant: the energy of each view is exact",
+                lights::furnace,
+                "ggx:alpha=0.25,f0=0.9/0.6/0.3",
+                3e-3,
+            ),
+            Claim::new(
+                "the light is constant: a diffuse base under a layer",
+                lights::furnace,
+                "dielectric:alpha=0.16,f0=0.04,albedo=0.6/0.3/0.1",
+                3e-3,
+            ),
+            Claim::new("the surface is lambertian", lights::studio, "lambert:albedo=0.8/0.5/0.2", 0.01),
+            Claim::new(
+                "the lobe is a narrow Gaussian (Phong's, s = 2000)",
+                lights::smooth,
+                "phong-normalized:s=2000",
+                0.01,
+            ),
+        ],
+        capabilities: Capabilities {
+            global: true,
+            diffuse: true,
+            certain_isotropic: true,
+            all_isotropic: true,
+            bump_mapping: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        waived: &[],
+    };
+    type Params = Params;
+    type Light = Light;
+    type Material = Fitted;
+    type Transfer = ();
+    type Linked = Views;
+    type Frame = LightRotation;
+
+    fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
+        Light::bake(l, p, task)
+    }
+
+    fn material(m: &Material, p: &Params, task: &Task) -> Result<Fitted, BakeError> {
+        Fitted::new(m, p, task)
+    }
+
+    fn transfer(_: Option<&Geometry>, _: &Fitted, _: &Params, _: &Task) -> Result<(), BakeError> {
+        Ok(())
+    }
+
+    fn link(parts: Parts<'_, Self>, _: &Params, _: &Task) -> Result<(Views, Report), BakeError> {
+        Ok(bake::link(parts.light, parts.material))
+    }
+
+    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
+        *f = LightRotation::new(v.light_rotation);
+    }
+
+    fn bytes(b: &Bake<Self>) -> usize {
+        b.light.bytes() + b.linked.bytes()
+    }
+
+    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(&b.light, &b.linked, f, q, out);
+    }
+
+    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
+        shade::gpu(&b.light, &b.linked, f)
+    }
+
+    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
+        Some(vec![f.uniform()])
+    }
+}

@@ -1,0 +1,146 @@
+use super::light::moment;
+use super::*;
+use crate::{AnyBake, PointsBuf, find};
+use glam::Vec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use steradian_base::{ParamValues, Progress};
+use steradian_brdf::fit::gaussian::{GaussianFit, Plan};
+use steradian_brdf::model::lobes::Lobes;
+use steradian_brdf::parse;
+
+fn bake(lights: &Lights, spec: &str, params: &[(&str, f64)], task: &Task) -> Box<dyn AnyBake> {
+    let values: ParamValues = params.iter().copied().collect();
+    let material = Material::new(parse(spec).expect(spec));
+    find("gaussian-lobes").expect("registered").bake(lights, &material, None, &values, task).expect("baked")
+}
+
+fn params() -> Params {
+    Params::read(&ParamValues::default()).expect("defaults")
+}
+
+fn points() -> PointsBuf {
+    let mut q = PointsBuf::default();
+    for k in 0..64 {
+        let n = steradian_prefilter::probe::direction(k, 64).as_vec3();
+        let t = n.any_orthonormal_vector();
+        let c = [1.0, 0.9, 0.6, 0.3][k % 4];
+        q.push(n, t, n * c + t * (1.0f32 - c * c).sqrt(), Vec3::ZERO);
+    }
+    q
+}
+
+fn shade(b: &dyn AnyBake) -> Vec<[f64; 3]> {
+    let q = points();
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..q.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
+}
+
+/// Phong's lobe of exponent n is the Gaussian of σ² = 1/n up to O(1/n): one lobe gives Phong's own map (eq. 5).
+#[test]
+fn phong_by_one_lobe_is_phongs_map() {
+    let (light, task) = (lights::smooth(), Task::quiet());
+    let error = |n: f64| {
+        let spec = format!("phong-normalized:s={n},scale=1/0.7/0.2");
+        let own = bake(&light, &spec, &[("lobes", 1.0)], &task);
+        let map = find("phong-diffuse-maps").expect("registered");
+        let material = Material::new(parse(&spec).expect("spec"));
+        let map = map.bake(&light, &material, None, &ParamValues::default(), &task).expect("baked");
+        steradian_prefilter::probe::relative_rms(shade(&*own).into_iter().zip(shade(&*map)))
+    };
+    let errors = [20.0, 200.0].map(error);
+    assert!(errors[0] < 0.02 && errors[1] < 5e-3, "{errors:?}");
+}
+
+/// Levels are chosen by second moments, and moments by the closed form.
+#[test]
+fn levels_mix_to_the_lobes_second_moment() {
+    let task = Task::quiet();
+    let light = Light::bake(&lights::furnace(), &params(), &task).expect("baked");
+    assert!(light.sigmas[1..].windows(2).all(|w| (w[1] / w[0] - 2.0).abs() < 1e-12));
+    let [narrow, wide] = light.range();
+    for k in 0..100 {
+        let sigma = narrow * (wide / narrow).powf(f64::from(k) / 99.0);
+        let level = light.level(sigma);
+        let (a, t) = (level as usize, level.fract());
+        let b = (a + 1).min(light.sigmas.len() - 1);
+        let mixed = (1.0 - t) * moment(light.sigmas[a]) + t * moment(light.sigmas[b]);
+        assert!((mixed / moment(sigma) - 1.0).abs() < 1e-9, "{sigma}: {mixed}");
+    }
+    // 1 − ∫ cos θ G by quadrature.
+    for sigma in [0.05, 0.3, 1.0f64] {
+        let (mut sum, mut all) = (0.0, 0.0);
+        for i in 0..20_000 {
+            let x = -1.0 + (f64::from(i) + 0.5) / 10_000.0;
+            let g = ((x - 1.0) / (sigma * sigma)).exp();
+            sum += (1.0 - x) * g;
+            all += g;
+        }
+        assert!((moment(sigma) / (sum / all) - 1.0).abs() < 1e-3, "{sigma}");
+    }
+}
+
+#[derive(Default)]
+struct Counted(AtomicUsize);
+
+impl Progress for Counted {
+    fn begin(&self, label: &str, _: u64) {
+        self.0.fetch_add(usize::from(label == "prefilter"), Ordering::Relaxed);
+    }
+    fn advance(&self, _: u64) {}
+    fn end(&self) {}
+}
+
+/// Another material filters no light anew, a turned light neither.
+#[test]
+fn one_chain_serves_every_material() {
+    let counted = Arc::new(Counted::default());
+    let task = Task::quiet().with_progress(counted.clone());
+    let light = lights::studio();
+    let first = bake(&light, "ggx:alpha=0.2", &[], &task);
+    assert_eq!(counted.0.load(Ordering::Relaxed), 1);
+    for spec in ["sgd:chrome", "lambert:albedo=0.5", "abc:blue-acrylic"] {
+        let other = first.with_material(&Material::new(parse(spec).expect(spec)), &task).expect("linked");
+        assert_eq!(counted.0.load(Ordering::Relaxed), 1);
+        let anew = bake(&light, spec, &[], &Task::quiet());
+        assert_eq!(shade(&*other), shade(&*anew), "{spec}");
+    }
+}
+
+/// A fit that is given is taken as it is.
+#[test]
+fn a_given_fit_is_not_fitted_again() {
+    let source = parse("ggx:alpha=0.3,f0=0.8/0.5/0.2").expect("spec");
+    let plan = Plan { lobes: 2, views: 9, ..Plan::default() };
+    let fit = GaussianFit::new(&*source, plan, &Task::quiet()).expect("not cancelled");
+    let brdf = Arc::new(Lobes::new("lobes:a.safetensors".into(), fit.clone()));
+    let fitted = Fitted::new(&Material::new(brdf), &params(), &Task::quiet()).expect("taken");
+    assert_eq!(fitted.fit, fit);
+}
+
+/// Turning the view by a quarter of a degree makes no step of radiance beyond what the light's own changes make
+/// ("temporally coherent", section 6 of the paper).
+#[test]
+fn views_follow_each_other_without_steps() {
+    let (light, task) = (lights::studio(), Task::quiet());
+    let b = bake(&light, "ggx:alpha=0.2,f0=0.9", &[], &task);
+    let (n, t) = (Vec3::Y, Vec3::X);
+    let mut q = PointsBuf::default();
+    for k in 0..340 {
+        let (s, c) = (0.25 * k as f32).to_radians().sin_cos();
+        q.push(n, t, n * c + t * s, Vec3::ZERO);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    let largest = rgb[1].iter().copied().fold(0.0, f32::max);
+    let step = rgb[1].windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+    assert!(step < 0.03 * largest, "{step} of {largest}");
+}
+
+#[test]
+fn what_it_refuses_says_why() {
+    let t = find("gaussian_lobes").expect("registered");
+    let why = (t.card().materials)(&*parse("ggx:ax=0.1,ay=0.2").expect("spec")).expect_err("anisotropic");
+    assert!(why.contains("isotropic"), "{why}");
+}
