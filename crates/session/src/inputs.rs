@@ -65,22 +65,32 @@ pub fn expand_lights(spec: &str) -> Result<Vec<String>, Error> {
     }
     let above = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let dir = if folder { path } else { above };
+    let image = |name: &str| {
+        let extension = Path::new(name).extension();
+        extension.is_some_and(|e| LIGHTS.iter().any(|l| e.eq_ignore_ascii_case(l)))
+    };
+    let files = files_of(dir, |name| if folder { image(name) } else { matches(&pattern, name) })?;
+    let out: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    if out.is_empty() { Err(Error::input(format!("{spec}: holds no images of lights"))) } else { Ok(out) }
+}
+
+/// The files of a folder whose names are `wanted`, sorted.
+pub(crate) fn files_of(dir: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>, Error> {
     let unreadable = |e: std::io::Error| Error::input(format!("{}: cannot read: {e}", dir.display()));
     let mut out = Vec::new();
     for entry in std::fs::read_dir(dir).map_err(unreadable)? {
         let file = entry.map_err(unreadable)?.path();
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let image = file.extension().is_some_and(|e| LIGHTS.iter().any(|l| e.eq_ignore_ascii_case(l)));
-        if file.is_file() && if folder { image } else { matches(&pattern, &name) } {
-            out.push(file.display().to_string());
+        if file.is_file() && wanted(&name) {
+            out.push(file);
         }
     }
-    out.sort();
-    if out.is_empty() { Err(Error::input(format!("{spec}: holds no images of lights"))) } else { Ok(out) }
+    out.sort_by_key(|f| f.display().to_string());
+    Ok(out)
 }
 
 /// Does `name` match a pattern in which `*` stands for any characters?
-fn matches(pattern: &str, name: &str) -> bool {
+pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else { return false };
     let mut parts: Vec<&str> = parts.collect();

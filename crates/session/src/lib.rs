@@ -25,6 +25,7 @@ pub mod demo;
 mod destinations;
 mod error;
 pub mod eval;
+pub mod fit;
 mod ground;
 mod inputs;
 pub mod inspect;

@@ -1,10 +1,12 @@
 //! Files of many materials: binary numbers, and a text beside them with one name per line.
 
 use super::curet_file::fault;
-use crate::SpecError;
+use super::{nbrdf, npf};
+use crate::model::merl_fits::{ABC, SGD};
 use crate::spec::Args;
+use crate::{Files, SpecError};
 use std::path::{Path, PathBuf};
-use steradian_base::nearest;
+use steradian_base::{nearest, split_spec};
 
 /// Bytes of a list of names at most.
 const MAX_NAMES: u64 = 1 << 20;
@@ -41,4 +43,28 @@ pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<u
 /// The list of names of a file: what the spec says, else `standard` beside the file.
 pub(super) fn list(path: &Path, standard: &str, a: &Args<'_>) -> PathBuf {
     a.file("names").unwrap_or_else(|| path.with_file_name(standard))
+}
+
+/// The specs that a spec with `*` for the material stands for: `npf:FILE,*`, `nbrdf:FILE,*`, `sgd:*`, `abc:*`. Any other spec
+/// stands for itself.
+pub fn expand(spec: &str, files: Files<'_>) -> Result<Vec<String>, SpecError> {
+    let (model, body) = split_spec(spec);
+    if body == "*" && model == "sgd" {
+        return Ok(SGD.names().iter().map(|n| format!("sgd:{n}")).collect());
+    }
+    if body == "*" && model == "abc" {
+        return Ok(ABC.names().iter().map(|n| format!("abc:{n}")).collect());
+    }
+    let Some(body) = body.strip_suffix(",*") else { return Ok(vec![spec.into()]) };
+    let info = match model {
+        "npf" => &npf::INFO,
+        "nbrdf" => &nbrdf::INFO,
+        _ => return Ok(vec![spec.into()]),
+    };
+    let a = Args::new(info, body, files)?;
+    let Some(path) = a.file("file") else { return Ok(vec![spec.into()]) };
+    let standard = if model == "npf" { npf::NAMES.to_owned() } else { nbrdf::names(&path) };
+    let text = a.read(&list(&path, &standard, &a), MAX_NAMES, "a list of materials")?;
+    let names = text.lines().map(str::trim).filter(|l| !l.is_empty()).take(MAX_MATERIALS);
+    Ok(names.map(|n| format!("{model}:{body},{n}")).collect())
 }

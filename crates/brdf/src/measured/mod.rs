@@ -10,6 +10,8 @@ pub mod rgl;
 mod shape;
 mod zernike;
 
+pub use materials::expand;
+
 use crate::model::lobes;
 use crate::registry::Entry;
 

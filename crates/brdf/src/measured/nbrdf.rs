@@ -19,6 +19,7 @@ use crate::registry::Entry;
 use crate::spec::Args;
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
+use std::path::Path;
 use std::sync::Arc;
 use steradian_base::ParamInfo;
 
@@ -60,15 +61,20 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
         let n = numbers.len();
         return Err(fault(&path, format!("holds {n} numbers, which are not {WEIGHTS} for each material")));
     };
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let stem = name.strip_suffix(".bin").unwrap_or(&name);
-    let standard = format!("{}_names.txt", stem.strip_suffix("_f32le").unwrap_or(stem));
+    let standard = names(&path);
     let names = materials::list(&path, &standard, a);
     let i = materials::find(&names, a.name("material").as_deref(), a)?;
     let weights = all.get(i).ok_or_else(|| {
         fault(&path, format!("holds {} materials; its list names more than {i}", all.len()))
     })?;
     Ok(Arc::new(Network::new(a.spec(), weights).ok_or_else(|| a.syntax("weights are damaged".into()))?))
+}
+
+/// The list of names beside a file of networks.
+pub(super) fn names(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = name.strip_suffix(".bin").unwrap_or(&name);
+    format!("{}_names.txt", stem.strip_suffix("_f32le").unwrap_or(stem))
 }
 
 /// One material.

@@ -42,6 +42,9 @@ pub static INFO: Info = Info {
 
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
+/// The list of names beside the table.
+pub(super) const NAMES: &str = "npf_material_names.txt";
+
 const ROWS: usize = 256;
 const COLUMNS: usize = 512;
 const BINS: usize = 90;
@@ -64,7 +67,7 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
         let n = numbers.len();
         return Err(fault(&path, format!("holds {n} numbers instead of {ROWS} x {COLUMNS} x 3")));
     }
-    let names = materials::list(&path, "npf_material_names.txt", a);
+    let names = materials::list(&path, NAMES, a);
     let row = materials::find(&names, a.name("material").as_deref(), a)?;
     let row = numbers.chunks_exact(3 * COLUMNS).nth(row).unwrap_or_default();
     let material = Npf::new(a.spec(), row.iter().copied().take(3 * USED));

@@ -12,7 +12,7 @@ pub mod lafortune;
 mod lafortune_file;
 pub mod lambert;
 pub mod lobes;
-mod merl_fits;
+pub(crate) mod merl_fits;
 pub mod microfacet;
 pub mod minnaert;
 pub mod oren_nayar;

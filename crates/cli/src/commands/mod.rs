@@ -5,6 +5,7 @@ mod compare;
 mod convert;
 mod demo;
 mod eval;
+mod fit;
 mod inspect;
 mod irradiance;
 mod lut;
@@ -38,6 +39,8 @@ pub enum Command {
     Lut(lut::Options),
     /// Environment to filtered map, chain of levels, or an engine's files
     Prefilter(Box<prefilter::Options>),
+    /// Measured or analytic reflectance to a kilobyte of Gaussian lobes, with its error
+    Fit(fit::Options),
     /// What a prefiltered file of any tool really holds, level by level, and how far off it is
     Verify(Box<verify::Options>),
     /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
@@ -66,6 +69,7 @@ impl Command {
             Self::Bake(o) => bake::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
             Self::Irradiance(o) => irradiance::run(o, context),
+            Self::Fit(o) => fit::run(o, context),
             Self::Lut(o) => lut::run(o, context),
             Self::Prefilter(o) => prefilter::run(*o, context),
             Self::Verify(o) => verify::run(*o, context),

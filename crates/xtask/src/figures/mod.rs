@@ -1,8 +1,9 @@
 //! Figures of Ramamoorthi & Hanrahan 2002, *Frequency Space Environment Map Rendering*, and of Kautz, Sloan & Snyder 2002,
-//! *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics* (`kss02-…`): ours beside the paper's.
+//! *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics* (`kss02-…`), and of Green, Kautz &
+//! Durand 2007 (`gkd07-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures 5.6|5.7|5.8|5.9|elevations|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -12,6 +13,7 @@
 mod chart;
 mod elevations;
 mod energy;
+mod gaussians;
 mod grazing;
 mod kautz;
 mod light;
@@ -36,7 +38,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures 5.6|5.7|5.8|5.9|elevations|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -61,6 +63,7 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "5.8" => velvet::run(&o),
         "5.9" => grazing::run(&o),
         "elevations" => elevations::run(&o),
+        "gkd07-4" => gaussians::run(&o),
         "kss02-2" => kautz::table(&o),
         "kss02-3" => statues::lights(&o),
         "kss02-6" => kautz::exponents(&o),

@@ -1,0 +1,122 @@
+//! `steradian fit`: measured or analytic reflectance to a kilobyte of Gaussian lobes, with its error.
+
+use crate::context::Context;
+use crate::failure::{Failure, Outcome};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use steradian_brdf::fit::gaussian::{GaussianFit, MAX_LOBES, Objective, Plan};
+use steradian_session::fit::{Fitted, brdf_name, expand_brdfs};
+use steradian_session::{Destinations, check_output};
+
+/// Options of `steradian fit`.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Files of measurements (.binary, .bsdf), folders or patterns with * of them, specs such as ggx:alpha=0.2, or all
+    /// materials of a table: npf:FILE,* nbrdf:FILE,* sgd:* abc:*
+    #[arg(value_name = "INPUT", required = true, num_args = 1..)]
+    input: Vec<String>,
+    /// Gaussians of every view
+    #[arg(long, value_name = "K", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=MAX_LOBES as i64))]
+    lobes: u8,
+    /// Elevations of the view, equally spaced from 0 to 89 degrees
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u8).range(2..=64))]
+    views: u8,
+    /// What is least: the squared error with every view's albedo kept, or without that condition (the paper's)
+    #[arg(long, value_name = "energy|published", default_value = "energy", value_parser = objective)]
+    objective: Objective,
+    /// Output: .safetensors; {} in its name stands for the material's
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+}
+
+fn objective(text: &str) -> Result<Objective, String> {
+    match text {
+        "energy" => Ok(Objective::Energy),
+        "published" => Ok(Objective::Published),
+        _ => Err(steradian_base::unknown("objective", text, &["energy", "published"])),
+    }
+}
+
+pub fn run(o: Options, context: &mut Context) -> Outcome {
+    check_output(&o.output, &["safetensors"])?;
+    let mut specs = Vec::new();
+    for input in &o.input {
+        specs.extend(expand_brdfs(input)?);
+    }
+    let jobs = jobs(&o, specs)?;
+    let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective };
+    let done = context.fit(jobs, plan)?;
+    if context.common.json {
+        let fits: Vec<Value> = done.iter().map(document).collect();
+        return context.print_json(json!({ "fits": fits }));
+    }
+    context.print(&table(&done))
+}
+
+/// Each spec with its output.
+fn jobs(o: &Options, specs: Vec<String>) -> Result<Vec<(String, PathBuf)>, Failure> {
+    let file = o.output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    if specs.len() > 1 && !file.contains("{}") {
+        let why = "several inputs need a {} in the output's name, such as {}.safetensors";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    }
+    let mut places = Destinations::default();
+    let mut out = Vec::with_capacity(specs.len());
+    for spec in specs {
+        let output = o.output.with_file_name(file.replacen("{}", &brdf_name(&spec), 1));
+        places.file("--output", &output)?;
+        out.push((spec, output));
+    }
+    Ok(out)
+}
+
+/// Views up to here are "normal views".
+const NORMAL: f64 = 60.5;
+
+/// Mean energy error of views up to 60°, and the worst view's with its angle in degrees.
+fn figures(fit: &GaussianFit) -> (f64, f64, f64) {
+    let normal: Vec<f64> =
+        fit.report.iter().filter(|r| r.theta.to_degrees() < NORMAL).map(|r| r.energy).collect();
+    let mean = normal.iter().sum::<f64>() / normal.len().max(1) as f64;
+    let worst = fit.report.iter().max_by(|a, b| a.energy.total_cmp(&b.energy));
+    worst.map_or((mean, 0.0, 0.0), |w| (mean, w.energy, w.theta.to_degrees()))
+}
+
+fn document(f: &Fitted) -> Value {
+    let view = |r: &steradian_brdf::fit::gaussian::SliceReport| {
+        json!({
+            "degrees": r.theta.to_degrees(), "energy": r.energy, "norm": r.norm(), "of_whole": r.of_whole,
+            "albedo": r.albedo, "below_horizon": r.leak, "converged": r.converged,
+        })
+    };
+    json!({
+        "name": f.name,
+        "output": f.output.file_name().map(|n| n.to_string_lossy()),
+        "bytes": f.fit.bytes(),
+        "seconds": f.seconds,
+        "diffuse": f.fit.diffuse,
+        "views": f.fit.report.iter().map(view).collect::<Vec<_>>(),
+    })
+}
+
+fn table(done: &[Fitted]) -> String {
+    let width = done.iter().map(|f| f.name.len()).max().unwrap_or(0).max(8);
+    let mut out = format!(
+        "{:width$}  {:>6}  {:>7}  {:>12}  {:>16}  {:>11}\n",
+        "material", "bytes", "seconds", "mean to 60°", "worst view", "unconverged"
+    );
+    for f in done {
+        let (mean, worst, degrees) = figures(&f.fit);
+        let failed = f.fit.report.iter().filter(|r| !r.converged).count();
+        let worst = format!("{:.2} % at {degrees:.0}°", 100.0 * worst);
+        out += &format!(
+            "{:width$}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {failed:>11}\n",
+            f.name,
+            f.fit.bytes(),
+            f.seconds,
+            100.0 * mean
+        );
+    }
+    out + "errors: squared, relative to the squared specular part of the view\n"
+}

@@ -1,0 +1,133 @@
+//! Reflectances as Gaussian lobes, one or many.
+
+use crate::{Error, Session};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use steradian_brdf::fit::gaussian::{GaussianFit, Plan};
+use steradian_brdf::measured::expand;
+use steradian_brdf::model::lobes::to_tensors;
+use steradian_brdf::{Files, SharedBrdf};
+use steradian_formats::write_tensors;
+use steradian_parallel::prelude::*;
+
+/// Extensions of files of measurements, and the specs that read them.
+const MEASURED: [(&str, &str); 2] = [("binary", "merl"), ("bsdf", "rgl")];
+/// Reflectances that lie in memory at a time: a table of MERL's has 17 MiB.
+const AT_ONCE: usize = 8;
+
+/// One reflectance, fitted.
+pub struct Fitted {
+    /// Its spec.
+    pub spec: String,
+    /// Its name: that of the file or of the material.
+    pub name: String,
+    /// Where its lobes are.
+    pub output: PathBuf,
+    /// The lobes, with their errors.
+    pub fit: GaussianFit,
+    /// Seconds of one processor.
+    pub seconds: f64,
+}
+
+/// The specs that an input stands for, sorted where they come from a folder: the files of measurements in a folder, those of a
+/// pattern with `*` in the file's name, a file, every material of a table (`npf:FILE,*`, `sgd:*`), or a spec.
+pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {
+    let path = Path::new(input);
+    let pattern = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let files = if path.is_dir() {
+        crate::inputs::files_of(path, |name| spec_of(Path::new(name)).is_some())?
+    } else if spec_of(path).is_some() && pattern.contains('*') && !input.contains(':') {
+        let above = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        crate::inputs::files_of(above, |name| crate::inputs::matches(&pattern, name))?
+    } else if spec_of(path).is_some() && !input.contains(':') {
+        vec![path.to_owned()]
+    } else {
+        return Ok(expand(input, Files::Any)?);
+    };
+    if files.is_empty() {
+        return Err(Error::input(format!("{input}: holds no .binary or .bsdf files")));
+    }
+    let spec = |file: &PathBuf| {
+        let why = || Error::input(format!("{}: is neither .binary nor .bsdf", file.display()));
+        spec_of(file).map(|model| format!("{model}:{}", file.display())).ok_or_else(why)
+    };
+    files.iter().map(spec).collect()
+}
+
+/// Which spec reads the file, by its extension.
+fn spec_of(path: &Path) -> Option<&'static str> {
+    let extension = path.extension()?.to_string_lossy().to_lowercase();
+    MEASURED.iter().find(|m| m.0 == extension).map(|m| m.1)
+}
+
+/// The name of a spec's material: of the file, or what names it in a file.
+pub fn brdf_name(spec: &str) -> String {
+    let last = spec.rsplit([',', ':', '/', '\\']).next().unwrap_or(spec).trim_start_matches('@');
+    let stem = MEASURED.iter().find_map(|m| last.strip_suffix(&format!(".{}", m.0))).unwrap_or(last);
+    stem.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
+}
+
+impl Session {
+    /// Fits every spec and writes its lobes to the output beside it.
+    pub fn fit(&mut self, jobs: Vec<(String, PathBuf)>, plan: Plan) -> Result<Vec<Fitted>, Error> {
+        let mut done = Vec::with_capacity(jobs.len());
+        let quiet = self.task.clone().without_progress();
+        self.task.begin("fitting", jobs.len() as u64);
+        for some in jobs.chunks(AT_ONCE) {
+            let mut loaded: Vec<SharedBrdf> = Vec::new();
+            for (spec, _) in some {
+                let brdf = self.brdf(spec)?;
+                if !brdf.is_isotropic() {
+                    return Err(Error::usage(format!(
+                        "{spec} is anisotropic: lobes about the mirror direction are isotropic"
+                    )));
+                }
+                loaded.push(brdf);
+            }
+            let task = &self.task;
+            let fits: Vec<_> = (0..loaded.len())
+                .into_par_iter()
+                .with_max_len(1)
+                .map(|i| {
+                    let start = Instant::now();
+                    let fit = GaussianFit::new(&*loaded[i], plan, &quiet);
+                    task.advance(1);
+                    (fit, start.elapsed().as_secs_f64())
+                })
+                .collect();
+            for ((spec, output), (fit, seconds)) in some.iter().zip(fits) {
+                let fit = fit?;
+                self.begin_output();
+                let worst = fit.report.iter().map(|r| r.energy).fold(0.0, f64::max);
+                self.note_error(format!("worst view {worst:.2e} of the specular part's energy"));
+                let metadata = self.provenance_pairs().into_iter().collect();
+                write_tensors(output, &to_tensors(&fit, metadata))?;
+                let (spec, output) = (spec.clone(), output.clone());
+                done.push(Fitted { name: brdf_name(&spec), spec, output, fit, seconds });
+            }
+        }
+        self.task.end();
+        Ok(done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_specs() {
+        for (spec, name) in [
+            ("merl:a/gold.binary", "gold"),
+            ("npf:a/npf.bin,@chrome", "chrome"),
+            ("ggx:alpha=0.1", "alpha-0.1"),
+            ("rgl:x.bsdf", "x"),
+            ("lambert", "lambert"),
+        ] {
+            assert_eq!(brdf_name(spec), name);
+        }
+        assert_eq!(expand_brdfs("sgd:*").expect("known").len(), 100);
+        assert_eq!(expand_brdfs("ggx:alpha=0.1").expect("a spec"), ["ggx:alpha=0.1"]);
+        assert_eq!(expand_brdfs("gold.binary").expect("a file"), ["merl:gold.binary"]);
+    }
+}
