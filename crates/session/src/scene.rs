@@ -98,12 +98,16 @@ impl Scene {
         task: &Task,
     ) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        let sites = |m: &Method| matches!(m, Method::Technique(t) if t.card().needs.sites);
-        if !methods.into_iter().any(sites) {
+        let spacing = |m: &Method| match m {
+            Method::Technique(t) if t.card().needs.sites => Some(t.spacing()),
+            _ => None,
+        };
+        let Some(coarsest) = methods.into_iter().filter_map(spacing).reduce(f32::min) else {
             return Ok(scene);
-        }
+        };
         let mut scene = scene.into_owned();
-        scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &Refinement::default(), task)?;
+        let refinement = Refinement { coarsest, ..Refinement::default() };
+        scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &refinement, task)?;
         Ok(Cow::Owned(scene))
     }
 

@@ -21,6 +21,8 @@ pub trait AnyTechnique: Send + Sync {
     fn params(&self) -> &'static [ParamInfo];
     /// Does a bake with these parameters need a [`Geometry`]? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
+    /// [`Technique::SPACING`].
+    fn spacing(&self) -> f32;
     /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the technique
     /// would have to drop or that [`Lights::check`] does, and missing geometry.
     fn bake(
@@ -113,6 +115,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn needs_sites(&self, params: &ParamValues) -> bool {
         T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
+    }
+
+    fn spacing(&self) -> f32 {
+        T::SPACING
     }
 
     fn bake(

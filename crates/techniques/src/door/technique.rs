@@ -35,6 +35,9 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         Self::CARD.needs.sites
     }
+    /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh should be divided,
+    /// whatever varies over it, because what is shaded is interpolated between vertices.
+    const SPACING: f32 = 1.0 / 12.0;
     /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
         g: Option<&Geometry>,

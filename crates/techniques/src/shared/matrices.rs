@@ -6,10 +6,12 @@
 //! harmonics ([`Products`]). It is symmetric: its lower triangle is kept, row by row, number i(i + 1)/2 + j for j ≤ i.
 
 use crate::gpu::Numbers;
+use crate::shared::number::Number;
 use crate::shared::transport;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part};
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 use steradian_base::Task;
 use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
@@ -25,8 +27,6 @@ pub const MAX_COEFFICIENTS: usize = MAX_BANDS * MAX_BANDS;
 const GROUP: usize = 16;
 /// Groups that a thread takes at a time.
 const SHARE: usize = 32;
-/// Halves below this are not normal numbers; they are stored as 0, which errs by less than rounding does elsewhere.
-const LEAST_HALF: f32 = 6.103_515_6e-5;
 
 /// What a matrix says of directions below the horizon of its site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,7 +148,7 @@ impl Matrices {
         let groups = (0..sites.len().div_ceil(GROUP)).into_par_iter();
         task.check()?;
         let store = if halves {
-            Store::Half(groups.flat_map_iter(|k| group(k).into_iter().map(half)).collect())
+            Store::Half(groups.flat_map_iter(|k| group(k).into_iter().map(f16::from_f32)).collect())
         } else {
             Store::Single(groups.flat_map_iter(group).collect())
         };
@@ -201,8 +201,11 @@ impl Matrices {
             let start = s / GROUP * packed(n) * GROUP + s % GROUP;
             m.iter().enumerate().for_each(|(e, x)| all[start + e * GROUP] = *x);
         }
-        let store =
-            if halves { Store::Half(all.into_iter().map(half).collect()) } else { Store::Single(all) };
+        let store = if halves {
+            Store::Half(all.into_iter().map(f16::from_f32).collect())
+        } else {
+            Store::Single(all)
+        };
         Self { n, sites, store }
     }
 
@@ -222,18 +225,6 @@ impl Matrices {
         };
         out.par_chunks_mut(SHARE * GROUP * 3 * padded(self.n)).enumerate().for_each(share);
     }
-}
-
-fn half(x: f32) -> f16 {
-    if x.abs() < LEAST_HALF { f16::ZERO } else { f16::from_f32(x) }
-}
-
-/// A half that is zero or a normal number, without a branch: its exponent is off by 112.
-#[inline(always)]
-fn single(x: f16) -> f32 {
-    let bits = u32::from(x.to_bits());
-    let size = f32::from_bits((bits & 0x7fff) << 13) * f32::from_bits((127 + 112) << 23);
-    f32::from_bits(size.to_bits() | (bits & 0x8000) << 16)
 }
 
 struct Transferred<'a> {
@@ -259,8 +250,10 @@ impl Kernel for Transferred<'_> {
         for (k, out) in self.out.chunks_mut(GROUP * 3 * stride).enumerate() {
             let range = (self.first + k) * each..(self.first + k + 1) * each;
             match &self.matrices.store {
-                Store::Single(v) => group::<A, f32>(n, &v[range], |x| x, self.light, &mut sums),
-                Store::Half(v) => group::<A, f16>(n, &v[range], single, self.light, &mut sums),
+                Store::Single(v) => group::<A, f32>(n, &v[range], self.light, &mut sums),
+                Store::Half(v) => {
+                    group::<A, u16>(n, v[range].reinterpret_cast(), self.light, &mut sums);
+                }
             }
             by_site::<A>(&sums, &at[..stride], out);
         }
@@ -302,10 +295,9 @@ fn by_site<A: Arch>(
 /// M L of the sites of a group: coefficient i of channel c in `sums[3 i + c]`. Two rows of the triangle at a time: each of
 /// its numbers is M_ij and M_ji.
 #[inline(always)]
-fn group<A: Arch, T: Copy>(
+fn group<A: Arch, T: Number>(
     n: usize,
     numbers: &[T],
-    single: impl Fn(T) -> f32,
     light: &[[f32; 3]],
     sums: &mut [[f32; GROUP]; 3 * MAX_COEFFICIENTS],
 ) {
@@ -319,8 +311,10 @@ fn group<A: Arch, T: Copy>(
             let (own, others) = rest.split_at((i + k + 1) * GROUP);
             rest = others;
             for (to, from) in row.iter_mut().zip(own.chunks_exact(GROUP)) {
-                for (to, from) in to.iter_mut().zip(from) {
-                    *to = single(*from);
+                let mut at = 0;
+                while at < GROUP {
+                    T::load::<A::F32>(&from[at..]).store(&mut to[at..]);
+                    at += A::F32::LANES;
                 }
             }
         }
@@ -444,7 +438,5 @@ mod tests {
             file.tensors.get_mut("transfer.matrices").unwrap().shape = vec![1, 1];
             assert!(Matrices::load(&file, "transfer").is_err());
         }
-        assert_eq!(single(f16::from_f32(-0.3)), f16::from_f32(-0.3).to_f32());
-        assert_eq!((single(half(1e-6)), single(half(-1.0)), single(half(0.0))), (0.0, -1.0, 0.0));
     }
 }

@@ -15,6 +15,7 @@ pub mod light_rotation;
 pub mod lights;
 pub mod lobe;
 pub mod matrices;
+pub mod number;
 pub mod once;
 pub mod phong_lobe;
 pub mod quadric;

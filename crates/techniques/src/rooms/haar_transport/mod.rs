@@ -86,6 +86,8 @@ impl Technique for HaarTransport {
         needs: Needs { environment: true, sites: true, uv: false, tangents: false, view: false },
         waived: WAIVED,
     };
+    /// A penumbra of 5° is as wide half a diagonal behind what throws it, so that four edges cross it.
+    const SPACING: f32 = 1.0 / 96.0;
     type Params = Params;
     type Light = Light;
     type Material = Albedo;

@@ -3,6 +3,7 @@
 
 use super::ViewTable;
 use super::kernel::{Block, Corners, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned};
+use crate::shared::number::Number;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
 use glam::Vec3;
@@ -159,25 +160,6 @@ impl LocalLight {
             Rows::Half(v, _) => v.len(),
         };
         len.saturating_sub(MOST) / (3 * self.count).max(1)
-    }
-}
-
-/// What rows of light are made of.
-trait Number: Copy {
-    fn load<V: Single>(x: &[Self]) -> V;
-}
-
-impl Number for f32 {
-    #[inline(always)]
-    fn load<V: Single>(x: &[f32]) -> V {
-        V::load(x)
-    }
-}
-
-impl Number for u16 {
-    #[inline(always)]
-    fn load<V: Single>(x: &[u16]) -> V {
-        V::load_half(x)
     }
 }
 
