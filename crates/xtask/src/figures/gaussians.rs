@@ -84,7 +84,7 @@ fn fitted(specs: &[String], plan: Plan) -> Result<Vec<Entry>> {
 }
 
 /// Sorted values with their materials, ascending.
-fn sorted<'a>(all: &'a [Entry], of: impl Fn(&Entry) -> f64) -> Vec<(f64, &'a str)> {
+fn sorted(all: &[Entry], of: impl Fn(&Entry) -> f64) -> Vec<(f64, &str)> {
     let mut v: Vec<(f64, &str)> = all.iter().map(|e| (of(e), e.name.as_str())).collect();
     v.sort_by(|a, b| a.0.total_cmp(&b.0));
     v

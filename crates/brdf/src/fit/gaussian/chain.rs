@@ -6,19 +6,31 @@ use super::slice::{self, Slice};
 use crate::Brdf;
 use steradian_base::{Cancelled, Task};
 
-/// Of the possible diffuse parts the one with which the lobes of three views err least.
+/// Errors below it, squared, are as good as none.
+const FLOOR: f64 = 1e-5;
+
+/// Of the possible diffuse parts the one with which the lobes of some views err least, in the geometric mean: grazing views err
+/// much more than others, whatever the diffuse part is. None is more than what any of these
+/// views sends back: where the albedo is kept, nothing would be left of it for the highlight.
 pub(super) fn diffuse(brdf: &dyn Brdf, lobes: usize, keep: bool) -> [f64; 3] {
+    let views = [10.0f64, 35.0, 60.0, 75.0, 85.0].map(f64::to_radians);
+    let mut most = [f64::INFINITY; 3];
+    for theta in views {
+        let whole = Slice::new(brdf, [0.0; 3], theta);
+        most.iter_mut().zip(whole.albedo).for_each(|(m, a)| *m = m.min(a.max(0.0)));
+    }
     let mut best = (f64::INFINITY, [0.0; 3]);
-    for diffuse in slice::diffuse(brdf) {
-        let error = |degrees: f64| {
-            let slice = Slice::new(brdf, diffuse, degrees.to_radians());
+    for found in slice::diffuse(brdf) {
+        let diffuse = std::array::from_fn(|c| f64::min(found[c], most[c]));
+        let error = |theta: f64| {
+            let slice = Slice::new(brdf, diffuse, theta);
             let fit = refine::search(&slice, lobes, keep, 1).pop();
-            fit.map_or(0.0, |f| f.error / slice.square[1].max(1e-300))
+            fit.map_or(0.0, |f| (FLOOR + f.error / slice.square[1].max(1e-300)).ln() / views.len() as f64)
         };
-        let sum = [10.0, 35.0, 60.0].map(error).iter().sum();
+        let mean = views.map(error).iter().sum();
         // A larger one must be worth it.
-        if sum < 0.95 * best.0 {
-            best = (sum, diffuse);
+        if mean < best.0 - 0.05 {
+            best = (mean, diffuse);
         }
     }
     best.1

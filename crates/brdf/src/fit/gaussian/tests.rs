@@ -122,3 +122,17 @@ fn sharp_measured_materials() {
         assert!((got - want[1]).abs() < 0.01 * want[1], "{i}: {got} {}", want[1]);
     }
 }
+
+/// Where measurements fall towards grazing, a diffuse part as bright as the middle would leave no albedo to the highlight.
+#[test]
+fn highlights_outlive_the_diffuse_part() {
+    let Some(path) = steradian_testkit::data("brdfs/merl_reduced/merl_nbrdf_f32le.bin") else { return };
+    for name in ["specular-white-phenolic", "white-acrylic"] {
+        let brdf = parse_with(&format!("nbrdf:{},{name}", path.display()), Files::Any).expect("valid");
+        let found = GaussianFit::new(&*brdf, Plan::default(), &Task::quiet()).expect("not cancelled");
+        for (i, view) in found.views.iter().enumerate().take(14) {
+            let sum: f64 = view.iter().map(|l| l.weight[1]).sum();
+            assert!(sum > 0.0 && found.report[i].energy < 0.9, "{name}, view {i}: {:?}", found.report[i]);
+        }
+    }
+}

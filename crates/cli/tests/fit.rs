@@ -1,0 +1,73 @@
+//! `steradian convert brdf:SPEC` and `steradian fit`: tables out and in, a kilobyte of lobes, one line per fault.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(dir: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
+}
+
+fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
+    let o = run(dir, arguments);
+    let e = String::from_utf8_lossy(&o.stderr);
+    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {e}");
+    assert_eq!(e.trim_end().lines().count(), 1, "{arguments:?}: {e}");
+    assert!(e.contains(want), "{arguments:?}: {e}");
+}
+
+fn json(dir: &Path, arguments: &[&str]) -> serde_json::Value {
+    let o = run(dir, arguments);
+    serde_json::from_slice(&o.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&o.stderr)))
+}
+
+#[test]
+fn a_model_becomes_a_table_and_the_table_lobes() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    fs::create_dir(dir.join("tables")).expect("a folder");
+    for (spec, file) in [("ggx:alpha=0.3,f0=0.9/0.6/0.3", "tables/a.binary"), ("lambert:albedo=0.5", "tables/b.binary")] {
+        let o = run(dir, &["convert", &format!("brdf:{spec}"), "-o", file]);
+        assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    }
+    // The folder holds two: both are fitted, and named after their files.
+    let fits = json(dir, &["fit", "tables", "-o", "{}.safetensors", "--json"]);
+    let names: Vec<_> = fits["fits"].as_array().expect("a list").iter().map(|f| f["name"].clone()).collect();
+    assert_eq!(names, ["a", "b"]);
+    let a = &fits["fits"][0];
+    assert_eq!((a["bytes"].as_u64(), a["views"].as_array().map(Vec::len)), (Some(912), Some(15)));
+    assert!(a["views"][3]["energy"].as_f64().expect("a number") < 0.01);
+    // What the fit means has the albedo of the table, and shades.
+    let albedo = |spec: &str| {
+        let of = json(dir, &["inspect", &format!("brdf:{spec}"), "--json"]);
+        of["directional_albedo"][1]["rgb"][0].as_f64().expect("a number")
+    };
+    let (table, lobes) = (albedo("merl:tables/a.binary"), albedo("lobes:a.safetensors"));
+    assert!((lobes / table - 1.0).abs() < 0.01, "{lobes} instead of {table}");
+    fs::write(dir.join("p.csv"), "nx,ny,nz,vx,vy,vz\n0,1,0,0.6,0.8,0\n").expect("written");
+    let eval = ["eval", "-e", "furnace", "-b", "lobes:a.safetensors", "-p", "p.csv", "-t", "gaussian-lobes"];
+    let o = run(dir, &eval);
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+}
+
+#[test]
+fn faults_are_one_line() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    fs::write(dir.join("cut.binary"), [90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0, 1]).expect("written");
+    fs::write(dir.join("text.bsdf"), "hello").expect("written");
+    fs::write(dir.join("bad.safetensors"), "hello").expect("written");
+    fs::create_dir(dir.join("empty")).expect("a folder");
+    let out = ["-o", "x.safetensors"];
+    fails(dir, 3, "cut.binary: has 13 bytes instead of 34992012", &["fit", "cut.binary", out[0], out[1]]);
+    fails(dir, 3, "text.bsdf: does not begin with tensor_file", &["fit", "text.bsdf", out[0], out[1]]);
+    fails(dir, 3, "missing.binary: no such file", &["fit", "missing.binary", out[0], out[1]]);
+    fails(dir, 3, "empty: holds no .binary or .bsdf files", &["fit", "empty", out[0], out[1]]);
+    fails(dir, 3, "bad.safetensors", &["inspect", "brdf:lobes:bad.safetensors"]);
+    fails(dir, 2, "need a {}", &["fit", "ggx:alpha=0.1", "lambert", out[0], out[1]]);
+    fails(dir, 2, "anisotropic", &["fit", "ggx:ax=0.1,ay=0.2", out[0], out[1]]);
+    fails(dir, 2, "use one of .binary", &["convert", "brdf:lambert", "-o", "x.exr"]);
+    fails(dir, 2, "anisotropic", &["convert", "brdf:ggx:ax=0.1,ay=0.2", "-o", "x.binary"]);
+    assert!(!dir.join("x.safetensors").exists() && !dir.join("x.binary").exists());
+}
