@@ -27,7 +27,9 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     let d = tempfile::tempdir().expect("a folder");
     let dir = d.path();
     fs::create_dir(dir.join("tables")).expect("a folder");
-    for (spec, file) in [("ggx:alpha=0.3,f0=0.9/0.6/0.3", "tables/a.binary"), ("lambert:albedo=0.5", "tables/b.binary")] {
+    for (spec, file) in
+        [("ggx:alpha=0.3,f0=0.9/0.6/0.3", "tables/a.binary"), ("lambert:albedo=0.5", "tables/b.binary")]
+    {
         let o = run(dir, &["convert", &format!("brdf:{spec}"), "-o", file]);
         assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
     }

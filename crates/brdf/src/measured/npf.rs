@@ -6,7 +6,9 @@
 //! **f = (ρ_d + ρ_s D(θ_h) F(θ_d) G₁(θ_i) G₁(θ_o)/(n·wi n·wo))/π**
 //!
 //! Numbers stand at the centres of their bins, i + ½ = 90 √(θ_h/(π/2)) for D and degrees for G₁ and F, linear between them
-//! and constant beyond; the first number of G₁ is not used. (The authors take the nearest bin for D and F.)
+//! and constant beyond. The first number of G₁ is 0 for every material, and that of F next to nothing:
+//! nothing was measured within a degree there. Where a first number is less than half of the second it is missing, and the
+//! second stands for it. (The authors take the nearest bin for D and F, so that f is nearly ρ_d/π at θ_d below 1°.)
 //!
 //! File: 32-bit floats [256][512][3], rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
 //! `npf_material_names.txt` beside it, one per line.
@@ -91,15 +93,21 @@ impl Npf {
         if !valid {
             return None;
         }
+        let mut columns = columns.to_vec();
+        for first in [2 + BINS, 2 + 2 * BINS] {
+            for c in (0..3).filter(|c| numbers[3 * first + c] < 0.5 * numbers[3 * (first + 1) + c]) {
+                columns[first][c] = columns[first + 1][c];
+            }
+        }
         let empty = Shape::measure(&|_, _| [0.0; 3]);
-        let mut npf = Self { spec, columns: columns.to_vec(), shape: empty };
+        let mut npf = Self { spec, columns, shape: empty };
         npf.shape = Shape::measure(&|wi, wo| npf.eval(wi, wo));
         Some(npf)
     }
 
-    /// Linear between the centres of bins `first` … `BINS` of the factor that begins at column `from`.
-    fn factor(&self, from: usize, first: usize, x: f64) -> [f64; 3] {
-        let t = (x - 0.5).clamp(first as f64, (BINS - 1) as f64);
+    /// Linear between the centres of the bins of the factor that begins at column `from`.
+    fn factor(&self, from: usize, x: f64) -> [f64; 3] {
+        let t = (x - 0.5).clamp(0.0, (BINS - 1) as f64);
         let i = (t as usize).min(BINS - 2);
         let (a, b, t) = (self.columns[from + i], self.columns[from + i + 1], t - i as f64);
         std::array::from_fn(|c| f64::from(a[c]) + t * (f64::from(b[c]) - f64::from(a[c])))
@@ -125,10 +133,10 @@ impl Brdf for Npf {
         }
         let [theta_h, theta_d, _] = angles(wi, wo);
         let bin = |theta: f64| BINS as f64 * theta / FRAC_PI_2;
-        let d = self.factor(2, 0, BINS as f64 * (theta_h / FRAC_PI_2).sqrt());
-        let gi = self.factor(2 + BINS, 1, bin(polar_angle(wi)));
-        let go = self.factor(2 + BINS, 1, bin(polar_angle(wo)));
-        let f = self.factor(2 + 2 * BINS, 0, bin(theta_d));
+        let d = self.factor(2, BINS as f64 * (theta_h / FRAC_PI_2).sqrt());
+        let gi = self.factor(2 + BINS, bin(polar_angle(wi)));
+        let go = self.factor(2 + BINS, bin(polar_angle(wo)));
+        let f = self.factor(2 + 2 * BINS, bin(theta_d));
         let cosines = (wi.z * wo.z).max(1e-150);
         std::array::from_fn(|c| {
             let [rho_d, rho_s] = [0, 1].map(|i| f64::from(self.columns[i][c]));
