@@ -10,7 +10,6 @@
 //! place of 625 at 5 bands.
 
 use crate::shared::matrices::{Accuracy, Below, Matrices, affordable, matrix, packed, seen, visibility};
-use crate::shared::number::single;
 use crate::shared::site_sum::{MOST, Vectors, Weights};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f64};
 use crate::{BakeError, Geometry, Part, Sites};
@@ -187,10 +186,10 @@ impl Vectors for ClusterVectors<'_> {
         let start = site as usize * (count + 1);
         let row = self.clustered.sites.get(start..start + count + 1)?;
         for (to, w) in weights.iter_mut().zip(&row[1..]) {
-            *to = single(*w);
+            *to = w.to_f32();
         }
         let all = (count + 1) * self.each;
-        let first = single(row[0]) as usize * all;
+        let first = row[0].to_f32() as usize * all;
         self.vectors.get(first..first + all)
     }
 }
