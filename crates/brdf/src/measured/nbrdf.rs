@@ -6,7 +6,7 @@
 //!
 //! **f = max(0, exp(x) − 1)**, x the output, sr⁻¹ per channel.
 //!
-//! File: 675 little-endian 32-bit floats per material, W₁[6][21] b₁[21] W₂[21][21] b₂[21] W₃[21][3] b₃[3], inputs outermost;
+//! File: 675 little-endian 32-bit floats per material, `W₁[6][21] b₁[21] W₂[21][21] b₂[21] W₃[21][3] b₃[3]`, inputs outermost;
 //! names beside it, one per line, in the file called like it with `_names.txt` for `_f32le.bin`. A network is not
 //! reciprocal in its difference vector; here f is the mean of the network over both orders of the directions.
 

@@ -10,7 +10,7 @@
 //! nothing was measured within a degree there. Where a first number is less than half of the second it is missing, and the
 //! second stands for it. (The authors take the nearest bin for D and F, so that f is nearly ρ_d/π at θ_d below 1°.)
 //!
-//! File: 32-bit floats [256][512][3], rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
+//! File: 32-bit floats `[256][512][3]`, rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
 //! `npf_material_names.txt` beside it, one per line.
 
 use super::curet_file::fault;

@@ -3,8 +3,8 @@
 //! Green, Kautz & Durand 2007, eqs 3 and 4: **f n·wi = ρ_d/π ⟨n·wi⟩ + Σ_k w_k G_σk(μ_k − δ)** with what [`crate::fit::gaussian`]
 //! interpolates for the view. The lobes cover the whole sphere, as filtered maps hold them.
 //!
-//! File: safetensors with `lobes` [N][K][5] (angle of the mean from the mirror direction, σ, weights of red, green, blue),
-//! equally spaced views from 0 to 89°, and `diffuse` [3].
+//! File: safetensors with `lobes` `[N][K][5]` (angle of the mean from the mirror direction, σ, weights of red, green, blue),
+//! equally spaced views from 0 to 89°, and `diffuse` `[3]`.
 
 use crate::draw::{self, Draw};
 use crate::fit::gaussian::{GaussianFit, GaussianLobe, MAX_LOBES};
