@@ -228,8 +228,10 @@ impl Block {
             for k in 0..6 {
                 a[k].store(&mut out.angles[k][lane..]);
             }
-            // The texels and weights of the local views.
-            let z = wo.dot(n);
+            // The texels and weights of the local views. Whether a view is in front is decided by products that are rounded
+            // each, as everywhere else.
+            let [x, y, z] = n.0;
+            let z = wo.0[0].mul(x).add(wo.0[1].mul(y)).add(wo.0[2].mul(z));
             z.store(&mut up[lane..]);
             let scale = one.div(one.add(z.if_positive(z, zero)));
             let (mut w, local) = ([zero; 2], [wo.dot(t), wo.dot(b)]);
