@@ -44,6 +44,8 @@ const HIDDEN: usize = 21;
 const WEIGHTS: usize = 675;
 /// More materials than any such file has.
 const MAX_BYTES: u64 = 16 << 20;
+/// Three layers of up to 21 products each then stay below 1e31, so that no sum overflows. Trained weights are of order 10.
+const MAX_WEIGHT: f32 = 1e9;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let Some(path) = a.file("file") else {
@@ -67,7 +69,10 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let weights = all.get(i).ok_or_else(|| {
         fault(&path, format!("holds {} materials; its list names more than {i}", all.len()))
     })?;
-    Ok(Arc::new(Network::new(a.spec(), weights).ok_or_else(|| a.syntax("weights are damaged".into()))?))
+    Ok(Arc::new(
+        Network::new(a.spec(), weights)
+            .ok_or_else(|| fault(&path, format!("a weight of the material lies beyond {MAX_WEIGHT:e}")))?,
+    ))
 }
 
 /// The list of names beside a file of networks.
@@ -97,7 +102,7 @@ fn layer<const N: usize>(inputs: &[f32], w: &[f32], bias: &[f32]) -> [f32; N] {
 
 impl Network {
     fn new(spec: String, weights: &[f32]) -> Option<Self> {
-        if weights.len() != WEIGHTS || weights.iter().any(|v| !v.is_finite()) {
+        if weights.len() != WEIGHTS || weights.iter().any(|v| !(-MAX_WEIGHT..=MAX_WEIGHT).contains(v)) {
             return None;
         }
         let empty = Shape::measure(&|_, _| [0.0; 3]);

@@ -1,0 +1,101 @@
+//! Files of measured materials and of fits with faults from a fixed seed: refused in one line that names the file, or
+//! read as a reflectance whose values are finite.
+
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use steradian_brdf::{Files, SpecError, parse_with};
+use steradian_formats::{Tensor, TensorFile};
+use steradian_testkit::{Mutator, full};
+
+/// A folder that goes with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("steradian-damaged-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("writable");
+        Self(path)
+    }
+
+    /// The path of a list of two names.
+    fn names(&self) -> String {
+        let path = self.0.join("names.txt");
+        std::fs::write(&path, "one\ntwo\n").expect("writable");
+        path.display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn floats(n: usize, value: impl Fn(usize) -> f32) -> Vec<u8> {
+    (0..n).flat_map(|i| value(i).to_le_bytes()).collect()
+}
+
+/// Damages the file `whole` and reads it by `model`:path`rest`, `rounds` times. Some copies have to be read and some refused.
+fn damaged(whole: &[u8], path: &Path, model: &str, rest: &str, rounds: usize) {
+    let spec = format!("{model}:{}{rest}", path.display());
+    std::fs::write(path, whole).expect("writable");
+    parse_with(&spec, Files::Any).expect("the whole file is valid");
+    let mut damage = Mutator::new(7);
+    let rounds = if full() { 50 * rounds } else { rounds };
+    let read = (0..rounds).filter(|_| {
+        std::fs::write(path, damage.damage(whole, b"-1e39,nan,0")).expect("writable");
+        ends_well(&spec, path)
+    });
+    let read = read.count();
+    assert!((1..rounds).contains(&read), "{read} of {rounds} read");
+}
+
+fn ends_well(spec: &str, path: &Path) -> bool {
+    let brdf = match parse_with(spec, Files::Any) {
+        Ok(brdf) => brdf,
+        Err(e) => {
+            let text = e.to_string();
+            assert!(!text.contains('\n') && text.contains(&*path.display().to_string()), "{text}");
+            assert!(!matches!(e, SpecError::Syntax { .. }), "the spec is not at fault: {text}");
+            return false;
+        }
+    };
+    for (i, o) in [(0.1, 0.2), (0.7, -0.7), (1.5, 1.2), (0.3, -1.56)] {
+        let at = |t: f64| DVec3::new(t.sin(), 0.0, t.cos());
+        let f = brdf.eval(at(i), at(o));
+        assert!(f.iter().all(|v| v.is_finite()), "{spec}: {f:?}");
+    }
+    true
+}
+
+#[test]
+fn networks() {
+    let folder = Folder::new("networks");
+    // Two materials; weights of both signs, small as trained ones are.
+    let whole = floats(2 * 675, |i| (i as f32 * 0.7).sin() * 0.3);
+    let rest = format!(",two,names={}", folder.names());
+    damaged(&whole, &folder.0.join("networks.bin"), "nbrdf", &rest, 1000);
+}
+
+#[test]
+fn tabulated_factors() {
+    let folder = Folder::new("factors");
+    let whole = floats(3 * 256 * 512, |i| 1.0 / (1.0 + (i % 1536) as f32));
+    let rest = format!(",two,names={}", folder.names());
+    damaged(&whole, &folder.0.join("npf.bin"), "npf", &rest, 100);
+}
+
+#[test]
+fn fits_of_lobes() {
+    let folder = Folder::new("lobes");
+    let numbers =
+        (0..15 * 3).flat_map(|i| [0.01 * (i % 3) as f32, 0.1 + 0.1 * (i % 3) as f32, 0.2, 0.1, 0.1]);
+    let tensors = BTreeMap::from([
+        ("lobes".to_owned(), Tensor::f32([15, 3, 5], numbers.collect())),
+        ("diffuse".to_owned(), Tensor::f32([3], vec![0.1, 0.2, 0.3])),
+    ]);
+    let mut whole = Vec::new();
+    TensorFile { tensors, metadata: BTreeMap::new() }.encode(&mut whole).expect("into memory");
+    damaged(&whole, &folder.0.join("fit.safetensors"), "lobes", "", 5000);
+}
