@@ -69,6 +69,7 @@ impl Technique for ShBrdf {
             "ashikhmin-shirley:nu=12,nv=4",
             "ggx:ax=0.2,ay=0.5,f0=0.9/0.6/0.3",
             "lambert:albedo=0.8/0.5/0.2",
+            "minnaert:k=0.65",
         ],
         exact_when: EXACT,
         capabilities: Capabilities {

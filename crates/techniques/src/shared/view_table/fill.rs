@@ -1,6 +1,6 @@
 //! The texels of a table.
 
-use super::{GRAZING, Projection, Rule, ViewTable, lattice};
+use super::{GRAZING, LEAST_POLE, Rule, ViewTable, lattice};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use steradian_base::{Cancelled, Task};
@@ -90,22 +90,37 @@ fn unfold(data: &mut [f32], t: &ViewTable, [x, y]: [bool; 2]) {
     }
 }
 
+/// The power p < 0 of n·wo with which f cos grows towards grazing views, or 0: its integral over wi has to follow the same
+/// power (to 15 %) from [`GRAZING`] to four times that, and over the outermost texels of a table of usual size.
+pub(super) fn pole(brdf: &dyn Brdf) -> f64 {
+    let rule = Rule::new(0);
+    let all = |z: f64| {
+        let views = ring(brdf, z.acos());
+        views.iter().flat_map(|wo| rule.project(brdf, *wo).c.map(|c| c[0])).sum::<f64>()
+    };
+    let slope = |z: f64| (all(4.0 * z) / all(z)).ln() / 4f64.ln();
+    let (near, far) = (slope(GRAZING), slope(8.0 * GRAZING));
+    if near < -0.1 && (near - far).abs() < 0.15 * near.abs() { near.max(LEAST_POLE) } else { 0.0 }
+}
+
 /// Where texels come from.
 struct Source<'a> {
     brdf: &'a dyn Brdf,
     rule: Rule,
+    /// The power of n·wo that is divided out.
+    pole: f64,
     /// Isotropic reflectance is known along one radius, ρ = 0 … 1 in equal steps.
-    radius: Option<Vec<Projection>>,
+    radius: Option<Vec<Rgb>>,
 }
 
 impl<'a> Source<'a> {
     fn new(brdf: &'a dyn Brdf, t: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
-        let mut out = Self { brdf, rule: Rule::new(t.bands - 1), radius: None };
+        let mut out = Self { brdf, rule: Rule::new(t.bands - 1), pole: f64::from(t.pole), radius: None };
         if brdf.is_isotropic() {
             let steps = t.size;
             let at = |k: usize| {
                 task.check()?;
-                Ok(out.rule.project(brdf, view(k as f64 / steps as f64, 0.0)))
+                Ok(out.view(k as f64 / steps as f64, 0.0))
             };
             out.radius = Some((0..=steps).into_par_iter().map(at).collect::<Result<_, _>>()?);
         }
@@ -133,8 +148,19 @@ impl<'a> Source<'a> {
     fn at(&self, x: f64, y: f64) -> Rgb {
         match &self.radius {
             Some(radius) => turned(along(radius, x.hypot(y)), y.atan2(x)),
-            None => self.rule.project(self.brdf, view(x, y)).c,
+            None => self.view(x, y),
         }
+    }
+
+    /// The coefficients at a view over the power of n·wo.
+    fn view(&self, x: f64, y: f64) -> Rgb {
+        let wo = view(x, y);
+        let mut c = self.rule.project(self.brdf, wo).c;
+        if self.pole != 0.0 {
+            let scale = wo.z.powf(-self.pole);
+            c.iter_mut().flatten().for_each(|c| *c *= scale);
+        }
+        c
     }
 }
 
@@ -150,7 +176,7 @@ pub(super) fn view(x: f64, y: f64) -> DVec3 {
 }
 
 /// Cubic between the samples of a radius (Lagrange through four).
-fn along(radius: &[Projection], rho: f64) -> Rgb {
+fn along(radius: &[Rgb], rho: f64) -> Rgb {
     let last = radius.len() - 1;
     let p = rho.clamp(0.0, 1.0) * last as f64;
     let first = (p as usize).saturating_sub(1).min(last - 3);
@@ -158,9 +184,9 @@ fn along(radius: &[Projection], rho: f64) -> Rgb {
     let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
     let w = [-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0];
     std::array::from_fn(|ch| {
-        let mut out = vec![0.0; radius[0].c[ch].len()];
+        let mut out = vec![0.0; radius[0][ch].len()];
         for (w, r) in w.iter().zip(&radius[first..]) {
-            out.iter_mut().zip(&r.c[ch]).for_each(|(o, c)| *o += w * c);
+            out.iter_mut().zip(&r[ch]).for_each(|(o, c)| *o += w * c);
         }
         out
     })

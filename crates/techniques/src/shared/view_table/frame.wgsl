@@ -22,16 +22,20 @@ fn views_angles(frame: mat3x3<f32>) -> mat2x4<f32> {
     return mat2x4<f32>(vec4<f32>(cosine, sine, n.z, -h), vec4<f32>(a, 0.0, 0.0));
 }
 
-// Four texels around a local view and their weights.
+// Four texels around a local view and their weights, times the power of n·wo.
 struct ViewsPlace {
     texel: u32,
     weights: vec4<f32>,
 }
 
-fn views_place(v: vec3<f32>, size: u32, reach: f32, inverse: f32) -> ViewsPlace {
+fn views_place(v: vec3<f32>, size: u32, reach: f32, inverse: f32, pole: f32) -> ViewsPlace {
     let p = clamp((v.xy / (1.0 + v.z) + reach) * inverse, vec2<f32>(0.0), vec2<f32>(f32(size - 1u)));
     let c = min(floor(p), vec2<f32>(f32(size - 2u)));
     let w = p - c;
     let m = vec2<f32>(1.0) - w;
-    return ViewsPlace(u32(c.y) * size + u32(c.x), vec4<f32>(m.x * m.y, w.x * m.y, m.x * w.y, w.x * w.y));
+    var weights = vec4<f32>(m.x * m.y, w.x * m.y, m.x * w.y, w.x * w.y);
+    if pole != 0.0 {
+        weights *= pow(max(v.z, 1e-3), pole);
+    }
+    return ViewsPlace(u32(c.y) * size + u32(c.x), weights);
 }

@@ -78,7 +78,7 @@ impl Kernel for Batch<'_, '_, '_> {
 pub(super) struct Block {
     /// First number of the texel at (⌊s⌋, ⌊t⌋).
     at: [usize; SIDE],
-    /// Weights of the four texels.
+    /// Weights of the four texels, times the power of n·wo.
     weights: [[f32; SIDE]; 4],
     /// cos γ, sin γ, cos β, −sin β, cos α, sin α of the frame.
     angles: [[f32; SIDE]; 6],
@@ -254,6 +254,10 @@ impl Block {
         let texel = table.channels * table.stride;
         for i in 0..SIDE {
             out.facing[i] = up[i] > 0.0;
+            if table.pole != 0.0 {
+                let power = table.power(up[i]);
+                out.weights.iter_mut().for_each(|w| w[i] *= power);
+            }
             out.at[i] = (cells[1][i] as usize * table.size + cells[0][i] as usize) * texel;
         }
         out

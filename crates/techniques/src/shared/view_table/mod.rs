@@ -5,6 +5,9 @@
 //!
 //! in the local frame (t, b, n), wo on the paraboloid (s, t) = (x, y)/(1 + z), bilinear. Texels reach one beyond the rim
 //! ρ = 1 on all sides, where they continue the table linearly, so that grazing views are not blended with anything else.
+//!
+//! Where f grows without end towards grazing views, as (n·wo)^p with p < 0 (Minnaert 1941 with k < 1 has p = k − 1), texels
+//! hold c_i/(n·wo)^p and lookups multiply: linear interpolation of the power itself is off by a quarter between 88° and 90°.
 
 mod energy;
 mod fill;
@@ -34,6 +37,8 @@ use steradian_brdf::Brdf;
 pub const BANDS: [usize; 2] = [3, 15];
 /// Least n·wo at which reflectance is looked at: some models grow without end towards 0.
 const GRAZING: f64 = 1e-3;
+/// Least power of n·wo that is taken out: its integral against the cosine is still finite.
+const LEAST_POLE: f64 = -2.0;
 
 /// Coefficients over the view.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +48,8 @@ pub struct ViewTable {
     /// One channel, which [`ViewTable::tint`] makes three, or three.
     channels: usize,
     tint: [f32; 3],
+    /// The power p of n·wo that lookups multiply with: below 0, or 0 for none.
+    pole: f32,
     /// Numbers from channel to channel: bands² filled up with zeros to whole registers.
     stride: usize,
     /// Row by row from t = −1, then channel, then l² + l + m.
@@ -68,8 +75,15 @@ impl ViewTable {
 
     /// The table of a reflectance: `size`² texels, 8 at least.
     pub fn bake(brdf: &dyn Brdf, bands: usize, size: usize, task: &Task) -> Result<Self, Cancelled> {
-        let mut rgb =
-            Self { bands, size, channels: 3, tint: [1.0; 3], stride: stride(bands), data: Vec::new() };
+        let mut rgb = Self {
+            bands,
+            size,
+            channels: 3,
+            tint: [1.0; 3],
+            pole: fill::pole(brdf) as f32,
+            stride: stride(bands),
+            data: Vec::new(),
+        };
         rgb.data = fill::fill(brdf, &rgb, task)?;
         Ok(rgb.condensed())
     }
@@ -130,6 +144,7 @@ impl ViewTable {
             (i, (p - i as f64) as f32)
         };
         let ((i, u), (j, v)) = (at(wo.x), at(wo.y));
+        let power = self.power(wo.z as f32);
         let texel = |i: usize, j: usize, c: usize| {
             let at = ((j * self.size + i) * self.channels + c % self.channels) * self.stride;
             &self.data[at..at + self.bands * self.bands]
@@ -139,13 +154,20 @@ impl ViewTable {
                 [(0, 0, (1.0 - u) * (1.0 - v)), (1, 0, u * (1.0 - v)), (0, 1, (1.0 - u) * v), (1, 1, u * v)];
             let mut out = vec![0.0; self.bands * self.bands];
             for (x, y, w) in four {
-                out.iter_mut().zip(texel(i + x, j + y, c)).for_each(|(o, t)| *o += w * self.tint[c] * t);
+                out.iter_mut()
+                    .zip(texel(i + x, j + y, c))
+                    .for_each(|(o, t)| *o += power * w * self.tint[c] * t);
             }
             out
         })
     }
 
-    /// The texels of channel `c`, coefficient `k`, row by row: a plane of the paper's figure 2.
+    /// (n·wo)^p, with n·wo no lower than where reflectance is looked at.
+    fn power(&self, cosine: f32) -> f32 {
+        if self.pole == 0.0 { 1.0 } else { cosine.max(GRAZING as f32).powf(self.pole) }
+    }
+
+    /// The texels of channel `c`, coefficient `k`, row by row, without the power of n·wo: a plane of the paper's figure 2.
     pub fn plane(&self, c: usize, k: usize) -> Vec<f32> {
         let tint = self.tint[c];
         let of = |t: &[f32]| tint * t[(c % self.channels) * self.stride + k];
@@ -163,6 +185,7 @@ impl ViewTable {
         let data = self.data.chunks_exact(self.stride).flat_map(|c| &c[..n]).copied().collect();
         put_f32(to, format!("{prefix}.views"), vec![self.size, self.size, self.channels, n], data);
         put_f64(to, format!("{prefix}.tint"), vec![3], self.tint.map(f64::from).to_vec());
+        put_f64(to, format!("{prefix}.pole"), vec![1], vec![f64::from(self.pole)]);
     }
 
     /// Reads what [`ViewTable::save`] wrote.
@@ -182,11 +205,18 @@ impl ViewTable {
         let name = format!("{prefix}.tint");
         let (_, tint) = get_f64(from, &name, 1)?;
         let [r, g, b] = tint[..] else { return Err(PartError::Unexpected(name)) };
+        let name = format!("{prefix}.pole");
+        let (_, pole) = get_f64(from, &name, 1)?;
+        let [pole] = pole[..] else { return Err(PartError::Unexpected(name)) };
+        if !(LEAST_POLE..=0.0).contains(&pole) {
+            return Err(PartError::Unexpected(name));
+        }
         let mut data = Vec::with_capacity(v.len() / n * stride(bands));
         for c in v.chunks_exact(n) {
             data.extend(c);
             data.resize(data.len().next_multiple_of(stride(bands)), 0.0);
         }
-        Ok(Self { bands, size, channels, tint: [r, g, b].map(|x| x as f32), stride: stride(bands), data })
+        let (tint, pole) = ([r, g, b].map(|x| x as f32), pole as f32);
+        Ok(Self { bands, size, channels, tint, pole, stride: stride(bands), data })
     }
 }

@@ -84,8 +84,13 @@ pub fn site_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
 
 /// Where the view of a point lies in the table.
 fn place(table: &ViewTable) -> String {
-    let ([reach, h], size) = (lattice(table.size), table.size);
-    format!("views_place(wo * frame, {size}u, {:?}, {:?})", reach as f32, (1.0 / h) as f32)
+    format!("views_place(wo * frame, {})", place_numbers(table))
+}
+
+/// What `views_place` takes after the view.
+fn place_numbers(table: &ViewTable) -> String {
+    let [reach, h] = lattice(table.size);
+    format!("{}u, {:?}, {:?}, {:?}", table.size, reach as f32, (1.0 / h) as f32, table.pole)
 }
 
 /// A write to a `String` cannot fail, hence the ignored results.
@@ -178,7 +183,7 @@ fn radiance(table: &ViewTable) -> String {
 /// and "light" ([`super::LocalLight::numbers`]).
 pub fn local_modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     let n = table.bands * table.bands;
-    let ([reach, h], size) = (lattice(table.size), table.size);
+    let (size, place) = (table.size, place_numbers(table));
     let fetch = |c: usize| {
         let first = c * n;
         format!(
@@ -201,16 +206,14 @@ fn views_local(s: u32, normal: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
     var v = carried * views_frame(n, along);
     v.z = max(v.z, 0.0);
     var l = vec3<f32>(0.0);
-    let place = views_place(v, {size}u, {:?}, {:?});
+    let place = views_place(v, {place});
     for (var i = 0u; i < {n}u; i++) {{
         let light = vec3<f32>(fetch_light(s, i), fetch_light(s, {n}u + i), fetch_light(s, 2u * {n}u + i));
         l += {value} * light;
     }}
     return l;
 }}
-",
-        reach as f32,
-        (1.0 / h) as f32,
+"
     );
     vec![FRAME.into(), local.into(), include_str!("local.wgsl").into()]
 }
