@@ -187,6 +187,10 @@ fn scenes_open_nothing_outside_their_folder() {
     };
     write("lafortune:lobes=own.csv", "furnace");
     well(dir, &render);
+    // The picture says what it was made of, the files of reflectances too.
+    let picture = fs::read(dir.join("x.png")).expect("a picture");
+    let says = |name: &str| picture.windows(name.len()).any(|w| w == name.as_bytes());
+    assert!(says("steradian.input.s.toml") && says("steradian.input.own.csv"));
     let below = "must be a file below the folder of the file that names it";
     for brdf in [
         format!("lafortune:lobes={outside}"),

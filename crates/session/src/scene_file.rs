@@ -110,6 +110,7 @@ fn material(
     overrides: &SceneOverrides,
     session: &mut Session,
 ) -> Result<Material, Error> {
+    m.opened.iter().for_each(|path| session.note_input(path));
     let named = m.technique.as_ref().or(file.output.technique.as_ref());
     let method = match (overrides.method.clone(), named) {
         (Some(method), _) => Some(method),

@@ -9,7 +9,7 @@ use crate::{NormalFiltering, ToneMapper};
 use glam::{DVec3, EulerRot, Mat4, Quat, Vec3};
 use std::collections::BTreeMap;
 use steradian_base::{Value, unknown};
-use steradian_brdf::{Files, parse_with};
+use steradian_brdf::{Files, parse_noting};
 use steradian_formats::stays_below;
 use steradian_light::{DirectionalLight, DiskLight, PointLight};
 use steradian_scene::Camera;
@@ -150,7 +150,8 @@ fn material(
     m: &MaterialText,
     files: Files<'_>,
 ) -> Result<SceneMaterial, SceneError> {
-    let brdf = parse_with(m.brdf.get_ref(), files)
+    let mut opened = Vec::new();
+    let brdf = parse_noting(m.brdf.get_ref(), files, &mut opened)
         .map_err(|e| source.error(start(&m.brdf), format!("material '{name}', key 'brdf': {e}")))?;
     let image = |t: &Option<Spanned<String>>, key: &str| {
         t.as_ref().map(|t| Ok(At { value: below(source, t, key)?, at: start(t) })).transpose()
@@ -163,6 +164,7 @@ fn material(
     Ok(SceneMaterial {
         name: name.into(),
         brdf,
+        opened,
         base_colour,
         normal: image(&m.normal_texture, "normal_texture")?,
         normal_scale,

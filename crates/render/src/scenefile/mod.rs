@@ -43,6 +43,7 @@ pub use error::SceneError;
 
 use crate::{NormalFiltering, ToneMapper};
 use glam::{Mat4, Vec3};
+use std::path::PathBuf;
 use steradian_base::ParamValues;
 use steradian_brdf::{Files, SharedBrdf};
 use steradian_light::{DirectionalLight, DiskLight, PointLight};
@@ -86,6 +87,8 @@ pub struct SceneMaterial {
     pub name: String,
     /// The reflectance.
     pub brdf: SharedBrdf,
+    /// Files that were read for it.
+    pub opened: Vec<PathBuf>,
     /// File of a texture that multiplies the net reflectance, relative to the scene file's folder.
     pub base_colour: Option<At<String>>,
     /// File of a tangent-space normal map, relative to the scene file's folder.
