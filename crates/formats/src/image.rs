@@ -1,4 +1,4 @@
-//! The door for images: reading by content, writing by extension.
+//! Images of every format: reading by content, writing by extension.
 
 use crate::atomic::{plain, write_atomic, write_atomic_seek};
 use crate::{FormatError, Limits, Raster, hdr, ldr, openexr, pfm, tga};

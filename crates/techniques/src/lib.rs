@@ -6,8 +6,8 @@
 
 pub mod certify;
 pub mod direct;
-mod door;
 pub mod gpu;
+mod interface;
 mod registry;
 pub mod rooms;
 mod saved;
@@ -15,11 +15,11 @@ pub mod shared;
 pub mod tensors;
 
 pub use certify::{Estimate, Model, Report, Target};
-pub use door::{
+pub use gpu::GpuTechnique;
+pub use interface::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
     Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,
 };
-pub use gpu::GpuTechnique;
 pub use registry::{find, registry};
 pub use saved::{IN_FOLDER, Made, SavedBake, SavedError, not_finite, seal};
 pub use tensors::TensorFile;

@@ -1,4 +1,4 @@
-//! The door that every technique has.
+//! The interface that every technique has: its Card, its inputs and factors, batches of points, errors.
 
 mod card;
 mod erased;

@@ -1,4 +1,4 @@
-//! The door without types: what the registry holds.
+//! Techniques behind one type, whatever their factors: what the registry holds.
 
 use super::given::Given;
 use crate::certify::Report;

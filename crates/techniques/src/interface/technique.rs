@@ -1,4 +1,4 @@
-//! The door of a technique.
+//! The trait of a technique: bake each factor, link them, shade batches of points, describe the shader.
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
