@@ -19,11 +19,13 @@ mod ktx1;
 mod ktx2;
 mod ldr;
 mod limits;
+pub mod lp;
 mod merl;
 pub mod mesh;
 mod openexr;
 pub mod packed;
 mod pfm;
+pub mod ptm;
 pub mod raster;
 mod srgb;
 mod stored;
@@ -47,8 +49,10 @@ pub use ktx2::{
     Supercompression, TextureArray, TextureLevels, decode_ktx2, decode_ktx2_array, read_ktx2,
     read_ktx2_array, write_ktx2, write_ktx2_array, write_ktx2_as,
 };
+pub use lp::{LightPosition, decode_lp, read_lp, write_lp};
 pub use merl::{MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl, write_merl};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
+pub use ptm::{Ptm, PtmCoefficients, PtmTexels, decode_ptm, read_ptm, write_ptm};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use stored::StoredTexture;

@@ -45,6 +45,8 @@ fn read(path: &Path) -> Result<(), FormatError> {
         "ktx2" => read_ktx2(path, &limits).map(|_| ()),
         "safetensors" => read_tensors(path, &limits).map(|_| ()),
         "csv" => read_csv(path, &limits).map(|_| ()),
+        "ptm" => read_ptm(path, &limits).map(|_| ()),
+        "lp" => read_lp(path, &limits).map(|_| ()),
         "obj" | "gz" | "ply" | "gltf" => read_mesh(path, &limits).map(|_| ()),
         _ => read_image(path, &limits).map(|_| ()),
     }

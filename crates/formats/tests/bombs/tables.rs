@@ -1,10 +1,20 @@
-//! Tables and tensors.
+//! Tables, tensors, polynomial texture maps and lists of lights.
 
 use crate::{Bomb, harmless, refused};
 
 /// One after another, so that only one lies in memory.
 pub fn bombs() -> Vec<fn() -> Bomb> {
-    vec![csv_columns, csv_rows, csv_line, tensors_header, tensors_many]
+    vec![
+        csv_columns,
+        csv_rows,
+        csv_line,
+        tensors_header,
+        tensors_many,
+        ptm_claims,
+        ptm_texels,
+        lp_lines,
+        lp_empty,
+    ]
 }
 
 fn csv_columns() -> Bomb {
@@ -38,4 +48,25 @@ fn tensors_many() -> Bomb {
     let one = |i| format!(r#""{i}":{{"dtype":"F32","shape":[0],"data_offsets":[0,0]}}"#);
     let all: Vec<String> = (0..60_000).map(one).collect();
     harmless("many.safetensors", header(&format!("{{{}}}", all.join(","))))
+}
+
+/// 2^31 texels in a file of a hundred bytes.
+fn ptm_claims() -> Bomb {
+    let head = "PTM_1.2\nPTM_FORMAT_RGB\n65536\n32768\n1 1 1 1 1 1\n0 0 0 0 0 0\n";
+    refused("claims.ptm", head.as_bytes().to_vec(), "--max-memory")
+}
+
+/// Bytes of which each becomes four.
+fn ptm_texels() -> Bomb {
+    let head = "PTM_1.2\nPTM_FORMAT_RGB\n1000\n1000\n1 1 1 1 1 1\n0 0 0 0 0 0\n";
+    refused("texels.ptm", [head.as_bytes(), &vec![1; 18_000_000]].concat(), "--max-memory")
+}
+
+/// Lines of eight bytes, of which each becomes a light.
+fn lp_lines() -> Bomb {
+    refused("lines.lp", ["2000000\n", &"a 0 0 1\n".repeat(2_000_000)].concat().into_bytes(), "--max-memory")
+}
+
+fn lp_empty() -> Bomb {
+    refused("empty.lp", ["1", &"\n".repeat(20_000_000)].concat().into_bytes(), "claims 1 lights")
 }

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use steradian_testkit::Mutator;
 
 /// Formats whose every strict prefix is an error; of the others a prefix may be a smaller valid file.
-const STRICT: [&str; 10] = ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors"];
+const STRICT: [&str; 11] =
+    ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors", "ptm"];
 
 /// Damaged files per format, of a few kilobytes each; `STERADIAN_FULL=1` makes a hundred times as many.
 const MUTATIONS: usize = 15_000;

@@ -21,6 +21,8 @@ pub fn all() -> Vec<Entry> {
         ("dds", dds()),
         ("safetensors", safetensors()),
         ("csv", csv()),
+        ("ptm", ptm()),
+        ("lp", lp()),
     ] {
         all.extend(entries.into_iter().map(|(name, bytes)| (format!("{format}/{name}"), bytes)));
     }
@@ -335,5 +337,59 @@ fn csv() -> Vec<Entry> {
         entry("invalid/not_finite.csv", "x,y,z\n0,0,inf\n"),
         entry("invalid/open_quote.csv", "x,y,z\n0,0,\"1\n"),
         entry("invalid/not_text.csv", b"x,y,z\n0,0,\xff\n"),
+    ]
+}
+
+fn ptm() -> Vec<Entry> {
+    let file = |head: &str, texels: &[u8]| [head.as_bytes(), texels].concat();
+    let (head, texels) =
+        ("PTM_1.2\nPTM_FORMAT_LRGB\n2\n1\n2 1 0.5 0.25 0.125 16\n10 0 0 128 255 0\n", [7; 18]);
+    let with = |from: &str, to: &str| file(&head.replacen(from, to, 1), &texels);
+    let polynomials =
+        |n: usize| vec![[0.5, -0.5, 0.25, 1.0, 0.0, n as f32], [0.75, 0.0, 0.25, -1.0, 1.0, 2.0]];
+    let map = |texels: PtmTexels| {
+        let ptm = Ptm { width: 1, height: 2, texels };
+        written("ptm", |p| {
+            write_ptm(p, &ptm).expect("a written map");
+        })
+    };
+    vec![
+        entry("valid/by_hand.ptm", with("", "")),
+        entry("valid/two_lines.ptm", with("2\n1\n2 1", "2 1\r\n2 1")),
+        entry(
+            "valid/lrgb.ptm",
+            map(PtmTexels::Lrgb { luminance: polynomials(1), color: vec![[1, 2, 3], [4, 5, 6]] }),
+        ),
+        entry("valid/rgb.ptm", map(PtmTexels::Rgb([1, 2, 3].map(polynomials)))),
+        entry("invalid/empty.ptm", ""),
+        entry("invalid/wrong_magic.ptm", with("PTM_1.2", "PTN_1.2")),
+        entry("invalid/version.ptm", with("PTM_1.2", "PTM_1.1")),
+        entry("invalid/jpeg.ptm", with("FORMAT_", "FORMAT_JPEG_")),
+        entry("invalid/luminance.ptm", with("LRGB", "LUM")),
+        entry("invalid/zero_size.ptm", with("\n2\n", "\n0\n")),
+        entry("invalid/huge.ptm", with("\n2\n1\n", "\n65536\n32768\n")),
+        entry("invalid/zero_scale.ptm", with("0.25", "0")),
+        entry("invalid/not_finite.ptm", with("0.25", "nan")),
+        entry("invalid/overflow.ptm", with("128", "1e300")),
+        entry("invalid/not_a_number.ptm", with("128", "many")),
+        entry("invalid/truncated.ptm", file(head, &texels[1..])),
+        entry("invalid/trailing.ptm", [&with("", "")[..], &[0]].concat()),
+    ]
+}
+
+fn lp() -> Vec<Entry> {
+    vec![
+        entry("valid/two.lp", "2\nimages/a.jpg 0.5 -0.25 0.75\nb.jpg 0 0 1\n"),
+        entry("valid/spaces.lp", "2\r\na 01.jpg 0.5 -0.25 0.75\r\n\r\nb.jpg\t0 0 1e0"),
+        entry("invalid/empty.lp", ""),
+        entry("invalid/no_count.lp", "a.jpg 0 0 1\n"),
+        entry("invalid/count.lp", "3\na.jpg 0 0 1\nb.jpg 0 0 1\n"),
+        entry("invalid/huge_count.lp", "18446744073709551615\na.jpg 0 0 1\n"),
+        entry("invalid/no_light.lp", "0\n"),
+        entry("invalid/no_name.lp", "1\n0 0 1\n"),
+        entry("invalid/not_a_number.lp", "1\na.jpg 0 0 up\n"),
+        entry("invalid/not_finite.lp", "1\na.jpg 0 0 inf\n"),
+        entry("invalid/zero.lp", "1\na.jpg 0 0 0\n"),
+        entry("invalid/not_text.lp", b"1\n\xff 0 0 1\n"),
     ]
 }

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use steradian_formats::*;
 
 /// Every format, by folder. Meshes have a test of their own.
-const FORMATS: [&str; 11] =
-    ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors", "csv"];
+const FORMATS: [&str; 13] =
+    ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors", "csv", "ptm", "lp"];
 
 /// Limits that a few kilobytes can never need.
 fn limits() -> Limits {
@@ -29,6 +29,8 @@ fn decode(format: &str, name: &Path, bytes: &[u8]) -> Result<(), String> {
         "dds" => decode_dds(name, bytes, &limits).map(|_| ()),
         "safetensors" => decode_tensors(name, bytes, &limits).map(|_| ()),
         "csv" => decode_csv(name, bytes, &limits).and_then(|t| t.vectors(["x", "y", "z"]).map(|_| ())),
+        "ptm" => decode_ptm(name, bytes, &limits).map(|_| ()),
+        "lp" => decode_lp(name, bytes, &limits).map(|_| ()),
         "exr" => {
             let all = ReadOptions { limits, all_channels: true, ..ReadOptions::default() };
             decode_image_with(name, bytes, &all).map(|_| ())
