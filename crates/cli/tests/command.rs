@@ -263,6 +263,45 @@ fn inspect_describes_reflectances_and_meshes() {
 }
 
 #[test]
+fn inspect_describes_polynomial_texture_maps_and_light_positions() {
+    let d = folder();
+    let dir = d.path();
+    let head = "PTM_1.2\nPTM_FORMAT_LRGB\n2\n1\n2 1 1 1 1 1\n10 0 0 0 0 0\n";
+    let map = [head.as_bytes(), &(0..18).collect::<Vec<u8>>()].concat();
+    fs::write(dir.join("a.ptm"), &map).unwrap();
+    let v = json(&run(dir, &["inspect", "a.ptm", "--json"]));
+    assert_eq!((v["kind"].as_str(), v["format"].as_str()), (Some("ptm"), Some("PTM_FORMAT_LRGB")));
+    assert_eq!((v["width"].as_u64(), v["height"].as_u64()), (Some(2), Some(1)));
+    let luminance = &v["polynomials"][0];
+    assert_eq!(luminance["smallest"], serde_json::json!([-20.0, 1.0, 2.0, 3.0, 4.0, 5.0]));
+    assert_eq!(luminance["largest"], serde_json::json!([-8.0, 7.0, 8.0, 9.0, 10.0, 11.0]));
+    assert_eq!(v["color"], serde_json::json!({"smallest": [12, 13, 14], "largest": [15, 16, 17]}));
+    let o = run(dir, &["inspect", "a.ptm"]);
+    let text = String::from_utf8(o.stdout).unwrap();
+    assert!(
+        text.contains("PTM_FORMAT_LRGB, 2 x 1 texels") && text.contains("u² -20.0000 … -8.0000"),
+        "{text}"
+    );
+    for n in 0..map.len() {
+        fs::write(dir.join("cut.ptm"), &map[..n]).unwrap();
+        fails(dir, 3, "cut.ptm: ", &["inspect", "cut.ptm"]);
+    }
+    fs::write(dir.join("jpeg.ptm"), head.replace("LRGB", "JPEG_LRGB")).unwrap();
+    fails(dir, 3, "jpeg.ptm: is a PTM_FORMAT_JPEG_LRGB", &["inspect", "jpeg.ptm"]);
+
+    fs::write(dir.join("a.lp"), "2\na 1.jpg 0 0.6 0.8\nb.jpg 3 0 4\n").unwrap();
+    let v = json(&run(dir, &["inspect", "a.lp", "--json"]));
+    assert_eq!((v["kind"].as_str(), v["lights"].as_u64()), (Some("light positions"), Some(2)));
+    assert_eq!(v["distances"], serde_json::json!([1.0, 5.0]));
+    let o = run(dir, &["inspect", "a.lp"]);
+    let text = String::from_utf8(o.stdout).unwrap();
+    assert!(text.contains("x 0.0000 … 3.0000"), "{text}");
+    fs::write(dir.join("cut.lp"), "2\na 1.jpg 0 0.6 0.8\nb.jpg 3").unwrap();
+    fails(dir, 3, "cut.lp: line 3", &["inspect", "cut.lp"]);
+    fails(dir, 3, "none.lp", &["inspect", "none.lp"]);
+}
+
+#[test]
 fn a_scene_file_renders() {
     let d = folder();
     let scene = r#"

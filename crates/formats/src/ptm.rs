@@ -1,5 +1,5 @@
 //! Polynomial texture maps (`.ptm`), version 1.2: Malzbender, Gelb & Wolters 2001, "Polynomial Texture Maps", and the
-//! report that fixes the file, Malzbender & Gelb, "Polynomial Texture Map (.ptm) File Format", HPL-2001-104.
+//! report that describes the file, Malzbender, Wolters & Gelb 2001, "Polynomial Texture Map (.ptm) File Format", HPL-2001-104.
 //!
 //! A texel is a biquadratic polynomial of the light's direction, whose components along the surface's tangent and
 //! bitangent are (u, v) = (l·t, l·b):
@@ -99,17 +99,23 @@ pub fn decode_ptm(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Ptm, For
     let width = head.width as usize;
     let values = head.values().map_err(invalid)?;
     let polynomials = |block: &[u8]| -> Vec<PtmCoefficients> {
-        let rows = block.chunks_exact(6 * width).rev();
-        rows.flat_map(|row| row.as_chunks::<6>().0)
-            .map(|t| std::array::from_fn(|k| values[k][usize::from(t[k])]))
-            .collect()
+        let mut all = Vec::with_capacity(n);
+        for row in block.chunks_exact(6 * width).rev() {
+            let texels = row.as_chunks::<6>().0.iter();
+            all.extend(
+                texels.map(|t| -> PtmCoefficients { std::array::from_fn(|k| values[k][usize::from(t[k])]) }),
+            );
+        }
+        all
     };
     let texels = if head.rgb {
         PtmTexels::Rgb([0, 1, 2].map(|c| polynomials(&body[6 * n * c..6 * n * (c + 1)])))
     } else {
-        let (coefficients, color) = body.split_at(6 * n);
-        let rows = color.chunks_exact(3 * width).rev();
-        let color = rows.flat_map(|row| row.as_chunks::<3>().0).copied().collect();
+        let (coefficients, colors) = body.split_at(6 * n);
+        let mut color = Vec::with_capacity(n);
+        for row in colors.chunks_exact(3 * width).rev() {
+            color.extend_from_slice(row.as_chunks::<3>().0);
+        }
         PtmTexels::Lrgb { luminance: polynomials(coefficients), color }
     };
     Ok(Ptm { width, height: head.height as usize, texels })
@@ -212,7 +218,7 @@ impl<'a> Words<'a> {
         word.parse().map_err(|_| format!("the {what} of a{k} is '{}', not a number", shown(word)))
     }
 
-    /// Where the next line begins, of which only white space may part it.
+    /// Where the texels begin: behind the next line feed, before which only white space may stand.
     fn end_of_line(&self) -> Result<usize, String> {
         let rest = &self.bytes[self.at..];
         match rest.iter().position(|b| !matches!(b, b' ' | b'\t' | b'\r')) {

@@ -4,6 +4,7 @@ mod bake;
 mod brdf;
 mod light;
 mod mesh;
+mod rti;
 mod transfer;
 
 use crate::context::Context;
@@ -12,13 +13,13 @@ use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use steradian_session::inspect::is_mesh;
+use steradian_session::inspect::{is_lp, is_mesh, is_ptm};
 
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer (.safetensors), brdf:SPEC, or brdf: for
-    /// the list of models
+    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer (.safetensors), polynomial
+    /// texture map (.ptm), light positions of photographs (.lp), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -48,6 +49,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
     } else if is_mesh(&o.what) {
         mesh::report(&o.what, context)?
+    } else if is_ptm(&o.what) {
+        rti::ptm(&o.what, context)?
+    } else if is_lp(&o.what) {
+        rti::lp(&o.what, context)?
     } else if let Some(report) = transfer::report(&o.what, context)? {
         report
     } else if bake::is_bake(&o.what) {
