@@ -1,0 +1,1 @@
+//! Polynomial texture maps from photographs under known lights.
