@@ -159,12 +159,12 @@ fn a_power_of_the_view_is_taken_out() {
         assert!(error < 1e-3, "{degrees}: {error:.2e}");
     }
     for spec in [
-        "lambert",
-        "ggx:alpha=0.3",
-        "ggx:alpha=0.01",
+        "lambert:albedo=0.5",
+        "ggx:alpha=0.3,f0=0.9",
+        "ggx:alpha=0.01,f0=0.9",
         "phong:n=20",
         "oren-nayar:sigma=0.5",
-        "ashikhmin-shirley",
+        "ashikhmin-shirley:nu=12,nv=4",
     ] {
         assert_eq!(fill::pole(&*parse(spec).unwrap()), 0.0, "{spec}");
     }
