@@ -259,7 +259,7 @@ pub(crate) fn shape(spec: &str) -> Result<Mesh, Error> {
 }
 
 /// Refuses a picture with pixels that are no numbers: they would spread over everything that it covers.
-fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Error> {
+pub(crate) fn all_finite(path: &Path, raster: Raster) -> Result<Raster, Error> {
     match raster.first_non_finite() {
         None => Ok(raster),
         Some((x, y, channel)) => {

@@ -72,7 +72,7 @@ fn located<T, V>(file: &SceneFile, at: &At<V>, result: Result<T, Error>) -> Resu
 }
 
 /// The file below the scene file's folder that `name` says.
-fn below(folder: &Path, name: &str) -> Result<PathBuf, Error> {
+pub(crate) fn below(folder: &Path, name: &str) -> Result<PathBuf, Error> {
     file_below(folder, name).map_err(Error::input)
 }
 

@@ -13,18 +13,22 @@ use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions
 use steradian_light::adjust;
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
-use steradian_session::{Adjust, Destinations, IMAGES, MEASUREMENTS, check_format, check_output, is_sky};
+use steradian_session::inspect::is_lp;
+use steradian_session::{
+    Adjust, Destinations, IMAGES, MEASUREMENTS, POLYNOMIALS, check_format, check_output, is_sky,
+};
 use steradian_sphere::SphereImage;
 
 /// Options of `steradian convert`.
 #[derive(Debug, Args)]
 pub struct Options {
     /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
-    /// or brdf:SPEC, a reflectance that becomes a table of measurements
+    /// brdf:SPEC, a reflectance that becomes a table of measurements, or a list of light positions (.lp), whose
+    /// photographs become a polynomial texture map
     #[arg(value_name = "INPUT")]
     input: String,
     /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) for a
-    /// reflectance
+    /// reflectance; .ptm for photographs
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -56,6 +60,9 @@ pub struct Options {
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(spec) = o.input.strip_prefix("brdf:") {
         return tabulated(spec, &o.output, context);
+    }
+    if is_lp(&o.input) {
+        return polynomials(&o, context);
     }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
@@ -114,6 +121,28 @@ fn tabulated(spec: &str, path: &Path, context: &mut Context) -> Outcome {
         return context.print_json(json!({"output": name, "brdf": spec_without_folders(spec)}));
     }
     context.say(format_args!("{}: {spec}, 90 x 90 x 180 cells", path.display()));
+    Ok(())
+}
+
+/// Photographs under known lights as a polynomial texture map.
+fn polynomials(o: &Options, context: &mut Context) -> Outcome {
+    check_output(&o.output, &POLYNOMIALS)?;
+    let x = context.fit_polynomials(Path::new(&o.input), &o.output)?;
+    if context.common.json {
+        let name = o.output.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({
+            "output": name, "width": x.width, "height": x.height, "photographs": x.photographs,
+            "condition": x.condition,
+        }));
+    }
+    context.say(format_args!(
+        "{}: {} x {} polynomials of {} photographs, condition number {:.2}",
+        o.output.display(),
+        x.width,
+        x.height,
+        x.photographs,
+        x.condition
+    ));
     Ok(())
 }
 
