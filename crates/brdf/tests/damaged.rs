@@ -99,3 +99,47 @@ fn fits_of_lobes() {
     TensorFile { tensors, metadata: BTreeMap::new() }.encode(&mut whole).expect("into memory");
     damaged(&whole, &folder.0.join("fit.safetensors"), "lobes", "", 5000);
 }
+
+/// A file of the RGL database: three elevations of the view, smooth numbers.
+fn bsdf() -> Vec<u8> {
+    let fields: [(&str, &[u64]); 8] = [
+        ("phi_i", &[1]),
+        ("theta_i", &[3]),
+        ("sigma", &[4, 8]),
+        ("ndf", &[4, 8]),
+        ("vndf", &[1, 3, 4, 4]),
+        ("luminance", &[1, 3, 4, 4]),
+        ("rgb", &[1, 3, 3, 4, 4]),
+        ("jacobian", &[1]),
+    ];
+    let head: usize = fields.iter().map(|(name, shape)| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len()).sum();
+    let mut out = [&b"tensor_file\0"[..], &[1, 0], &(fields.len() as u32).to_le_bytes()].concat();
+    let mut at = (out.len() + head) as u64;
+    let mut data = Vec::new();
+    for (name, shape) in fields {
+        out.extend((name.len() as u16).to_le_bytes());
+        out.extend(name.as_bytes());
+        out.extend((shape.len() as u16).to_le_bytes());
+        // 32-bit floats.
+        out.push(10);
+        out.extend(at.to_le_bytes());
+        shape.iter().for_each(|d| out.extend(d.to_le_bytes()));
+        let n = shape.iter().product::<u64>() as usize;
+        let values = floats(n, |i| match name {
+            "phi_i" => 0.0,
+            "theta_i" => 0.7 * i as f32,
+            "jacobian" => 1.0,
+            _ => 0.6 + 0.3 * (i as f32 * 0.9).sin(),
+        });
+        at += values.len() as u64;
+        data.extend(values);
+    }
+    out.extend(data);
+    out
+}
+
+#[test]
+fn measurements_of_the_rgl_database() {
+    let folder = Folder::new("rgl");
+    damaged(&bsdf(), &folder.0.join("small.bsdf"), "rgl", "", 3000);
+}

@@ -96,7 +96,9 @@ impl Head<'_> {
         let [kind] = self.take()?;
         let offset = self.take().map(u64::from_le_bytes)?;
         let shape = (0..dimensions).map(|_| self.take().map(u64::from_le_bytes)).collect::<Option<_>>()?;
-        Some(Field { name: String::from_utf8_lossy(name).into_owned(), kind, offset, shape })
+        // Messages that quote a damaged name stay one line.
+        let name = String::from_utf8_lossy(name).escape_debug().to_string();
+        Some(Field { name, kind, offset, shape })
     }
 }
 

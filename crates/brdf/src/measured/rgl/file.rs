@@ -2,6 +2,7 @@
 
 use super::spectrum;
 use std::collections::BTreeMap;
+use steradian_base::brief;
 use steradian_formats::Tensor;
 
 /// An array of any number of dimensions.
@@ -24,8 +25,9 @@ impl Arrays {
     pub fn of_file(fields: &BTreeMap<String, Tensor>) -> Result<(Self, usize), String> {
         let array = |name: &str| -> Result<Array, String> {
             let names = || fields.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            let found =
-                fields.get(name).ok_or_else(|| format!("has no field '{name}'; it has {}", names()))?;
+            let found = fields
+                .get(name)
+                .ok_or_else(|| format!("has no field '{name}'; it has {}", brief(&names())))?;
             Ok(Array { shape: found.shape.clone(), values: found.data.to_f32().into_owned() })
         };
         let colours = if fields.contains_key("rgb") {
