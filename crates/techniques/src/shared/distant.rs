@@ -3,7 +3,7 @@
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part};
 use glam::DVec3;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use steradian_base::{Cancelled, Task};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::source::{MAX_HEIGHT, reduced};
@@ -15,8 +15,10 @@ pub const ORDER: usize = 255;
 
 /// Distant light, prepared for filtering and for exact evaluation.
 pub struct DistantLight {
-    /// The light split into a base image and small lights.
-    pub source: Source,
+    /// The light split into a base image and small lights; made when it is first needed, since shading does not need it.
+    source: OnceLock<Source>,
+    /// Highest band of its spectrum.
+    order: usize,
     /// The hierarchy of the light itself: of all texels of the image as it came, constant over their cells, and of the
     /// small lights beside it. What errors are measured against.
     pub tree: Tree,
@@ -55,11 +57,26 @@ impl DistantLight {
         l
     }
 
+    /// The light split into a base image and small lights.
+    pub fn source(&self) -> &Source {
+        self.source.get_or_init(|| {
+            let image = self.image.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
+            Source::of(image, self.small.clone(), self.order, &Task::quiet())
+                .expect("nobody cancels a quiet task")
+        })
+    }
+
+    /// Replaces [`DistantLight::source`] by one of more or fewer bands.
+    pub fn set_source(&mut self, source: Source) {
+        self.order = source.order();
+        self.source = OnceLock::from(source);
+    }
+
     /// The light itself as texel means of a cube of `size` intervals an edge, small lights spread over texels.
     pub fn mirror(&self, size: usize) -> EdgeCube {
         let dark = || EdgeCube::from_fn(size, |_| [0.0; 3]);
-        let mut cube = self.source.base.as_ref().map_or_else(dark, |i| EdgeCube::from_image(i, size));
-        self.source.small_lights.iter().for_each(|b| cube.add(b));
+        let mut cube = self.source().base.as_ref().map_or_else(dark, |i| EdgeCube::from_image(i, size));
+        self.source().small_lights.iter().for_each(|b| cube.add(b));
         cube
     }
 
@@ -67,7 +84,7 @@ impl DistantLight {
         let source = Source::new(lights, order, task)?;
         let (image, small) = (lights.environment.clone(), small(lights));
         let tree = Tree::new(image.as_ref().map(|e| &e.image), &small, task)?;
-        Ok(Self { source, tree, image, small })
+        Ok(Self { source: OnceLock::from(source), order, tree, image, small })
     }
 }
 
@@ -96,7 +113,7 @@ impl Part for DistantLight {
         // What filters see: the image at the size to which they reduce it, from which the same split follows again.
         let image = self.image.as_ref().map(|e| reduced(&e.image, MAX_HEIGHT));
         save_plain(image.as_ref(), &self.small, to, prefix);
-        put_f64(to, format!("{prefix}.order"), vec![1], vec![self.source.order() as f64]);
+        put_f64(to, format!("{prefix}.order"), vec![1], vec![self.order as f64]);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -108,12 +125,17 @@ impl Part for DistantLight {
         let task = Task::quiet();
         let cancelled = |_| PartError::Unexpected(name.clone());
         let tree = Tree::new(base.as_ref(), &small, &task).map_err(cancelled)?;
-        let source = Source::of(base.clone(), small.clone(), order as usize, &task).map_err(cancelled)?;
-        Ok(Self { source, tree, image: base.map(|image| Arc::new(Environment { image })), small })
+        let image = base.map(|image| Arc::new(Environment { image }));
+        Ok(Self { source: OnceLock::new(), order: order as usize, tree, image, small })
     }
 
     fn bytes(&self) -> usize {
-        self.source.base.as_ref().map_or(0, |b| 12 * b.width * b.height) + 56 * self.small.len()
+        // A light that was read is as small as its base image.
+        let sides = match self.source.get() {
+            Some(s) => s.base.as_ref().map(|b| (b.width, b.height)),
+            None => self.image.as_ref().map(|e| (e.image.width, e.image.height)),
+        };
+        sides.map_or(0, |(width, height)| 12 * width * height) + 56 * self.small.len()
     }
 
     fn kept_light(&self) -> Option<&Tree> {

@@ -52,7 +52,7 @@ pub fn make(
     let slug = BanksEnv::CARD.slug;
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
     let plan =
-        Plan::new(&light.source, fibre, p.slices.map_or(0, |n| n.max(2)), p.size.unwrap_or(0), tolerance);
+        Plan::new(light.source(), fibre, p.slices.map_or(0, |n| n.max(2)), p.size.unwrap_or(0), tolerance);
     let samples = 6 * ((plan.size + 1) * (plan.size + 1)) as u64;
     let need = samples * (16 * plan.slices as u64 + 36);
     if need > task.max_memory() {
@@ -63,7 +63,7 @@ pub fn make(
         k.into_iter().enumerate().map(|(l, k)| k * plan.window(l)).collect()
     };
     let kernels: Vec<Vec<f64>> = (0..plan.slices).into_par_iter().map(kernel).collect();
-    let made = stack(&light.source, &kernels, plan.size, task)?;
+    let made = stack(light.source(), &kernels, plan.size, task)?;
     let maps = Chain::new(made.cubes).ok_or_else(|| BakeError::Light { slug, why: "no slices".into() })?;
     Ok((Cones { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 }, plan, made.clipped))
 }

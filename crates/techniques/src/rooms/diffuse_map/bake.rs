@@ -58,7 +58,7 @@ impl Light {
         let light = DistantLight::bake(DiffuseMap::CARD.slug, lights, ORDER, task)?;
         let size = p.size.map_or(filter::Size::UpTo(64), filter::Size::Fixed);
         let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
-        let f = filter(&light.source, &light.tree, &Lambert, size, tolerance, task)?;
+        let f = filter(light.source(), &light.tree, &Lambert, size, tolerance, task)?;
         let order = if let CubeMethod::Frequency { order } = f.way { order as f64 } else { -1.0 };
         let error = f.tail.hypot(f.interpolation);
         Ok(Self { cube: f.cube, error, order, clipped: f.clipped })

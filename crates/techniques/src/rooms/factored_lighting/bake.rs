@@ -110,7 +110,7 @@ pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(
         return Err(BakeError::Memory { slug, need, allowed });
     }
     let layout = Layout::new(p, size);
-    let samples = Samples::new(&m.slices, &light.source.coefficients(order), layout.count(), task)?;
+    let samples = Samples::new(&m.slices, &light.source().coefficients(order), layout.count(), task)?;
     let fit = fit(&layout, &samples, p.weight, task)?;
     let details = [
         ("residual", fit.residual),

@@ -56,7 +56,7 @@ impl Light {
         let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
         let filtered = |lobe: &Lobe, up: usize| {
             let size = filter::Size::UpTo(up);
-            filter(&distant.source, &distant.tree, lobe, size, tolerance, task)
+            filter(distant.source(), &distant.tree, lobe, size, tolerance, task)
         };
         task.begin("prefilter", sigmas.len() as u64);
         let mut levels = vec![distant.mirror(size)];

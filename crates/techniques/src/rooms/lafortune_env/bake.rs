@@ -125,7 +125,7 @@ pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Resul
         let cube = if terms.is_empty() {
             EdgeCube::from_fn(1, |_| [0.0; 3])
         } else {
-            let f = filter(&light.source, &light.tree, &Lobe::phong(*n), size, tolerance, task)?;
+            let f = filter(light.source(), &light.tree, &Lobe::phong(*n), size, tolerance, task)?;
             clipped = clipped.max(f.clipped);
             if let filter::CubeMethod::Frequency { order: o } = f.way {
                 order = order.max(o);
@@ -140,7 +140,7 @@ pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Resul
     let diffuse = if m.0.kd == [0.0; 3] {
         EdgeCube::from_fn(1, |_| [0.0; 3])
     } else {
-        filter(&light.source, &light.tree, &Cosine, filter::Size::UpTo(64), tolerance, task)?.cube
+        filter(light.source(), &light.tree, &Cosine, filter::Size::UpTo(64), tolerance, task)?.cube
     };
     let chain = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no maps".into() })?;
     let numbers = |t: &Term| {

@@ -124,7 +124,7 @@ struct Filtering<'a> {
 
 impl Filtering<'_> {
     fn filter(&self, k: &Profile, size: filter::Size) -> Result<filter::Filtered, Cancelled> {
-        filter(&self.light.source, &self.light.tree, k, size, self.tolerance, self.task)
+        filter(&self.light.source(), &self.light.tree, k, size, self.tolerance, self.task)
     }
 
     /// Texel means of the light, suns spread over texels.
@@ -139,7 +139,7 @@ impl Filtering<'_> {
 
     /// Does the spectrum of the light end before that of the profile?
     fn is_sharp(&self, k: &Profile) -> bool {
-        let k = k.coefficients(self.light.source.order());
+        let k = k.coefficients(self.light.source().order());
         k.last().is_some_and(|last| last.abs() > 0.02 * k[0].abs())
     }
 

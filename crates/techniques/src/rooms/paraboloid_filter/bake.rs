@@ -83,7 +83,7 @@ pub fn link(
     };
     let kernel = Power { n: lobe.n };
     let lookup = |n: usize| lookup(light, n);
-    let (made, _) = paraboloids(&lookup, &light.source.small_lights, &kernel, &footprint, task)?;
+    let (made, _) = paraboloids(&lookup, &light.source().small_lights, &kernel, &footprint, task)?;
     let maps = Maps::new(&made, &lobe);
     let (all, rings) = map_errors(light, &kernel, &made);
     let report = Report::default().detail("side", maps.side as f64).detail("maps", all);
@@ -92,7 +92,7 @@ pub fn link(
 
 /// The light in texels like those of a cube of n × n.
 fn lookup(light: &DistantLight, n: usize) -> Lookup {
-    let Some(base) = &light.source.base else { return Box::new(|_| [0.0; 3]) };
+    let Some(base) = &light.source().base else { return Box::new(|_| [0.0; 3]) };
     let cube = EdgeCube::from_image(base, n.clamp(8, 2 * base.height.max(4)));
     Box::new(move |d: DVec3| {
         let [r, g, b, _] = cube.sample(d.as_vec3().to_array());

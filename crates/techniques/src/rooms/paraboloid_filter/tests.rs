@@ -13,7 +13,7 @@ fn distant(lights: &Lights) -> DistantLight {
 
 fn maps(light: &DistantLight, n: f64, footprint: &Footprint) -> Paraboloids {
     let lookup = |size: usize| -> steradian_prefilter::methods::Lookup {
-        match &light.source.base {
+        match &light.source().base {
             Some(base) => {
                 let cube = EdgeCube::from_image(base, size);
                 Box::new(move |d: DVec3| cube.sample(d.as_vec3().to_array())[..3].try_into().unwrap())
@@ -21,7 +21,7 @@ fn maps(light: &DistantLight, n: f64, footprint: &Footprint) -> Paraboloids {
             None => Box::new(|_| [0.0; 3]),
         }
     };
-    paraboloids(&lookup, &light.source.small_lights, &Power { n }, footprint, &Task::quiet()).unwrap().0
+    paraboloids(&lookup, &light.source().small_lights, &Power { n }, footprint, &Task::quiet()).unwrap().0
 }
 
 fn blended(radii: usize) -> Footprint {

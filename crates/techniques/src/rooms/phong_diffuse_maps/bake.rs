@@ -62,7 +62,7 @@ impl Maps {
                 let n = f64::from(0.5 / pr.powi(4));
                 let size = filter::Size::UpTo(p.size.unwrap_or(256));
                 let kernel = Normalised(Power { n });
-                filter(&light.source, &light.tree, &kernel, size, TOLERANCE, &Task::quiet()).map(|f| f.cube)
+                filter(light.source(), &light.tree, &kernel, size, TOLERANCE, &Task::quiet()).map(|f| f.cube)
             };
             let count = if self.k_s == [0.0; 3] { 0 } else { LEVELS };
             // A quiet task is never cancelled.
@@ -123,7 +123,7 @@ pub fn link(
         });
     }
     let map = |k: &dyn Zonal, size, used: bool| {
-        if used { filter(&light.source, &light.tree, k, size, tolerance, task) } else { Ok(black()) }
+        if used { filter(light.source(), &light.tree, k, size, tolerance, task) } else { Ok(black()) }
     };
     let phong = map(&Power { n: blend.n }, size, blend.f0.is_some() && blend.k_s != [0.0; 3])?;
     let diffuse_used = blend.k_d != [0.0; 3] && blend.f0 != Some(1.0);

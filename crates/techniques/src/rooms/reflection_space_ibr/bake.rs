@@ -135,14 +135,14 @@ fn views(light: &ShRgb, m: &Seen, p: &Params, task: &Task) -> Result<(Vec<EdgeCu
 
 /// Joins light and reflectance.
 pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
-    let (mut cubes, interpolation) = views(&light.source.coefficients(m.slices.order()), m, p, task)?;
+    let (mut cubes, interpolation) = views(&light.source().coefficients(m.slices.order()), m, p, task)?;
     let diffuse = m.slices.diffuse;
     let split = diffuse != [0.0; 3];
     // With a part split off, the rest may be negative where it should be.
-    let clipped = if split || light.source.negative { 0.0 } else { clip(&mut cubes) };
+    let clipped = if split || light.source().negative { 0.0 } else { clip(&mut cubes) };
     let irradiance = if split {
         let size = filter::Size::UpTo(LARGEST);
-        filter(&light.source, &light.tree, &Cosine, size, 0.5 * tolerance(task), task)?.cube
+        filter(light.source(), &light.tree, &Cosine, size, 0.5 * tolerance(task), task)?.cube
     } else {
         black()
     };

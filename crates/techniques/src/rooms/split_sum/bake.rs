@@ -51,7 +51,7 @@ impl Light {
         let slug = SplitSum::CARD.slug;
         let mut distant = DistantLight::bake(slug, lights, ORDER, task)?;
         if beyond(&distant) > EDGES {
-            distant.source = Source::new(lights, BANDS, task)?;
+            distant.set_source(Source::new(lights, BANDS, task)?);
         }
         let height = lights.environment.as_ref().map_or(64, |e| e.image.height);
         let own = (height / 2).next_power_of_two().clamp(64, 256);
@@ -67,21 +67,21 @@ impl Light {
             task.advance(1);
             let kernel = GgxMirror::new((k as f64 / (p.levels - 1) as f64).powi(2));
             let size = filter::Size::UpTo(size);
-            levels.push(filter(&distant.source, &distant.tree, &kernel, size, tolerance, task)?.cube);
+            levels.push(filter(distant.source(), &distant.tree, &kernel, size, tolerance, task)?.cube);
         }
         task.end();
         let chain = Chain::new(levels).ok_or_else(|| BakeError::Light { slug, why: "no levels".into() })?;
         let k = Cosine.coefficients(2);
         let scale = std::array::from_fn(|l| k[l] / PI);
-        let mean_radiance = Quadric::new(&distant.source.coefficients(2), [scale; 3]);
+        let mean_radiance = Quadric::new(&distant.source().coefficients(2), [scale; 3]);
         Ok(Self { chain, mean_radiance, distant })
     }
 }
 
 /// The part of the image's energy beyond the bands that are known.
 fn beyond(light: &DistantLight) -> f64 {
-    let all = light.source.base_energy;
-    let known: f64 = light.source.spectrum.c.iter().flatten().map(|x| x * x).sum();
+    let all = light.source().base_energy;
+    let known: f64 = light.source().spectrum.c.iter().flatten().map(|x| x * x).sum();
     if all > 0.0 { (all - known) / all } else { 0.0 }
 }
 

@@ -18,7 +18,7 @@ fn error(spec: &str, lights: &Lights, order: usize, limit: f64) -> f64 {
     let slices = Slices::of_order(&*b, [0.0; 3], order, &task).unwrap();
     let light = DistantLight::bake("views", lights, order, &task).unwrap();
     let view = DVec3::new(0.3, 0.5, -0.8).normalize();
-    let image = ViewImage::new(&slices, &light.source.coefficients(order), view);
+    let image = ViewImage::new(&slices, &light.source().coefficients(order), view);
     let normals = (0..200).map(|k| probe::direction(k, 200));
     let points: Vec<ReferencePoint> = normals
         .filter(|n| n.dot(view) > limit.to_radians().cos())
