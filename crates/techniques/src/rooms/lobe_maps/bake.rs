@@ -124,7 +124,7 @@ struct Filtering<'a> {
 
 impl Filtering<'_> {
     fn filter(&self, k: &Profile, size: filter::Size) -> Result<filter::Filtered, Cancelled> {
-        filter(&self.light.source(), &self.light.tree, k, size, self.tolerance, self.task)
+        filter(self.light.source(), &self.light.tree, k, size, self.tolerance, self.task)
     }
 
     /// Texel means of the light, suns spread over texels.
