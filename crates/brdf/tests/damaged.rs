@@ -143,3 +143,71 @@ fn measurements_of_the_rgl_database() {
     let folder = Folder::new("rgl");
     damaged(&bsdf(), &folder.0.join("small.bsdf"), "rgl", "", 3000);
 }
+
+/// Rows of angles and values that make a small isotropic material.
+fn rows(separator: &str, values: &str) -> String {
+    let row = |i: usize| {
+        let (a, b) = (0.2 * (i % 6) as f64, 0.25 * (i / 6) as f64);
+        format!("{a:.3}{separator}0{separator}{b:.3}{separator}{:.2}{separator}{values}\n", 0.5 * i as f64)
+    };
+    (0..30).map(row).collect()
+}
+
+#[test]
+fn spectra_of_cornell() {
+    let folder = Folder::new("cornell");
+    let whole = format!("# three\n3\n450 550 650\n{}", rows(" ", "0.1 0.2 0.3"));
+    damaged(whole.as_bytes(), &folder.0.join("a.brdf"), "cornell", "", 150);
+}
+
+#[test]
+fn tables_of_astm() {
+    let folder = Folder::new("astm");
+    let rows = rows(",", "0.1,0.2,0.3");
+    let whole = format!("ID a\nNUM_POINTS 30\nVARS theta_i,phi_i,theta_s,phi_s,R,G,B\n{rows}");
+    damaged(whole.as_bytes(), &folder.0.join("a.astm"), "astm", "", 150);
+}
+
+#[test]
+fn texts_of_alta() {
+    let folder = Folder::new("alta");
+    let rows = rows(" ", "0.3");
+    let whole = format!("#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n{rows}");
+    damaged(whole.as_bytes(), &folder.0.join("a.alta"), "alta", "", 150);
+}
+
+#[test]
+fn scattered_measurements() {
+    let folder = Folder::new("csv");
+    let whole = format!("theta_i,phi_i,theta_o,phi_o,r,g,b\n{}", rows(",", "0.1,0.2,0.3"));
+    damaged(whole.as_bytes(), &folder.0.join("a.csv"), "csv", "", 150);
+}
+
+#[test]
+fn sums_of_brdflab() {
+    let folder = Folder::new("brdflab");
+    let lobe = |model: &str, p: &str| {
+        let scale = "<ScalingFactors channel0=\"0.1\" channel1=\"0.2\" channel2=\"0.3\"/>";
+        format!("{scale}<Lobe><Model>{model}</Model><Parameters {p}/></Lobe>")
+    };
+    let lobes = [
+        lobe("Lambertian", ""),
+        lobe("Ward", "ax=\"0.2\""),
+        lobe("LafortuneIso", "Cxy=\"-0.6\" Cz=\"0.5\" Exponent=\"14\""),
+        lobe("CookTorrance", "m=\"0.3\" F0=\"0.5\""),
+    ];
+    let head = "<!DOCTYPE BRDF><BRDF><Material><Name>A</Name><Type>Analytic</Type><Parameters>";
+    let whole = format!("{head}{}</Parameters></Material></BRDF>", lobes.concat());
+    damaged(whole.as_bytes(), &folder.0.join("a.xml"), "brdflab", "", 1500);
+}
+
+#[test]
+fn anisotropic_tables_of_merl() {
+    let folder = Folder::new("aniso");
+    let mut head = [0i32; 16];
+    head[..4].copy_from_slice(&[3, 3, 6, 4]);
+    head[10] = 3;
+    let mut whole: Vec<u8> = head.iter().flat_map(|v| v.to_le_bytes()).collect();
+    whole.extend(floats(3 * 216, |i| 0.6 + 0.3 * (i as f32 * 0.9).sin()));
+    damaged(&whole, &folder.0.join("a.binary"), "merl-aniso", "", 1000);
+}

@@ -8,6 +8,7 @@ mod atomic;
 mod bc6h;
 mod below;
 mod bsdf;
+pub mod cie;
 mod color;
 mod container;
 mod csv;
@@ -20,6 +21,7 @@ mod ktx2;
 mod ldr;
 mod limits;
 pub mod lp;
+mod measured;
 mod merl;
 pub mod mesh;
 mod openexr;
@@ -50,6 +52,11 @@ pub use ktx2::{
     read_ktx2_array, write_ktx2, write_ktx2_array, write_ktx2_as,
 };
 pub use lp::{LightPosition, decode_lp, read_lp, write_lp};
+pub use measured::{
+    AltaTable, AstmTable, BrdfLab, BrdfLabFit, BrdfLabLobe, CornellTable, MerlAnisotropic, UTIA_BYTES,
+    UTIA_DIRECTIONS, UTIA_ELEVATIONS, UTIA_TURNS, UtiaTable, decode_alta, decode_astm, decode_brdflab,
+    decode_cornell, decode_merl_anisotropic, decode_utia,
+};
 pub use merl::{MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl, write_merl};
 pub use mesh::{MeshData, decode_mesh, read_mesh};
 pub use ptm::{Ptm, PtmCoefficients, PtmTexels, decode_ptm, read_ptm, write_ptm};

@@ -11,7 +11,8 @@ use steradian_formats::write_tensors;
 use steradian_parallel::prelude::*;
 
 /// Extensions of files of measurements, and the specs that read them.
-const MEASURED: [(&str, &str); 2] = [("binary", "merl"), ("bsdf", "rgl")];
+const MEASURED: [(&str, &str); 4] =
+    [("binary", "merl"), ("bsdf", "rgl"), ("brdf", "cornell"), ("astm", "astm")];
 /// Reflectances that lie in memory at a time: a table of MERL's has 17 MiB.
 const AT_ONCE: usize = 8;
 
@@ -45,10 +46,10 @@ pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {
         return Ok(expand(input, Files::Any)?);
     };
     if files.is_empty() {
-        return Err(Error::input(format!("{input}: holds no .binary or .bsdf files")));
+        return Err(Error::input(format!("{input}: holds no .binary, .bsdf, .brdf or .astm files")));
     }
     let spec = |file: &PathBuf| {
-        let why = || Error::input(format!("{}: is neither .binary nor .bsdf", file.display()));
+        let why = || Error::input(format!("{}: is none of .binary, .bsdf, .brdf, .astm", file.display()));
         spec_of(file).map(|model| format!("{model}:{}", file.display())).ok_or_else(why)
     };
     files.iter().map(spec).collect()

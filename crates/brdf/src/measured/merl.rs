@@ -14,17 +14,15 @@
 //! of the nearest at greater θ_d; where the whole row is missing, of the same cell of the row with the next smaller θ_h.
 //! Cells whose centre has light or view below the horizon mean nothing and are filled alike, for the interpolation.
 
-use super::shape::Shape;
-use crate::draw;
-use crate::math::{above, half, largest, polar_angle};
+use super::grid::{Coordinates, Grid, MERL};
+use super::table::{Counts, Table};
+use super::tabulated::make as made;
+use crate::math::above;
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
-use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
+use crate::{Brdf, Info, SharedBrdf, SpecError};
 use steradian_base::{Cancelled, ParamInfo, Task};
-use steradian_formats::{Limits, MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl};
+use steradian_formats::{Limits, MERL_BYTES, MERL_CELLS, MerlTable, decode_merl};
 use steradian_parallel::prelude::*;
 
 /// The page.
@@ -42,69 +40,39 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 /// sr⁻¹ per unit of the file.
 const UNITS: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
-const HALF: usize = MERL_DIMENSIONS[0];
-const DIFF: usize = MERL_DIMENSIONS[1];
-const TURN: usize = MERL_DIMENSIONS[2];
+const SLICE: usize = MERL[2] * MERL[3];
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let Some(path) = a.file("file") else {
-        return Err(a.syntax("needs the path of a table, as in merl:gold-metallic-paint.binary".into()));
+    let read = |path: &std::path::Path| {
+        let bytes = a.bytes(path, MERL_BYTES, "a MERL table")?;
+        let table = decode_merl(path, &bytes, &Limits::default())?;
+        of(&table).ok_or_else(|| SpecError::File {
+            file: path.display().to_string(),
+            what: "every cell above the horizon is negative: nothing was measured".into(),
+        })
     };
-    if let Some(numbers) = a.held() {
-        let kept = Merl::from_numbers(a.spec(), numbers);
-        return kept
-            .map(|m| Arc::new(m) as SharedBrdf)
-            .ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())));
-    }
-    let bytes = a.bytes(&path, MERL_BYTES, "a MERL table")?;
-    let table = decode_merl(&path, &bytes, &Limits::default())?;
-    let merl = Merl::new(a.spec(), &table);
-    Ok(Arc::new(merl.ok_or_else(|| SpecError::File {
-        file: path.display().to_string(),
-        what: "every cell above the horizon is negative: nothing was measured".into(),
-    })?))
-}
-
-/// A table.
-#[derive(Debug, Clone)]
-pub struct Merl {
-    spec: String,
-    /// sr⁻¹, φ_d fastest, then θ_d; no cell is missing any more.
-    cells: Vec<[f32; 3]>,
-    /// Cells above the horizon, and how many of them were missing.
-    counted: [usize; 2],
-    shape: Shape,
-}
-
-/// The directions at the centre of a cell, half vector in the plane of x and z: light, view.
-fn centre(h: usize, d: usize, p: usize) -> (DVec3, DVec3) {
-    let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-    let (sh, ch) = (at(h, HALF).powi(2) * FRAC_PI_2).sin_cos();
-    let (sd, cd) = (at(d, DIFF) * FRAC_PI_2).sin_cos();
-    let (sp, cp) = (at(p, TURN) * PI).sin_cos();
-    let half = DVec3::new(sh, 0.0, ch);
-    let across = DVec3::new(ch, 0.0, -sh) * (sd * cp) + DVec3::Y * (sd * sp);
-    (half * cd + across, half * cd - across)
+    let keep = |numbers: &[f64]| Table::of_numbers(&INFO, notes, numbers);
+    made(a, "merl:gold-metallic-paint.binary", read, keep)
 }
 
 /// The table that `brdf` would have been measured as; cells below the horizon are −1. The reflectance must be isotropic.
 pub fn tabulate(brdf: &dyn Brdf, task: &Task) -> Result<MerlTable, Cancelled> {
-    task.begin("tabulating", HALF as u64);
-    let slices: Vec<Vec<[f64; 3]>> = (0..HALF)
+    task.begin("tabulating", MERL[0] as u64);
+    let slices: Vec<Vec<[f64; 3]>> = (0..MERL[0])
         .into_par_iter()
         .map(|h| {
             if task.is_cancelled() {
                 return Vec::new();
             }
             let cell = |i: usize| {
-                let (wi, wo) = centre(h, i / TURN, i % TURN);
+                let (wi, wo) = Grid::centre(MERL, h * SLICE + i);
                 if !above(wi, wo) {
                     return [-1.0; 3];
                 }
                 let f = brdf.eval(wi, wo);
                 std::array::from_fn(|c| if f[c].is_finite() { f[c] / UNITS[c] } else { -1.0 })
             };
-            let slice = (0..DIFF * TURN).map(cell).collect();
+            let slice = (0..SLICE).map(cell).collect();
             task.advance(1);
             slice
         })
@@ -115,173 +83,60 @@ pub fn tabulate(brdf: &dyn Brdf, task: &Task) -> Result<MerlTable, Cancelled> {
     Ok(MerlTable { channels: [channel(0), channel(1), channel(2)] })
 }
 
-impl Merl {
-    /// The reflectance of a table; `None` where nothing in it was measured. `spec` is what it says of itself.
-    pub fn new(spec: String, table: &MerlTable) -> Option<Self> {
-        let [r, g, b] = &table.channels;
-        let fits = [r, g, b].iter().all(|c| c.len() == MERL_CELLS);
-        let value = |i: usize| [r[i] * UNITS[0], g[i] * UNITS[1], b[i] * UNITS[2]];
-        let mut cells: Vec<Option<[f32; 3]>> = Vec::with_capacity(if fits { MERL_CELLS } else { 0 });
-        let (mut seen, mut missing) = (0, 0);
-        for i in 0..if fits { MERL_CELLS } else { 0 } {
-            let (wi, wo) = centre(i / (DIFF * TURN), i / TURN % DIFF, i % TURN);
-            let v = value(i).map(|v| v as f32);
-            let measured = v.iter().all(|v| v.is_finite() && *v >= 0.0);
-            if above(wi, wo) {
-                seen += 1;
-                missing += usize::from(!measured);
-            }
-            cells.push((measured && above(wi, wo)).then_some(v));
+/// The reflectance of a table; `None` where nothing in it was measured.
+fn of(table: &MerlTable) -> Option<Table> {
+    let [r, g, b] = &table.channels;
+    if [r, g, b].iter().any(|c| c.len() != MERL_CELLS) {
+        return None;
+    }
+    let mut counts = Counts::default();
+    let cell = |i: usize| {
+        let (wi, wo) = Grid::centre(MERL, i);
+        let v = [r[i] * UNITS[0], g[i] * UNITS[1], b[i] * UNITS[2]].map(|v| v as f32);
+        let measured = v.iter().all(|v| v.is_finite() && *v >= 0.0);
+        if above(wi, wo) {
+            counts.all += 1;
+            counts.missing += usize::from(!measured);
         }
-        let cells = filled(cells)?;
-        Some(Self::of(spec, cells, [seen, missing]))
-    }
-
-    fn of(spec: String, cells: Vec<[f32; 3]>, counted: [usize; 2]) -> Self {
-        let empty = Shape::measure(&|_, _| [0.0; 3]);
-        let mut merl = Self { spec, cells, counted, shape: empty };
-        merl.shape = Shape::measure(&|wi, wo| merl.eval(wi, wo));
-        merl
-    }
-
-    /// See [`Brdf::held`]: the two counts, then the cells.
-    fn from_numbers(spec: String, numbers: &[f64]) -> Option<Self> {
-        let (counted, cells) = numbers.split_first_chunk::<2>()?;
-        let (cells, []) = cells.as_chunks::<3>() else { return None };
-        let valid = cells.len() == MERL_CELLS && numbers.iter().all(|v| v.is_finite() && *v >= 0.0);
-        let cells = || cells.iter().map(|v| v.map(|v| v as f32)).collect();
-        valid.then(|| Self::of(spec, cells(), counted.map(|n| n as usize)))
-    }
-
-    /// Cells above the horizon, and how many of them were missing.
-    pub fn missing(&self) -> [usize; 2] {
-        self.counted
-    }
+        if measured && above(wi, wo) { v } else { [f32::NAN; 3] }
+    };
+    let cells = (0..MERL_CELLS).map(cell).collect();
+    let grid = Grid::filled(Coordinates::Half, MERL, cells, &[2, 0])?;
+    Some(Table { info: &INFO, notes, counts, grid })
 }
 
-/// Every missing cell filled by the rule above; `None` where there is nothing to fill from.
-fn filled(mut cells: Vec<Option<[f32; 3]>>) -> Option<Vec<[f32; 3]>> {
-    let mut before = vec![None; TURN];
-    for row in cells.chunks_exact_mut(DIFF * TURN) {
-        for p in 0..TURN {
-            let at = |d: usize| d * TURN + p;
-            let mut last = None;
-            for d in 0..DIFF {
-                last = row[at(d)].or(last);
-                row[at(d)] = last;
-            }
-            let mut next = None;
-            for d in (0..DIFF).rev() {
-                next = row[at(d)].or(next);
-                row[at(d)] = next;
-            }
-            if row[at(0)].is_none() {
-                (0..DIFF).for_each(|d| row[at(d)] = before[p]);
-            }
-            before[p] = row[at(0)].or(before[p]);
-        }
-    }
-    // Rows before the first that was measured take from it.
-    let first: Vec<Option<[f32; 3]>> =
-        (0..TURN).map(|p| cells.iter().skip(p).step_by(TURN).copied().flatten().next()).collect();
-    let any = first.iter().copied().flatten().next()?;
-    let fill = |(i, v): (usize, Option<[f32; 3]>)| v.or(first[i % TURN]).unwrap_or(any);
-    Some(cells.into_iter().enumerate().map(fill).collect())
-}
-
-/// The two nodes about `x` among `n` and the share of the second, nodes at half-integers.
-fn between(x: f64, n: usize) -> (usize, usize, f64) {
-    let t = (x - 0.5).clamp(0.0, (n - 1) as f64);
-    let i = (t as usize).min(n - 2);
-    (i, i + 1, t - i as f64)
-}
-
-/// (θ_h, θ_d, φ_d) of two directions above the horizon, φ_d in [0, π).
-pub(super) fn angles(wi: DVec3, wo: DVec3) -> [f64; 3] {
-    let h = half(wi, wo);
-    let s = h.x.hypot(h.y);
-    let (cp, sp) = if s > 0.0 { (h.x / s, h.y / s) } else { (1.0, 0.0) };
-    let (x, y) = (DVec3::new(h.z * cp, h.z * sp, -s).dot(wi), wi.y * cp - wi.x * sp);
-    let turn = y.atan2(x);
-    let turn = if turn < 0.0 { turn + PI } else { turn };
-    [polar_angle(h), x.hypot(y).atan2(h.dot(wi)), if turn >= PI { 0.0 } else { turn }]
-}
-
-impl Brdf for Merl {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
-    fn spec(&self) -> String {
-        self.spec.clone()
-    }
-
-    fn held(&self) -> Option<Vec<f64>> {
-        let counted = self.counted.iter().map(|n| *n as f64);
-        Some(counted.chain(self.cells.iter().flatten().map(|v| f64::from(*v))).collect())
-    }
-
-    fn notes(&self) -> Vec<String> {
-        let [seen, missing] = self.counted;
-        let brightest = self.cells.iter().map(|v| largest(v.map(f64::from))).fold(0.0, f64::max);
-        let share = 100.0 * missing as f64 / seen.max(1) as f64;
-        vec![
-            format!(
-                "{missing} of {seen} cells above the horizon are negative ({share:.1} %): missing, filled from smaller θ_d"
-            ),
-            format!("the brightest cell is {brightest:.4} sr⁻¹"),
-        ]
-    }
-
-    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !above(wi, wo) {
-            return [0.0; 3];
-        }
-        let [theta_h, theta_d, phi_d] = angles(wi, wo);
-        let (h0, h1, th) = between(HALF as f64 * (theta_h / FRAC_PI_2).sqrt(), HALF);
-        let (d0, d1, td) = between(DIFF as f64 * theta_d / FRAC_PI_2, DIFF);
-        let p = TURN as f64 * phi_d / PI - 0.5;
-        let p0 = p.floor();
-        let tp = p - p0;
-        let wrap = |p: f64| p.rem_euclid(TURN as f64) as usize % TURN;
-        let (p0, p1) = (wrap(p0), wrap(p0 + 1.0));
-        let mut sum = [0.0; 3];
-        for (h, wh) in [(h0, 1.0 - th), (h1, th)] {
-            for (d, wd) in [(d0, 1.0 - td), (d1, td)] {
-                for (p, wp) in [(p0, 1.0 - tp), (p1, tp)] {
-                    let v = self.cells[(h * DIFF + d) * TURN + p];
-                    let w = wh * wd * wp;
-                    (0..3).for_each(|c| sum[c] += w * f64::from(v[c]));
-                }
-            }
-        }
-        sum
-    }
-
-    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
-        self.shape.lobes(self, wo)
-    }
-
-    fn peak(&self) -> Peak {
-        self.shape.peak()
-    }
-
-    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
-        draw::sample(&self.shape.draw(), wo, u)
-    }
-
-    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        draw::pdf(&self.shape.draw(), wi, wo)
-    }
+fn notes(table: &Table) -> Vec<String> {
+    let Counts { all, missing, .. } = table.counts;
+    let share = 100.0 * missing as f64 / all.max(1) as f64;
+    vec![
+        format!(
+            "{missing} of {all} cells above the horizon are negative ({share:.1} %): missing, filled from smaller θ_d"
+        ),
+        format!("the brightest cell is {:.4} sr⁻¹", table.brightest()),
+    ]
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::tabulated::Measured;
     use super::*;
     use crate::conformance::check_measured;
     use crate::math::spherical;
     use crate::{Files, parse, parse_with};
+    use glam::DVec3;
+    use std::f64::consts::PI;
     use steradian_formats::write_merl;
+
+    const DIFF: usize = MERL[2];
+    const TURN: usize = MERL[3];
+
+    fn centre(h: usize, d: usize, p: usize) -> (DVec3, DVec3) {
+        Grid::centre(MERL, (h * DIFF + d) * TURN + p)
+    }
+
+    fn merl(table: &MerlTable) -> Measured<Table> {
+        Measured::new("merl:a".into(), of(table).expect("measured"))
+    }
 
     fn table(spec: &str) -> MerlTable {
         tabulate(&*parse(spec).expect(spec), &Task::quiet()).expect("not cancelled")
@@ -296,7 +151,7 @@ mod tests {
             ("abc:chrome", 0.12),
         ] {
             let brdf = parse(spec).expect(spec);
-            let merl = Merl::new("merl:a".into(), &table(spec)).expect("measured");
+            let merl = merl(&table(spec));
             for i in 0..400 {
                 let u = |g: f64| (0.5 + g * f64::from(i)).fract();
                 let wi = spherical(1.2 * u(0.819_172_5), std::f64::consts::TAU * u(0.671_043_6));
@@ -306,14 +161,14 @@ mod tests {
                     assert!((a[c] - b[c]).abs() <= tolerance * a[c], "{spec} {wi} {wo}: {a:?} {b:?}");
                 }
             }
-            assert_eq!(merl.missing()[1], 0);
+            assert!(merl.notes()[0].starts_with("0 of "), "{:?}", merl.notes());
         }
     }
 
     #[test]
     fn centres_of_cells_hold_the_measurement_and_reciprocity_is_exact() {
         let table = table("sgd:gold-metallic-paint");
-        let merl = Merl::new("merl:a".into(), &table).expect("measured");
+        let merl = merl(&table);
         for (h, d, p) in [(0, 0, 0), (3, 7, 179), (40, 20, 90), (10, 60, 33)] {
             let (wi, wo) = centre(h, d, p);
             let i = (h * DIFF + d) * TURN + p;
@@ -334,13 +189,12 @@ mod tests {
         for d in 10..20 {
             table.channels[1][at(5, d, 7)] = -0.1;
         }
-        let merl = Merl::new("merl:a".into(), &table).expect("measured");
-        assert_eq!(merl.missing()[1], 10);
+        let merl = merl(&table);
         let (wi, wo) = centre(5, 15, 7);
         assert!((merl.eval(wi, wo)[1] - 0.5 / PI).abs() < 1e-6);
         assert!(merl.notes()[0].starts_with("10 of "));
         table.channels.iter_mut().flatten().for_each(|v| *v = -1.0);
-        assert!(Merl::new("merl:a".into(), &table).is_none());
+        assert!(of(&table).is_none());
     }
 
     #[test]

@@ -12,15 +12,13 @@
 
 use super::curet_file::fault;
 use super::materials;
-use super::shape::Shape;
-use crate::draw;
-use crate::math::{above, half};
+use super::tabulated::{self, Tabulated};
+use crate::math::half;
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
-use glam::{DVec2, DVec3};
+use crate::{Info, SharedBrdf, SpecError};
+use glam::DVec3;
 use std::path::Path;
-use std::sync::Arc;
 use steradian_base::ParamInfo;
 
 /// The page.
@@ -48,31 +46,25 @@ const MAX_BYTES: u64 = 16 << 20;
 const MAX_WEIGHT: f32 = 1e9;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let Some(path) = a.file("file") else {
-        return Err(a.syntax("needs networks and a material, as in nbrdf:merl_nbrdf_f32le.bin,chrome".into()));
+    let read = |path: &Path| {
+        let numbers = materials::floats(path, MAX_BYTES, "a file of networks", a)?;
+        let (all, []) = numbers.as_chunks::<WEIGHTS>() else {
+            let n = numbers.len();
+            return Err(fault(path, format!("holds {n} numbers, which are not {WEIGHTS} for each material")));
+        };
+        let names = materials::list(path, &names(path), a);
+        let i = materials::find(&names, a.name("material").as_deref(), a)?;
+        let weights = all.get(i).ok_or_else(|| {
+            fault(path, format!("holds {} materials; its list names more than {i}", all.len()))
+        })?;
+        Network::new(weights)
+            .ok_or_else(|| fault(path, format!("a weight of the material lies beyond {MAX_WEIGHT:e}")))
     };
-    if let Some(numbers) = a.held() {
+    let keep = |numbers: &[f64]| {
         let weights: Vec<f32> = numbers.iter().map(|v| *v as f32).collect();
-        let kept = Network::new(a.spec(), &weights);
-        return kept
-            .map(|m| Arc::new(m) as SharedBrdf)
-            .ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())));
-    }
-    let numbers = materials::floats(&path, MAX_BYTES, "a file of networks", a)?;
-    let (all, []) = numbers.as_chunks::<WEIGHTS>() else {
-        let n = numbers.len();
-        return Err(fault(&path, format!("holds {n} numbers, which are not {WEIGHTS} for each material")));
+        Network::new(&weights)
     };
-    let standard = names(&path);
-    let names = materials::list(&path, &standard, a);
-    let i = materials::find(&names, a.name("material").as_deref(), a)?;
-    let weights = all.get(i).ok_or_else(|| {
-        fault(&path, format!("holds {} materials; its list names more than {i}", all.len()))
-    })?;
-    Ok(Arc::new(
-        Network::new(a.spec(), weights)
-            .ok_or_else(|| fault(&path, format!("a weight of the material lies beyond {MAX_WEIGHT:e}")))?,
-    ))
+    tabulated::make(a, "nbrdf:merl_nbrdf_f32le.bin,chrome", read, keep)
 }
 
 /// The list of names beside a file of networks.
@@ -84,10 +76,8 @@ pub(super) fn names(path: &Path) -> String {
 
 /// One material.
 #[derive(Debug, Clone)]
-pub struct Network {
-    spec: String,
+struct Network {
     weights: Vec<f32>,
-    shape: Shape,
 }
 
 /// One layer: `inputs` outermost in `w`.
@@ -101,14 +91,11 @@ fn layer<const N: usize>(inputs: &[f32], w: &[f32], bias: &[f32]) -> [f32; N] {
 }
 
 impl Network {
-    fn new(spec: String, weights: &[f32]) -> Option<Self> {
+    fn new(weights: &[f32]) -> Option<Self> {
         if weights.len() != WEIGHTS || weights.iter().any(|v| !(-MAX_WEIGHT..=MAX_WEIGHT).contains(v)) {
             return None;
         }
-        let empty = Shape::measure(&|_, _| [0.0; 3]);
-        let mut net = Self { spec, weights: weights.to_vec(), shape: empty };
-        net.shape = Shape::measure(&|wi, wo| net.eval(wi, wo));
-        Some(net)
+        Some(Self { weights: weights.to_vec() })
     }
 
     /// f of the half vector (sin θ_h, 0, cos θ_h) and the difference vector.
@@ -126,23 +113,16 @@ impl Network {
     }
 }
 
-impl Brdf for Network {
+impl Tabulated for Network {
     fn info(&self) -> &'static Info {
         &INFO
     }
 
-    fn spec(&self) -> String {
-        self.spec.clone()
+    fn held(&self) -> Vec<f64> {
+        self.weights.iter().map(|v| f64::from(*v)).collect()
     }
 
-    fn held(&self) -> Option<Vec<f64>> {
-        Some(self.weights.iter().map(|v| f64::from(*v)).collect())
-    }
-
-    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !above(wi, wo) {
-            return [0.0; 3];
-        }
+    fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         let h = half(wi, wo);
         let s = h.x.hypot(h.y);
         let (cp, sp) = if s > 0.0 { (h.x / s, h.y / s) } else { (1.0, 0.0) };
@@ -151,22 +131,6 @@ impl Brdf for Network {
         let swapped = DVec3::new(-d.x, -d.y, d.z);
         let (a, b) = (self.apply([s, h.z], d), self.apply([s, h.z], swapped));
         std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
-    }
-
-    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
-        self.shape.lobes(self, wo)
-    }
-
-    fn peak(&self) -> Peak {
-        self.shape.peak()
-    }
-
-    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
-        draw::sample(&self.shape.draw(), wo, u)
-    }
-
-    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        draw::pdf(&self.shape.draw(), wi, wo)
     }
 }
 

@@ -14,17 +14,16 @@
 //! `npf_material_names.txt` beside it, one per line.
 
 use super::curet_file::fault;
+use super::grid::half_angles;
 use super::materials;
-use super::merl::angles;
-use super::shape::Shape;
-use crate::draw;
-use crate::math::{INV_PI, above, polar_angle};
+use super::tabulated::{self, Tabulated};
+use crate::math::{INV_PI, polar_angle};
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
-use glam::{DVec2, DVec3};
+use crate::{Info, SharedBrdf, SpecError};
+use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
+use std::path::Path;
 use steradian_base::ParamInfo;
 
 /// The page.
@@ -54,39 +53,32 @@ const BINS: usize = 90;
 const USED: usize = 2 + 3 * BINS;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let Some(path) = a.file("file") else {
-        return Err(a.syntax("needs a table and a material, as in npf:npf.bin,chrome".into()));
+    let read = |path: &Path| {
+        let bytes = (4 * 3 * ROWS * COLUMNS) as u64;
+        let numbers = materials::floats(path, bytes, "a table of tabulated factors", a)?;
+        if numbers.len() != 3 * ROWS * COLUMNS {
+            let n = numbers.len();
+            return Err(fault(path, format!("holds {n} numbers instead of {ROWS} x {COLUMNS} x 3")));
+        }
+        let names = materials::list(path, NAMES, a);
+        let row = materials::find(&names, a.name("material").as_deref(), a)?;
+        let row = numbers.chunks_exact(3 * COLUMNS).nth(row).unwrap_or_default();
+        Npf::new(row.iter().copied().take(3 * USED))
+            .ok_or_else(|| fault(path, "the material's row holds negative numbers".into()))
     };
-    if let Some(numbers) = a.held() {
-        let kept = Npf::new(a.spec(), numbers.iter().map(|v| *v as f32));
-        return kept
-            .map(|m| Arc::new(m) as SharedBrdf)
-            .ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())));
-    }
-    let bytes = (4 * 3 * ROWS * COLUMNS) as u64;
-    let numbers = materials::floats(&path, bytes, "a table of tabulated factors", a)?;
-    if numbers.len() != 3 * ROWS * COLUMNS {
-        let n = numbers.len();
-        return Err(fault(&path, format!("holds {n} numbers instead of {ROWS} x {COLUMNS} x 3")));
-    }
-    let names = materials::list(&path, NAMES, a);
-    let row = materials::find(&names, a.name("material").as_deref(), a)?;
-    let row = numbers.chunks_exact(3 * COLUMNS).nth(row).unwrap_or_default();
-    let material = Npf::new(a.spec(), row.iter().copied().take(3 * USED));
-    Ok(Arc::new(material.ok_or_else(|| fault(&path, "the material's row holds negative numbers".into()))?))
+    let keep = |numbers: &[f64]| Npf::new(numbers.iter().map(|v| *v as f32));
+    tabulated::make(a, "npf:npf.bin,chrome", read, keep)
 }
 
 /// One material.
 #[derive(Debug, Clone)]
-pub struct Npf {
-    spec: String,
+struct Npf {
     /// ρ_d, ρ_s, D, G₁, F.
     columns: Vec<[f32; 3]>,
-    shape: Shape,
 }
 
 impl Npf {
-    fn new(spec: String, numbers: impl Iterator<Item = f32>) -> Option<Self> {
+    fn new(numbers: impl Iterator<Item = f32>) -> Option<Self> {
         let numbers: Vec<f32> = numbers.collect();
         let (columns, []) = numbers.as_chunks::<3>() else { return None };
         let valid = columns.len() == USED && numbers.iter().all(|v| v.is_finite() && *v >= 0.0);
@@ -99,10 +91,7 @@ impl Npf {
                 columns[first][c] = columns[first + 1][c];
             }
         }
-        let empty = Shape::measure(&|_, _| [0.0; 3]);
-        let mut npf = Self { spec, columns, shape: empty };
-        npf.shape = Shape::measure(&|wi, wo| npf.eval(wi, wo));
-        Some(npf)
+        Some(Self { columns })
     }
 
     /// Linear between the centres of the bins of the factor that begins at column `from`.
@@ -114,24 +103,17 @@ impl Npf {
     }
 }
 
-impl Brdf for Npf {
+impl Tabulated for Npf {
     fn info(&self) -> &'static Info {
         &INFO
     }
 
-    fn spec(&self) -> String {
-        self.spec.clone()
+    fn held(&self) -> Vec<f64> {
+        self.columns.iter().flatten().map(|v| f64::from(*v)).collect()
     }
 
-    fn held(&self) -> Option<Vec<f64>> {
-        Some(self.columns.iter().flatten().map(|v| f64::from(*v)).collect())
-    }
-
-    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
-        if !above(wi, wo) {
-            return [0.0; 3];
-        }
-        let [theta_h, theta_d, _] = angles(wi, wo);
+    fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        let [theta_h, _, theta_d, _] = half_angles(wi, wo);
         let bin = |theta: f64| BINS as f64 * theta / FRAC_PI_2;
         let d = self.factor(2, BINS as f64 * (theta_h / FRAC_PI_2).sqrt());
         let gi = self.factor(2 + BINS, bin(polar_angle(wi)));
@@ -142,22 +124,6 @@ impl Brdf for Npf {
             let [rho_d, rho_s] = [0, 1].map(|i| f64::from(self.columns[i][c]));
             INV_PI * (rho_d + rho_s * d[c] * f[c] * gi[c] * go[c] / cosines)
         })
-    }
-
-    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
-        self.shape.lobes(self, wo)
-    }
-
-    fn peak(&self) -> Peak {
-        self.shape.peak()
-    }
-
-    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
-        draw::sample(&self.shape.draw(), wo, u)
-    }
-
-    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        draw::pdf(&self.shape.draw(), wi, wo)
     }
 }
 

@@ -27,8 +27,8 @@ pub struct Options {
     /// photographs become a polynomial texture map
     #[arg(value_name = "INPUT")]
     input: String,
-    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) for a
-    /// reflectance; .ptm for photographs
+    /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) or
+    /// .csv for a reflectance; .ptm for photographs
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! What the corpus holds.
 
-use crate::generate_exr;
+use crate::{generate_exr, generate_measured};
 use steradian_formats::*;
 
 /// Relative path and content.
@@ -26,6 +26,7 @@ pub fn all() -> Vec<Entry> {
     ] {
         all.extend(entries.into_iter().map(|(name, bytes)| (format!("{format}/{name}"), bytes)));
     }
+    all.extend(generate_measured::all());
     all
 }
 

@@ -7,13 +7,33 @@
 mod damage;
 mod generate;
 mod generate_exr;
+mod generate_measured;
 
 use std::path::{Path, PathBuf};
 use steradian_formats::*;
 
 /// Every format, by folder. Meshes have a test of their own.
-const FORMATS: [&str; 13] =
-    ["hdr", "exr", "pfm", "png", "jpg", "tga", "ktx2", "ktx", "dds", "safetensors", "csv", "ptm", "lp"];
+const FORMATS: [&str; 19] = [
+    "hdr",
+    "exr",
+    "pfm",
+    "png",
+    "jpg",
+    "tga",
+    "ktx2",
+    "ktx",
+    "dds",
+    "safetensors",
+    "csv",
+    "ptm",
+    "lp",
+    "bsdf",
+    "cornell",
+    "astm",
+    "alta",
+    "brdflab",
+    "merl_anisotropic",
+];
 
 /// Limits that a few kilobytes can never need.
 fn limits() -> Limits {
@@ -30,6 +50,12 @@ fn decode(format: &str, name: &Path, bytes: &[u8]) -> Result<(), String> {
         "safetensors" => decode_tensors(name, bytes, &limits).map(|_| ()),
         "csv" => decode_csv(name, bytes, &limits).and_then(|t| t.vectors(["x", "y", "z"]).map(|_| ())),
         "ptm" => decode_ptm(name, bytes, &limits).map(|_| ()),
+        "bsdf" => decode_bsdf(name, bytes, &limits).map(|_| ()),
+        "cornell" => decode_cornell(name, bytes, &limits).map(|_| ()),
+        "astm" => decode_astm(name, bytes, &limits).map(|_| ()),
+        "alta" => decode_alta(name, bytes, &limits).map(|_| ()),
+        "brdflab" => decode_brdflab(name, bytes, &limits).map(|_| ()),
+        "merl_anisotropic" => decode_merl_anisotropic(name, bytes, &limits).map(|_| ()),
         "lp" => decode_lp(name, bytes, &limits).map(|_| ()),
         "exr" => {
             let all = ReadOptions { limits, all_channels: true, ..ReadOptions::default() };

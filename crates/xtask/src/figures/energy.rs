@@ -10,7 +10,7 @@ use anyhow::Result;
 use std::time::Instant;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq};
-use steradian_brdf::{SpecError, parse};
+use steradian_brdf::{Files, SharedBrdf, SpecError, parse, parse_with};
 use steradian_parallel::prelude::*;
 use steradian_testkit::data_dir;
 
@@ -48,7 +48,7 @@ fn families(o: &Options) -> Vec<(&'static str, Vec<String>)> {
         ("SGD fits to MERL materials", sets("sgd", "")),
         ("ABC fits to MERL materials", sets("abc", "")),
     ];
-    let measured: Vec<String> = files().into_iter().filter(|s| parse(s).is_ok()).collect();
+    let measured: Vec<String> = files();
     if !measured.is_empty() {
         out.push(("measured files", measured));
     }
@@ -62,20 +62,36 @@ fn families(o: &Options) -> Vec<(&'static str, Vec<String>)> {
 fn files() -> Vec<String> {
     let Some(folder) = data_dir().map(|d| d.join("brdfs")) else { return Vec::new() };
     let mut out = Vec::new();
-    for (model, sub, extension) in
-        [("rgl", "rgl", "bsdf"), ("merl", "merl", "binary"), ("curet", "curet", "zernike")]
-    {
+    for (model, sub, extension) in [
+        ("rgl", "rgl", "bsdf"),
+        ("merl", "merl", "binary"),
+        ("cornell", "cornell", "brdf"),
+        ("alta", "retro", "dat"),
+        ("brdflab", "analytic_fits/brdflab_xml", "xml"),
+    ] {
         let Ok(entries) = std::fs::read_dir(folder.join(sub)) else { continue };
         let mut paths: Vec<_> = entries.flatten().map(|e| e.path()).collect();
         paths.retain(|p| p.extension().is_some_and(|e| e == extension));
         paths.sort();
         out.extend(paths.iter().map(|p| format!("{model}:{}", p.display())));
     }
+    out.extend(curet(&folder.join("curet/rbrdf.dat")));
     out
 }
 
+/// CUReT's 61 samples, where they are at hand.
+fn curet(path: &std::path::Path) -> Vec<String> {
+    let sample = |i: u32| format!("curet:{},sample={i}", path.display());
+    if path.is_file() { (1..=61).map(sample).collect() } else { Vec::new() }
+}
+
+/// The reflectance of a spec, whose file may be anywhere.
+fn open(spec: &str) -> Result<SharedBrdf> {
+    Ok(parse_with(spec, Files::Any)?)
+}
+
 fn row(spec: &str) -> Result<Row> {
-    let brdf = parse(spec)?;
+    let brdf = open(spec)?;
     let lpq = Lpq::project(&*brdf, Centre::Reflection, F, P, &Task::quiet())?;
     let share = (0..=P).map(|p| share(&lpq, p)).collect();
     let energy: f64 = lpq.energy.iter().sum();

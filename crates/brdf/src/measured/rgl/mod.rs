@@ -14,12 +14,12 @@
 //! Sampling is the file's own: s by its luminance, h by its visible normals; one sample in ten by the cosine.
 
 mod file;
-mod spectrum;
 mod warp;
 
 use self::file::Arrays;
 use self::warp::{Blend, Density, Grids};
 use super::shape::Shape;
+use super::tabulated::load;
 use crate::draw::Draw;
 use crate::math::{INV_PI, above, half, polar_angle};
 use crate::registry::Entry;
@@ -27,6 +27,7 @@ use crate::spec::Args;
 use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
 use std::sync::Arc;
 use steradian_base::ParamInfo;
 use steradian_formats::{Limits, decode_bsdf};
@@ -50,21 +51,16 @@ const MAX_BYTES: u64 = 1 << 30;
 const COSINE: f64 = 0.1;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
-    let Some(path) = a.file("file") else {
-        return Err(a.syntax("needs the path of a file, as in rgl:paper_white_rgb.bsdf".into()));
+    let read = |path: &Path| {
+        let fault = |what: String| SpecError::File { file: path.display().to_string(), what };
+        let bytes = a.bytes(path, MAX_BYTES, "a measured material")?;
+        let fields = decode_bsdf(path, &bytes, &Limits::default())?;
+        let (arrays, negative) = Arrays::of_file(&fields).map_err(fault)?;
+        Rgl::new(a.spec(), arrays, negative)
+            .ok_or_else(|| fault("a slice of 'vndf' or 'luminance' is zero everywhere".into()))
     };
-    let fault = |what: String| SpecError::File { file: path.display().to_string(), what };
-    if let Some(numbers) = a.held() {
-        let kept = Arrays::of_numbers(numbers).and_then(|arrays| Rgl::new(a.spec(), arrays, 0));
-        return kept
-            .map(|m| Arc::new(m) as SharedBrdf)
-            .ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())));
-    }
-    let bytes = a.bytes(&path, MAX_BYTES, "a measured material")?;
-    let fields = decode_bsdf(&path, &bytes, &Limits::default())?;
-    let (arrays, negative) = Arrays::of_file(&fields).map_err(fault)?;
-    let rgl = Rgl::new(a.spec(), arrays, negative);
-    Ok(Arc::new(rgl.ok_or_else(|| fault("a slice of 'vndf' or 'luminance' is zero everywhere".into()))?))
+    let keep = |numbers: &[f64]| Arrays::of_numbers(numbers).and_then(|arrays| Rgl::new(a.spec(), arrays, 0));
+    Ok(Arc::new(load(a, "rgl:paper_white_rgb.bsdf", read, keep)?))
 }
 
 /// One material.
@@ -117,10 +113,10 @@ impl Rgl {
             colours: [colour(0), colour(1), colour(2)],
             isotropic,
             symmetry,
-            shape: Shape::measure(&|_, _| [0.0; 3]),
+            shape: Shape::measure(&|_, _| [0.0; 3], true),
             arrays,
         };
-        rgl.shape = Shape::measure(&|wi, wo| rgl.eval(wi, wo));
+        rgl.shape = Shape::measure(&|wi, wo| rgl.eval(wi, wo), isotropic);
         Some(rgl)
     }
 

@@ -1,31 +1,24 @@
 //! Spectra of reflectance to linear Rec. 709.
 
-/// CIE 1931 colour matching functions (Wyman, Sloan & Shirley 2013, "Simple Analytic Approximations to the CIE XYZ Color
-/// Matching Functions", multi-lobe fit).
-fn matching(nm: f64) -> [f64; 3] {
-    let g = |centre: f64, below: f64, above: f64| {
-        let t = (nm - centre) * if nm < centre { below } else { above };
-        (-0.5 * t * t).exp()
-    };
-    [
-        1.056 * g(599.8, 0.0264, 0.0323) + 0.362 * g(442.0, 0.0624, 0.0374)
-            - 0.065 * g(501.1, 0.0490, 0.0382),
-        0.821 * g(568.8, 0.0213, 0.0247) + 0.286 * g(530.9, 0.0613, 0.0322),
-        1.217 * g(437.0, 0.0845, 0.0278) + 0.681 * g(459.0, 0.0385, 0.0725),
-    ]
-}
+use steradian_base::brief;
+use steradian_formats::cie::{XYZ_TO_REC709, matching};
 
-/// XYZ → linear Rec. 709 (IEC 61966-2-1, D65).
-const REC709: [[f64; 3]; 3] = [
-    [3.240_454_2, -1.537_138_5, -0.498_531_4],
-    [-0.969_266_0, 1.876_010_8, 0.041_556_0],
-    [0.055_643_4, -0.204_025_9, 1.057_225_2],
-];
+/// [`weights`] of wavelengths that a file gives; the error says what is wrong with them.
+pub(super) fn weights_of(wavelengths: &[f64]) -> Result<Vec<[f64; 3]>, String> {
+    let ascending = wavelengths.windows(2).all(|p| p[0] < p[1]);
+    if wavelengths.len() < 2 || !ascending || wavelengths.iter().any(|v| !(100.0..=1e4).contains(v)) {
+        let shown = wavelengths.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        return Err(format!("its wavelengths are no ascending list of lengths in nm: {}", brief(&shown)));
+    }
+    let weights = weights(wavelengths);
+    let visible = weights.iter().flatten().all(|w| w.is_finite());
+    visible.then_some(weights).ok_or_else(|| "its wavelengths lie outside the visible ones".into())
+}
 
 /// The weight of each wavelength (ascending, nm) per channel, so that a spectrum of constant reflectance ρ is (ρ, ρ, ρ):
 /// equal-energy light, its white brought to that of Rec. 709 by factors of X, Y and Z. The spectrum is linear between
 /// its wavelengths.
-pub(super) fn weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
+fn weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
     let mut xyz = vec![[0.0; 3]; wavelengths.len()];
     for (i, pair) in wavelengths.windows(2).enumerate() {
         // Whole nanometres of the interval at their middles.
@@ -45,7 +38,7 @@ pub(super) fn weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
     let white = [0.950_47, 1.0, 1.088_83];
     let rgb = |v: &[f64; 3]| -> [f64; 3] {
         let v: [f64; 3] = std::array::from_fn(|c| v[c] * white[c] / total[c]);
-        std::array::from_fn(|c| REC709[c].iter().zip(v).map(|(m, v)| m * v).sum())
+        std::array::from_fn(|c| XYZ_TO_REC709[c].iter().zip(v).map(|(m, v)| m * v).sum())
     };
     xyz.iter().map(rgb).collect()
 }

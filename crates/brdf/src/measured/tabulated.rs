@@ -1,0 +1,123 @@
+//! What every reflectance has in common that is known by evaluating it: samplers, hints, the peak, and
+//! what is kept of its file.
+
+use super::shape::Shape;
+use crate::draw;
+use crate::math::above;
+use crate::spec::Args;
+use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use glam::{DVec2, DVec3};
+use std::fmt::Debug;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Measurements, or a fit of them that is as expensive to sample.
+pub(super) trait Tabulated: Debug + Send + Sync + 'static {
+    /// The page.
+    fn info(&self) -> &'static Info;
+
+    /// See [`Brdf::held`].
+    fn held(&self) -> Vec<f64>;
+
+    /// See [`Brdf::notes`].
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// f of two directions above the horizon.
+    fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
+
+    /// See [`Brdf::is_isotropic`].
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+}
+
+/// Measurements as a reflectance.
+#[derive(Debug)]
+pub(super) struct Measured<T> {
+    spec: String,
+    data: T,
+    shape: Shape,
+}
+
+impl<T: Tabulated> Measured<T> {
+    /// `spec` is what it says of itself.
+    pub fn new(spec: String, data: T) -> Self {
+        let isotropic = data.is_isotropic();
+        let f = |wi, wo| if above(wi, wo) { data.value(wi, wo) } else { [0.0; 3] };
+        let shape = Shape::measure(&f, isotropic);
+        Self { spec, data, shape }
+    }
+}
+
+/// The reflectance that a spec with one file names: what `read` makes of the path, or `keep` of the numbers that are kept of
+/// it. `example` is a whole spec.
+pub(super) fn make<T: Tabulated>(
+    a: &Args<'_>,
+    example: &str,
+    read: impl FnOnce(&Path) -> Result<T, SpecError>,
+    keep: impl FnOnce(&[f64]) -> Option<T>,
+) -> Result<SharedBrdf, SpecError> {
+    Ok(Arc::new(Measured::new(a.spec(), load(a, example, read, keep)?)))
+}
+
+/// What [`make`] makes a reflectance of.
+pub(super) fn load<T>(
+    a: &Args<'_>,
+    example: &str,
+    read: impl FnOnce(&Path) -> Result<T, SpecError>,
+    keep: impl FnOnce(&[f64]) -> Option<T>,
+) -> Result<T, SpecError> {
+    let Some(path) = a.file("file") else {
+        return Err(a.syntax(format!("needs the path of a file, as in {example}")));
+    };
+    match a.held() {
+        Some(numbers) => {
+            keep(numbers).ok_or_else(|| a.syntax(format!("what is kept of {} is damaged", path.display())))
+        }
+        None => read(&path),
+    }
+}
+
+impl<T: Tabulated> Brdf for Measured<T> {
+    fn info(&self) -> &'static Info {
+        self.data.info()
+    }
+
+    fn spec(&self) -> String {
+        self.spec.clone()
+    }
+
+    fn held(&self) -> Option<Vec<f64>> {
+        Some(self.data.held())
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.data.notes()
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if above(wi, wo) { self.data.value(wi, wo) } else { [0.0; 3] }
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.data.is_isotropic()
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        self.shape.lobes(self, wo)
+    }
+
+    fn peak(&self) -> Peak {
+        self.shape.peak()
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        draw::sample(&self.shape.draw(wo), wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        draw::pdf(&self.shape.draw(wo), wi, wo)
+    }
+}

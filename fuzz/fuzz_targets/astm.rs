@@ -1,0 +1,10 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use std::path::Path;
+use steradian_formats::decode_astm;
+use steradian_fuzz::limits;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = decode_astm(Path::new("f.astm"), bytes, &limits());
+});
