@@ -65,7 +65,7 @@ fn faults_are_one_line() {
     fails(dir, 3, "cut.binary: has 13 bytes instead of 34992012", &["fit", "cut.binary", out[0], out[1]]);
     fails(dir, 3, "text.bsdf: does not begin with tensor_file", &["fit", "text.bsdf", out[0], out[1]]);
     fails(dir, 3, "missing.binary: no such file", &["fit", "missing.binary", out[0], out[1]]);
-    fails(dir, 3, "empty: holds no .binary or .bsdf files", &["fit", "empty", out[0], out[1]]);
+    fails(dir, 3, "empty: holds no .binary, .bsdf, .brdf or .astm files", &["fit", "empty", out[0], out[1]]);
     fails(dir, 3, "bad.safetensors", &["inspect", "brdf:lobes:bad.safetensors"]);
     fails(dir, 2, "need a {}", &["fit", "ggx:alpha=0.1", "lambert", out[0], out[1]]);
     fails(dir, 2, "anisotropic", &["fit", "ggx:ax=0.1,ay=0.2", out[0], out[1]]);
