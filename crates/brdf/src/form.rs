@@ -40,6 +40,19 @@ pub enum Form {
         m: f64,
         /// Reflectance at normal incidence.
         f0: [f64; 3],
+        /// Smith's masking instead of the V-cavity's?
+        smith: bool,
+        /// Factor per channel.
+        scale: [f64; 3],
+    },
+    /// An anisotropic power of n·h with Schlick's F over a diffuse base ([`crate::model::ashikhmin_shirley`]).
+    AshikhminShirley {
+        /// Exponents along tangent and bitangent.
+        exponents: [f64; 2],
+        /// Specular reflectance at normal incidence.
+        rs: [f64; 3],
+        /// Diffuse reflectance below the specular layer.
+        rd: [f64; 3],
         /// Factor per channel.
         scale: [f64; 3],
     },
@@ -91,7 +104,12 @@ impl Form {
             Self::Lambert { albedo } => Self::Lambert { albedo: times(albedo) },
             Self::Phong { n, factor, domain } => Self::Phong { n, factor: times(factor), domain },
             Self::Ggx { alpha, f0, scale } => Self::Ggx { alpha, f0, scale: times(scale) },
-            Self::CookTorrance { m, f0, scale } => Self::CookTorrance { m, f0, scale: times(scale) },
+            Self::CookTorrance { m, f0, smith, scale } => {
+                Self::CookTorrance { m, f0, smith, scale: times(scale) }
+            }
+            Self::AshikhminShirley { exponents, rs, rd, scale } => {
+                Self::AshikhminShirley { exponents, rs, rd, scale: times(scale) }
+            }
             Self::Dielectric { alpha, f0, albedo, scale } => {
                 Self::Dielectric { alpha, f0, albedo, scale: times(scale) }
             }
@@ -140,8 +158,11 @@ mod tests {
         }
         let ggx = Form::Ggx { alpha: [0.1, 0.2], f0: [0.9; 3], scale: [0.5; 3] };
         assert_eq!(form("ggx:ax=0.1,ay=0.2,f0=0.9,scale=0.5"), ggx);
-        let rough = Form::CookTorrance { m: 0.2, f0: [1.0; 3], scale: [1.0; 3] };
+        let rough = Form::CookTorrance { m: 0.2, f0: [1.0; 3], smith: false, scale: [1.0; 3] };
         assert_eq!(form("cook-torrance:m=0.2"), rough);
+        let (rs, rd) = ([0.2; 3], [0.5; 3]);
+        let brushed = Form::AshikhminShirley { exponents: [10.0, 90.0], rs, rd, scale: [0.5; 3] };
+        assert_eq!(form("ashikhmin-shirley:nu=10,nv=90,rs=0.2,rd=0.5,scale=0.5"), brushed);
         let (f0, albedo) = ([0.04; 3], [0.5; 3]);
         let layered = Form::Dielectric { alpha: 0.2, f0, albedo, scale: [2.0; 3] };
         assert_eq!(form("dielectric:alpha=0.2,scale=2"), layered);

@@ -8,7 +8,7 @@ use steradian_base::{ParamValues, Value};
 use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_light::suns::Taken;
 use steradian_light::{Lamp, Lights};
-use steradian_session::{Adjust, Destinations, Paths};
+use steradian_session::{Adjust, Destinations, Local, Paths};
 use steradian_techniques::direct::Suns;
 
 /// How the file of a light is read, turned and scaled.
@@ -138,6 +138,23 @@ impl ExtraLights {
             SunShading::Exact => Suns::Exact,
             SunShading::Fold => Suns::Fold,
         }
+    }
+}
+
+/// The technique for directional and point lights.
+#[derive(Debug, Clone, Args)]
+pub struct LocalArg {
+    /// Technique for directional and point lights, with its parameters, such as banks_table or
+    /// vertex_analytic:rate=pixel; environment and disks stay with --technique [default: exact, or what the scene file
+    /// says]
+    #[arg(long, value_name = "SLUG[:NAME=VALUE,…]")]
+    local: Option<String>,
+}
+
+impl LocalArg {
+    /// The technique; `None` where it is not named, `Some(None)` where exact shading is.
+    pub fn get(&self) -> Result<Option<Option<Local>>, Failure> {
+        Ok(self.local.as_deref().map(Local::parse).transpose()?)
     }
 }
 

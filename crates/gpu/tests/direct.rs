@@ -90,6 +90,7 @@ impl Lit {
             bake: self.bake.clone(),
             direct: self.direct.clone(),
             brdf: self.case.brdf.clone(),
+            local: None,
             shadows: None,
         };
         let surfaces = [surface(Arc::new(shader))];

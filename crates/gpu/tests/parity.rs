@@ -10,8 +10,11 @@ use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_scene::shapes;
 use steradian_sphere::{Frame, Layout, SphereImage};
+use steradian_techniques::gpu::GpuTechnique;
+use steradian_techniques::local::{AnyLocal, LocalFrame, LocalLights, beside};
+use steradian_techniques::shared::lights;
 use steradian_techniques::{
-    AnyBake, AnyTechnique, Geometry, Material, PointsBuf, Radiance, Sites, View, registry,
+    AnyBake, AnyTechnique, Geometry, Material, PointsBuf, Radiance, Sites, View, locals, registry,
 };
 
 /// Largest |GPU − CPU| over the largest |CPU| of a channel-wise pair: the acceptance bound.
@@ -87,7 +90,12 @@ fn points(sites: Option<&Geometry>) -> PointsBuf {
 fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Failed> {
     let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
-    let twin = ComputeTechnique::new(gpu, &bake.gpu())?.shade(gpu, points)?;
+    same(gpu, &cpu, &bake.gpu(), points)
+}
+
+/// What the CPU has shaded, and a technique on the GPU.
+fn same(gpu: &Gpu, cpu: &[Vec<f32>; 3], technique: &GpuTechnique, points: &PointsBuf) -> Result<(), Failed> {
+    let twin = ComputeTechnique::new(gpu, technique)?.shade(gpu, points)?;
     let scale = cpu.iter().flatten().fold(0.0_f32, |a, x| a.max(x.abs()));
     if scale == 0.0 {
         return Err("the CPU shades black everywhere: nothing was compared".into());
@@ -103,8 +111,37 @@ fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Fail
     Ok(())
 }
 
+/// A near point light and three directional lights.
+fn local_lights() -> LocalLights {
+    let l = [lights::near_point(), lights::three_directionals()];
+    LocalLights { directionals: l[1].directionals.clone(), points: l[0].points.clone() }
+}
+
+/// A technique for local light by both, alone and beside one for environments.
+fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let params: ParamValues = choice.into_iter().collect();
+    let mesh = ring();
+    let points = points(Some(&mesh));
+    let bake = t.bake(&Material::new(steradian_brdf::parse(spec)?), &params, &Task::quiet())?;
+    let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
+    let view = View { eye: Vec3::new(3.0, 2.0, 1.0), light_rotation, ..View::default() };
+    let (lamps, mesh) = (local_lights(), Some(&*mesh.mesh));
+    let shading = bake.lit(&LocalFrame { lights: &lamps, view: &view, mesh, shadowed: false })?;
+    let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    shading.add(None, &points.as_points(), &mut Radiance::of(&mut cpu));
+    let alone = shading.gpu().ok_or("no text for GPUs")?;
+    same(gpu, &cpu, &alone, &points)?;
+    let other = steradian_techniques::find("sh_irradiance").ok_or("no such technique")?;
+    let material = Material::new(steradian_brdf::parse("lambert")?);
+    let distant = other.bake(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
+    distant.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
+    shading.add(None, &points.as_points(), &mut Radiance::of(&mut cpu));
+    same(gpu, &cpu, &beside(distant.gpu(), alone), &points)
+}
+
 /// Every other value of every parameter of few values: the branches of a technique's shader.
-fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
+fn choices(params: &'static [ParamInfo]) -> Vec<(&'static str, Value)> {
     let values = |i: &ParamInfo| -> Vec<Value> {
         match i.kind {
             Kind::Switch => vec![false.into(), true.into()],
@@ -116,7 +153,7 @@ fn choices(technique: &dyn AnyTechnique) -> Vec<(&'static str, Value)> {
     let others = |i: &'static ParamInfo| {
         values(i).into_iter().filter(|v| Some(v) != i.default_value().as_ref()).map(|v| (i.name, v))
     };
-    technique.params().iter().flat_map(others).collect()
+    params.iter().flat_map(others).collect()
 }
 
 /// Shades by both, with the first of `specs` that the choice takes: a central direction along the tangent, say, is for
@@ -164,7 +201,7 @@ fn main() {
             let specimens = t.card().specimens;
             let each = || specimens.chunks(1);
             let plain = each().map(|spec| (spec, None));
-            let chosen = choices(*t).into_iter().map(|choice| (specimens, Some(choice)));
+            let chosen = choices(t.params()).into_iter().map(|choice| (specimens, Some(choice)));
             let suns = t.params().iter().any(|i| i.name == SUNS);
             let sunny = each().filter(move |_| suns).map(|spec| (spec, Some((SUNS, 1.0.into()))));
             let bounces = t.params().iter().any(|i| i.name == BOUNCES);
@@ -181,7 +218,19 @@ fn main() {
             let of = if let [spec] = specs { spec } else { "first that takes it" };
             let name = format!("{}::{of}{with}", t.card().slug);
             Trial::test(name, move || technique(t, specs, choice)).with_ignored_flag(ignored)
+        });
+    let near = locals()
+        .iter()
+        .flat_map(|t| {
+            let specs = t.card().specimens.iter();
+            let chosen = choices(t.params()).into_iter().map(|c| (t.card().specimens[0], Some(c)));
+            specs.map(|s| (*s, None)).chain(chosen).map(|(s, c)| (*t, s, c)).collect::<Vec<_>>()
         })
-        .collect();
+        .map(|(t, spec, choice)| {
+            let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();
+            let name = format!("{}::{spec}{with}", t.card().slug);
+            Trial::test(name, move || local(t, spec, choice)).with_ignored_flag(ignored)
+        });
+    let trials = trials.chain(near).collect();
     libtest_mimic::run(&arguments, trials).exit();
 }

@@ -159,7 +159,7 @@ impl Session {
             let noise = truth.certificate.as_ref().map_or(0.0, |c| c.error);
             e.relative_rms = (e.relative_rms.powi(2) - noise.powi(2)).max(0.0).sqrt();
             out.push(Answer::Rendered(Box::new(Rendering {
-                label: method.label(),
+                label: with_local(method, prepared),
                 backend,
                 errors: Some((e, flip)),
                 difference: Some(difference),
@@ -196,8 +196,9 @@ impl Session {
         let mut out: Vec<Prepared> = Vec::new();
         let mut refused = None;
         for (i, m) in materials.iter().enumerate() {
-            let alike =
-                |l: &Material| l.brdf.spec() == m.brdf.spec() && l.maps.is_empty() == m.maps.is_empty();
+            let alike = |l: &Material| {
+                l.brdf.spec() == m.brdf.spec() && l.maps.is_empty() == m.maps.is_empty() && l.local == m.local
+            };
             if let Some(k) = materials[..i].iter().position(alike) {
                 let shared = out[k].shared(m);
                 out.push(shared);
@@ -262,6 +263,12 @@ impl Truth {
             bytes: 0,
         }
     }
+}
+
+/// The method, and the technique for directional and point lights where one of the materials has it.
+fn with_local(method: &Method, prepared: &[Prepared]) -> String {
+    let local = prepared.iter().filter(|p| p.certificate.is_some()).find_map(|p| p.material.local.as_ref());
+    local.map_or_else(|| method.label(), |l| format!("{} + {}", method.label(), l.label()))
 }
 
 /// The certificate of the largest error.

@@ -2,10 +2,10 @@
 
 use crate::paths;
 use crate::saved::for_any_mesh;
-use crate::{Error, Method, Outcome, Session};
+use crate::{Error, Local, Method, Outcome, Session};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
-use steradian_base::{Certificate, ParamValues};
+use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::SharedBrdf;
 use steradian_light::Lights;
 use steradian_reference::path::PathScene;
@@ -13,12 +13,17 @@ use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::{Bvh, Mesh};
 use steradian_sphere::Frame;
 use steradian_techniques::direct::{Direct, Shadows, split};
+use steradian_techniques::local::{self, LocalFrame, LocalLights, LocalShading};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
 };
 
 /// Tolerance of the reference where none is asked for.
 const REFERENCE_TOLERANCE: f64 = 1e-4;
+
+/// Why local light has no technique of its own there.
+const LOCAL_ALONE: &str = "a local technique stands beside a technique: the reference, path and saved bakes have their own \
+                           light; leave --local out, or name a --technique";
 
 /// Surface points and the directions in which they are seen; all vectors are of one length, and unit.
 #[derive(Debug, Clone, Default)]
@@ -44,6 +49,8 @@ pub struct Request {
     pub method: Method,
     /// Parameters of the technique.
     pub params: ParamValues,
+    /// The technique for directional and point lights; `None` shades them exactly.
+    pub local: Option<Local>,
     /// Relative error asked for: of each point by the reference (usually 1e-4), in the RMS over normals and views by a
     /// technique.
     pub tolerance: Option<f64>,
@@ -61,6 +68,7 @@ impl Request {
             brdf,
             method,
             params: ParamValues::default(),
+            local: None,
             tolerance: None,
             lookup: None,
             mesh: None,
@@ -92,6 +100,9 @@ impl Session {
     /// Radiance that leaves `points` towards their viewers.
     pub fn eval(&mut self, request: &Request, points: &Points) -> Result<Outcome<Answers>, Error> {
         let answers = match &request.method {
+            Method::Reference | Method::Path | Method::File(_) if request.local.is_some() => {
+                return Err(Error::usage(LOCAL_ALONE));
+            }
             Method::Reference => reference(request, points, self)?,
             Method::Path => paths::points(request, points, self.paths, self)?,
             _ if request.lookup.is_some() => {
@@ -137,15 +148,45 @@ fn baked(
 ) -> Result<Answers, Error> {
     let geometry = geometry(technique, r, q)?;
     let task = session.task.clone().with_tolerance(r.tolerance);
-    let (baked, direct) = split(&r.lights, session.suns);
+    let (baked, direct, lights) = match &r.local {
+        Some(_) => local::split(&r.lights, session.suns),
+        None => {
+            let (baked, direct) = split(&r.lights, session.suns);
+            (baked, direct, LocalLights::default())
+        }
+    };
     let material = Material::new(r.brdf.clone());
     let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &r.params, &task)?;
     let shadows = match &r.mesh {
-        Some(mesh) if session.shadows.under(technique) && !direct.is_empty() => Some(Bvh::build(mesh)),
+        Some(mesh) if session.shadows.under(technique) && !(direct.is_empty() && lights.is_empty()) => {
+            Some(Bvh::build(mesh))
+        }
         _ => None,
     };
-    let beside = Beside { brdf: &r.brdf, lights: &direct, shadows: shadows.as_ref() };
+    let local = match r.local.as_ref().filter(|_| !lights.is_empty()) {
+        Some(local) => Some(local_shading(local, r, &lights, &task)?),
+        None => None,
+    };
+    let (shadows, local) = (shadows.as_ref(), local.as_deref());
+    let beside = Beside { brdf: &r.brdf, lights: &direct, local, shadows };
     Ok(answers(&mut *bake, &View::default(), Some(beside), q))
+}
+
+/// Shading of local light at points, which lie in no triangles.
+fn local_shading(
+    local: &Local,
+    r: &Request,
+    lights: &LocalLights,
+    task: &Task,
+) -> Result<Box<dyn LocalShading>, Error> {
+    if local.technique.needs_sites(&local.params) {
+        let slug = local.technique.card().slug;
+        let why = "interpolates between the corners of triangles, and points have none";
+        return Err(Error::usage(format!("{slug} {why}: use {slug}:rate=pixel")));
+    }
+    let bake = local.bake(&r.brdf, task)?;
+    let frame = LocalFrame { lights, view: &View::default(), mesh: None, shadowed: false };
+    Ok(bake.lit(&frame)?)
 }
 
 /// Shades by a bake from a file.
@@ -161,6 +202,8 @@ fn saved(file: &SavedBake, q: &Points) -> Result<Answers, Error> {
 struct Beside<'a> {
     brdf: &'a SharedBrdf,
     lights: &'a Direct,
+    /// Directional and point lights by a technique of their own.
+    local: Option<&'a dyn LocalShading>,
     shadows: Option<&'a Bvh>,
 }
 
@@ -179,6 +222,10 @@ fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<Beside<'_>>, q: &
     let lit = direct.is_some_and(|d| !d.lights.is_empty());
     let c = bake.certificate().clone();
     let c = if lit { c.beside_exact_lights() } else { c };
+    let c = match direct.and_then(|d| d.local) {
+        Some(local) => crate::local::joint(c, local.certificate()),
+        None => c,
+    };
     let error = |i: usize| c.at(q.n[i].dot(q.wo[i]).clamp(-1.0, 1.0).acos()).unwrap_or(c.error);
     let row = |i: usize| (std::array::from_fn(|k| shortest(rgb[k][i])), error(i));
     Answers { rows: (0..q.n.len()).map(row).collect(), error: c.error, certificate: Some(c) }
@@ -232,6 +279,9 @@ fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[u
     if let Some(d) = direct {
         let shadows = d.shadows.map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
         d.lights.add_behind(shadows, &**d.brdf, &all, &mut Radiance::of(&mut rgb));
+        if let Some(local) = d.local {
+            local.add(shadows, &all, &mut Radiance::of(&mut rgb));
+        }
     }
     rgb
 }

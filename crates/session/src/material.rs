@@ -1,6 +1,7 @@
 //! Materials: as they are asked for, and ready to shade.
 
-use crate::{Error, Method, Notice, Session};
+use crate::{Error, Local, Method, Notice, Session};
+use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Cancelled, Certificate, ParamValues, Task};
@@ -10,6 +11,7 @@ use steradian_reference::{Lookup, Reference};
 use steradian_render::{BakeShader, DirectShader, Maps, ReferenceShader, Shader, Surface, Texture};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
+use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
 use steradian_techniques::{
     AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, Sites, Varies, View,
 };
@@ -26,6 +28,8 @@ pub struct Material {
     pub method: Option<Method>,
     /// Parameters of the technique.
     pub params: ParamValues,
+    /// The technique for directional and point lights; `None` shades them exactly.
+    pub local: Option<Local>,
     /// Multiplies the net reflectance.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals and roughness that vary over the surface.
@@ -36,7 +40,7 @@ impl Material {
     /// A plain material whose technique is chosen by the session.
     pub fn new(brdf: SharedBrdf) -> Self {
         let params = ParamValues::default();
-        Self { brdf, method: None, params, base_colour: None, maps: Maps::default() }
+        Self { brdf, method: None, params, local: None, base_colour: None, maps: Maps::default() }
     }
 
     /// The same material shaded by `method`.
@@ -48,6 +52,7 @@ impl Material {
     pub(crate) fn shades_like(&self, other: &Prepared) -> bool {
         self.brdf.spec() == other.material.brdf.spec()
             && self.params == other.material.params
+            && self.local == other.material.local
             && self.maps.is_empty() == other.material.maps.is_empty()
             && self.method.as_ref().is_none_or(|m| m.slug() == other.method.slug())
     }
@@ -78,6 +83,8 @@ pub struct Prepared {
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(feature = "gpu")]
     pub(crate) direct: (SharedBrdf, Direct),
+    /// Shading of directional and point lights by a technique of their own.
+    pub(crate) local: Option<Arc<dyn LocalShading>>,
     /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
     /// Bytes that shading reads; 0 for the reference.
@@ -109,6 +116,7 @@ impl Prepared {
             bake: None,
             #[cfg(feature = "gpu")]
             direct: (material.brdf.clone(), Direct::default()),
+            local: None,
             shadowed: false,
             bytes: 0,
             seconds: 0.0,
@@ -193,22 +201,33 @@ impl Session {
     ) -> Result<Prepared, Error> {
         let start = Instant::now();
         let mut view = view(under.camera);
-        let (bake, direct) = match method {
+        let (bake, direct, lights) = match method {
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
             Method::Technique(t) => link(*t, material, self.suns, under, task)?,
             Method::File(file) => {
                 view.light_rotation = file.turn;
-                (file.open()?, Direct::default())
+                (file.open()?, Direct::default(), LocalLights::default())
             }
         };
         let shadows = match method {
-            Method::Technique(t) if self.shadows.under(*t) && !direct.is_empty() => {
+            Method::Technique(t) if self.shadows.under(*t) && !(direct.is_empty() && lights.is_empty()) => {
                 Some(Arc::new(Bvh::build(&under.scene.mesh)))
             }
             _ => None,
         };
-        let prepared = framed(material, method, bake, (direct, shadows), &view);
+        let local = match material.local.as_ref().filter(|_| !lights.is_empty()) {
+            Some(local) => {
+                let bake = local.bake(&material.brdf, &task.clone().with_tolerance(under.tolerance))?;
+                let view = View { eye: eye(under.camera), ..view };
+                let mesh = Some(&under.scene.mesh);
+                let frame = LocalFrame { lights: &lights, view: &view, mesh, shadowed: shadows.is_some() };
+                let shading: Arc<dyn LocalShading> = bake.lit(&frame)?.into();
+                Some((bake, shading))
+            }
+            None => None,
+        };
+        let prepared = framed(material, method, bake, Beside { direct, local, shadows }, &view);
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
 
@@ -221,7 +240,9 @@ impl Session {
     ) -> Result<Vec<Prepared>, Error> {
         let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
         let again = |p: Prepared| match &p.method {
-            Method::Technique(t) if t.card().needs.view => {
+            Method::Technique(t)
+                if t.card().needs.view || p.material.local.as_ref().is_some_and(Local::sees_view) =>
+            {
                 self.prepare(&p.material, &p.method, under, &self.task)
             }
             Method::File(f) if f.technique.card().needs.view => {
@@ -260,6 +281,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         bake: None,
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), Direct::default()),
+        local: None,
         shadowed: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
@@ -283,15 +305,22 @@ fn link(
     usual: Suns,
     under: Under<'_>,
     task: &Task,
-) -> Result<(Box<dyn AnyBake>, Direct), Error> {
+) -> Result<(Box<dyn AnyBake>, Direct, LocalLights), Error> {
     let task = task.clone().with_tolerance(under.tolerance);
     // Only what is part of a technique's data is filtered by maps.
     let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
     let of = steradian_techniques::Material::new(material.brdf.clone());
     let geometry = under.geometry(technique, &material.params);
     let with = |suns: Suns| {
-        let (baked, direct) = split(under.lights, suns);
-        technique.bake(&baked, &of, geometry.as_ref(), &material.params, &task).map(|b| (b, direct))
+        let (baked, direct, local) = match &material.local {
+            Some(_) => local::split(under.lights, suns),
+            None => {
+                let (baked, direct) = split(under.lights, suns);
+                (baked, direct, LocalLights::default())
+            }
+        };
+        let bake = technique.bake(&baked, &of, geometry.as_ref(), &material.params, &task);
+        bake.map(|b| (b, direct, local))
     };
     match with(suns) {
         Err(BakeError::Light { .. }) if suns != usual => Ok(with(usual)?),
@@ -299,26 +328,41 @@ fn link(
     }
 }
 
+/// Lights beside a bake, and what shadows them.
+struct Beside {
+    direct: Direct,
+    /// Those of a technique of their own.
+    local: Option<(Box<dyn LocalBake>, Arc<dyn LocalShading>)>,
+    shadows: Option<Arc<Bvh>>,
+}
+
 /// A bake in the view of a camera.
 fn framed(
     material: &Material,
     method: &Method,
     mut bake: Box<dyn AnyBake>,
-    (direct, shadows): (Direct, Option<Arc<Bvh>>),
+    beside: Beside,
     view: &View,
 ) -> Prepared {
     bake.frame(view);
-    let (mut certificate, bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
+    let Beside { direct, local, shadows } = beside;
+    let (mut certificate, mut bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
     if !direct.is_empty() {
         certificate = certificate.beside_exact_lights();
     }
+    if let Some((tables, shading)) = &local {
+        bytes += tables.bytes();
+        certificate = crate::local::joint(certificate, shading.certificate());
+    }
+    let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
     let shadowed = shadows.is_some();
-    let shader: Arc<dyn Shader> = if direct.is_empty() {
-        bake.clone()
-    } else {
+    let lit = !direct.is_empty() || local.is_some();
+    let shader: Arc<dyn Shader> = if lit {
         let (bake, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
-        Arc::new(DirectShader { bake, direct, brdf, shadows })
+        Arc::new(DirectShader { bake, direct, brdf, local: local.clone(), shadows })
+    } else {
+        bake.clone()
     };
     Prepared {
         material: material.clone(),
@@ -327,12 +371,13 @@ fn framed(
         certificate: Some(certificate),
         reference: None,
         varies,
-        lit: !direct.is_empty(),
+        lit,
         picture_error: None,
         #[cfg(feature = "gpu")]
         bake: Some(bake),
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), direct),
+        local,
         shadowed,
         bytes,
         seconds: 0.0,
@@ -341,6 +386,15 @@ fn framed(
 
 fn surface(material: &Material, shader: Arc<dyn Shader>) -> Surface {
     Surface { shader, base_colour: material.base_colour.clone(), maps: material.maps.clone() }
+}
+
+/// Where the viewer is; far away where all rays are parallel.
+fn eye(camera: &Camera) -> Vec3 {
+    const FAR: f32 = 1e6;
+    match *camera {
+        Camera::Pinhole { from, .. } => from,
+        Camera::Orthographic { from, .. } => from - FAR * camera.axes()[2],
+    }
 }
 
 fn view(camera: &Camera) -> View {

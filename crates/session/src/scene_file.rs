@@ -2,7 +2,7 @@
 
 use crate::inputs::{self, Adjust, Method};
 use crate::model::{complete, make_tangents};
-use crate::{Error, Kind, Material, Scene, Session};
+use crate::{Error, Kind, Local, Material, Scene, Session};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
 use steradian_brdf::Files;
@@ -24,6 +24,8 @@ pub struct SceneOverrides {
     pub adjust: Adjust,
     /// A technique, or the reference, for every material.
     pub method: Option<Method>,
+    /// A technique for directional and point lights for every material; `Some(None)` shades them exactly.
+    pub local: Option<Option<Local>>,
 }
 
 impl Session {
@@ -121,6 +123,11 @@ fn material(
         }
         (None, None) => None,
     };
+    let local = match (&overrides.local, m.local.as_ref().or(file.output.local.as_ref())) {
+        (Some(local), _) => local.clone(),
+        (None, Some(spec)) => located(file, spec, Local::parse(&spec.value))?,
+        (None, None) => None,
+    };
     let texture = m.base_colour.as_ref().map(|t| {
         let loaded = below(folder, &t.value).and_then(|p| session.texture(&p));
         located(file, t, loaded)
@@ -140,7 +147,7 @@ fn material(
         maps.alpha2 = image(name, &|p, c| c.roughness_map(p), session)?.alpha2;
     }
     let base_colour = texture.transpose()?;
-    Ok(Material { brdf: m.brdf.clone(), method, params: m.params.clone(), base_colour, maps })
+    Ok(Material { brdf: m.brdf.clone(), method, params: m.params.clone(), local, base_colour, maps })
 }
 
 fn lights(

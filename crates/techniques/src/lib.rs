@@ -8,6 +8,7 @@ pub mod certify;
 pub mod direct;
 pub mod gpu;
 mod interface;
+pub mod local;
 mod registry;
 pub mod rooms;
 mod saved;
@@ -20,6 +21,7 @@ pub use interface::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
     Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,
 };
+pub use local::{AnyLocal, LocalBake, LocalLights, find_local, locals};
 pub use registry::{find, registry};
 pub use saved::{IN_FOLDER, Made, SavedBake, SavedError, not_finite, seal};
 pub use tensors::TensorFile;

@@ -9,6 +9,8 @@
 mod harness;
 #[path = "conformance/lobes.rs"]
 mod lobes;
+#[path = "conformance/local.rs"]
+mod local;
 #[path = "conformance/random.rs"]
 mod random;
 #[path = "conformance/robust.rs"]

@@ -5,37 +5,55 @@ use anyhow::{Context, Result, bail};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
-use steradian_techniques::registry;
+use steradian_techniques::{locals, registry};
 
-const RECORDED: &str = "crates/techniques/tests/conformance/errors.txt";
+/// Where the suite records errors: of techniques for environments, and for local light.
+const RECORDED: [&str; 2] = [
+    "crates/techniques/tests/conformance/errors.txt",
+    "crates/techniques/tests/conformance/local_errors.txt",
+];
 const BEGIN: &str = "<!-- errors -->\n";
 const END: &str = "<!-- /errors -->\n";
 
 /// Names of the suite's lights, as rows of the recorded table have them and as chapters do.
-const LIGHTS: [(&str, &str); 3] =
-    [("smooth", "smooth sky"), ("studio", "soft boxes"), ("sunny", "sky with sun")];
+const LIGHTS: [&[(&str, &str)]; 2] = [
+    &[("smooth", "smooth sky"), ("studio", "soft boxes"), ("sunny", "sky with sun")],
+    &[("point", "near point light"), ("directionals", "three directional lights")],
+];
+
+/// What the errors are, and what their points are.
+const POINTS: [&str; 2] = [
+    "The points are those that certificates take: views uniform in solid angle, and as many that mirror suns and lamps.",
+    "The points are 256 of a ball, with views up to 80° from the normal; parameters are the defaults, with rate=pixel where a mesh would be needed.",
+];
 
 /// The chapters of all techniques with their error tables as recorded.
 pub fn pages(root: &Path) -> Result<Vec<Page>> {
-    let recorded = std::fs::read_to_string(root.join(RECORDED)).context(RECORDED)?;
-    let chapter = |slug: &str| {
+    let read = |file: &'static str| std::fs::read_to_string(root.join(file)).context(file);
+    let recorded = [read(RECORDED[0])?, read(RECORDED[1])?];
+    let chapter = |slug: &str, local: usize| {
         let path = format!("crates/techniques/src/rooms/{slug}/README.md");
         let text = std::fs::read_to_string(root.join(&path)).with_context(|| path.clone())?;
         let parts = text.split_once(BEGIN).and_then(|(before, rest)| Some((before, rest.split_once(END)?.1)));
         let Some((before, after)) = parts else { bail!("{path} has no lines {BEGIN:?} and {END:?}") };
-        Ok(Page { text: format!("{before}{BEGIN}{}{END}{after}", table(slug, &recorded)?), path })
+        Ok(Page {
+            text: format!("{before}{BEGIN}{}{END}{after}", table(slug, &recorded[local], local)?),
+            path,
+        })
     };
-    registry().iter().map(|t| chapter(t.card().slug)).collect()
+    let far = registry().iter().map(|t| chapter(t.card().slug, 0));
+    far.chain(locals().iter().map(|t| chapter(t.card().slug, 1))).collect()
 }
 
 /// A technique's rows.
-fn table(slug: &str, recorded: &str) -> Result<String> {
+fn table(slug: &str, recorded: &str, local: usize) -> Result<String> {
+    let file = RECORDED[local];
     // Reflectances in the order of the record; cells by light.
     let mut specs = Vec::new();
     let mut cells = BTreeMap::new();
     for row in recorded.lines().skip(1) {
         let [of, spec, light, found, stated] = row.split(" | ").collect::<Vec<_>>()[..] else {
-            bail!("{RECORDED}: {row:?} has not five columns");
+            bail!("{file}: {row:?} has not five columns");
         };
         if of != slug {
             continue;
@@ -45,19 +63,22 @@ fn table(slug: &str, recorded: &str) -> Result<String> {
         }
         cells.insert((spec, light), format!("{} ({})", short(found)?, short(stated)?));
     }
-    let mut out = String::from(
+    let mut out = format!(
         "**Error.** Relative RMS of outgoing radiance against the reference, no tolerance given, and in parentheses what \
-         the certificate states.\nThe points are those that certificates take: views uniform in solid angle, and as many \
-         that mirror suns and lamps. The conformance suite records\nand checks these numbers; `cargo run -p \
+         the certificate states.\n{} The conformance suite records\nand checks these numbers; `cargo run -p \
          steradian-xtask -- pages` writes them here.\n\n| reflectance |",
+        POINTS[local]
     );
-    LIGHTS.iter().for_each(|(_, name)| out += &format!(" {name} |"));
-    out += "\n|---|---|---|---|\n";
+    let lights = LIGHTS[local];
+    lights.iter().for_each(|(_, name)| out += &format!(" {name} |"));
+    out += "\n|---|";
+    out += &"---|".repeat(lights.len());
+    out += "\n";
     for spec in specs {
         // Writes to a `String` cannot fail.
         let _ = write!(out, "| `{spec}` |");
-        for (light, _) in LIGHTS {
-            let _ = write!(out, " {} |", cells.get(&(spec, light)).map_or("", |c| c.as_str()));
+        for (light, _) in lights {
+            let _ = write!(out, " {} |", cells.get(&(spec, *light)).map_or("", |c| c.as_str()));
         }
         out += "\n";
     }
@@ -66,7 +87,7 @@ fn table(slug: &str, recorded: &str) -> Result<String> {
 
 /// Two significant digits.
 fn short(number: &str) -> Result<String> {
-    let x: f64 = number.trim().parse().with_context(|| format!("{RECORDED}: {number}"))?;
+    let x: f64 = number.trim().parse().with_context(|| format!("recorded errors: {number}"))?;
     let digits = if x > 0.0 { (1.0 - x.log10().floor()).clamp(0.0, 5.0) as usize } else { 0 };
     Ok(format!("{x:.digits$}"))
 }

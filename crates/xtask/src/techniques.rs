@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use steradian_base::ParamInfo;
-use steradian_techniques::{Capabilities, registry};
+use steradian_techniques::{Capabilities, Card, locals, registry};
 
 /// A column's name and whether a technique has an x in it.
 type Column = (&'static str, fn(&Capabilities) -> bool);
@@ -22,16 +22,23 @@ const COLUMNS: [Column; 11] = [
     ("dynamic objects", |c| c.dynamic_objects),
 ];
 
+/// Every technique's Card and parameters: those for environments first.
+fn all() -> Vec<(&'static Card, &'static [ParamInfo])> {
+    let near = locals().iter().map(|t| (t.card(), t.params()));
+    registry().iter().map(|t| (t.card(), t.params())).chain(near).collect()
+}
+
 /// `docs/techniques.md`. Writes to a `String` cannot fail, hence the ignored results.
 pub fn page() -> String {
-    let mut out = String::from("# Techniques\n\nEach technique has a chapter, the README in its folder.\n\n");
+    let mut out = String::from(
+        "# Techniques\n\nEach technique has a chapter, the README in its folder. Local techniques (`--local`) shade directional and point lights beside one of the others (`--technique`), which has environment and disks.\n\n",
+    );
     out.push_str(
         "| technique | light | reflectance | parameters (default) | chapter |\n|---|---|---|---|---|\n",
     );
-    for t in registry() {
-        let c = t.card();
+    for (c, params) in all() {
         let default = |p: &ParamInfo| p.default_value().map_or("required".into(), |v| v.to_string());
-        let params: Vec<_> = t.params().iter().map(|p| format!("`{}` ({})", p.name, default(p))).collect();
+        let params: Vec<_> = params.iter().map(|p| format!("`{}` ({})", p.name, default(p))).collect();
         let _ = writeln!(
             out,
             "| `{}` {} | {} | {} | {} | [{}](../crates/techniques/src/rooms/{}/README.md) |",
@@ -48,8 +55,7 @@ pub fn page() -> String {
     COLUMNS.iter().for_each(|(name, _)| out.push_str(&format!(" {name} |")));
     out.push_str("\n|---|---|");
     COLUMNS.iter().for_each(|_| out.push_str("---|"));
-    for t in registry() {
-        let c = t.card();
+    for (c, _) in all() {
         let _ =
             write!(out, "\n| `{}` | {} |", c.slug, if c.capabilities.global { "global" } else { "local" });
         for (_, has) in COLUMNS {
@@ -57,14 +63,13 @@ pub fn page() -> String {
         }
     }
     out.push_str("\n\n## Sources\n\n");
-    for t in registry() {
-        let c = t.card();
+    for (c, _) in all() {
         let _ = writeln!(out, "- `{}`: {}", c.slug, c.citation);
     }
     out.push_str("\n## Exact when\n\n");
-    for t in registry() {
-        for claim in t.card().exact_when {
-            let _ = writeln!(out, "- `{}`: {} (within {:e})", t.card().slug, claim.statement, claim.within);
+    for (c, _) in all() {
+        for claim in c.exact_when {
+            let _ = writeln!(out, "- `{}`: {} (within {:e})", c.slug, claim.statement, claim.within);
         }
     }
     out

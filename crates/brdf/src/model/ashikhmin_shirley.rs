@@ -11,7 +11,7 @@ use crate::math::{above, half, half_cosine, largest, pow5, schlick};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, with};
 use crate::spec::{self, Args};
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -59,14 +59,25 @@ fn ln_ratio(x: f64) -> f64 {
     if x < 1e-8 { -1.0 - 0.5 * x } else { (-x).ln_1p() / x }
 }
 
+/// √((nu + 1)(nv + 1))/(8π) (n·h)^(nu cos²φ_h + nv sin²φ_h) of a unit half vector, sr⁻¹, where
+/// (n·h)^e = exp(½ ln(1 − s²)(nu h_x² + nv h_y²)/s²), s² = h_x² + h_y².
+pub fn power(h: DVec3, nu: f64, nv: f64) -> f64 {
+    let (x2, y2) = (h.x * h.x, h.y * h.y);
+    let s2 = (x2 + y2).min(1.0 - f64::EPSILON);
+    let power = (0.5 * ln_ratio(s2) * (nu * x2 + nv * y2)).exp();
+    ((nu + 1.0) * (nv + 1.0)).sqrt() / (8.0 * PI) * power
+}
+
+/// The diffuse part without rd (1 − rs): 28/(23π) (1 − (1 − n·wi/2)⁵)(1 − (1 − n·wo/2)⁵), sr⁻¹.
+pub fn base(cos_i: f64, cos_o: f64) -> f64 {
+    let side = |z: f64| 1.0 - pow5(1.0 - 0.5 * z);
+    28.0 / (23.0 * PI) * side(cos_i) * side(cos_o)
+}
+
 impl AshikhminShirley {
-    /// ρ_s without F. (n·h)^e = exp(½ ln(1 − s²)(nu h_x² + nv h_y²)/s²), s² = h_x² + h_y².
+    /// ρ_s without F.
     fn lobe(&self, wi: DVec3, wo: DVec3, h: DVec3) -> f64 {
-        let (x2, y2) = (h.x * h.x, h.y * h.y);
-        let s2 = (x2 + y2).min(1.0 - f64::EPSILON);
-        let power = (0.5 * ln_ratio(s2) * (self.nu * x2 + self.nv * y2)).exp();
-        let norm = ((self.nu + 1.0) * (self.nv + 1.0)).sqrt() / (8.0 * PI);
-        norm * power / (half_cosine(wi, wo) * wi.z.max(wo.z)).max(1e-150)
+        power(h, self.nu, self.nv) / (half_cosine(wi, wo) * wi.z.max(wo.z)).max(1e-150)
     }
 
     fn draw(&self) -> [(f64, Draw); 2] {
@@ -93,8 +104,7 @@ impl Brdf for AshikhminShirley {
         let h = half(wi, wo);
         let lobe = self.lobe(wi, wo, h);
         let fresnel = schlick(self.rs, half_cosine(wi, wo));
-        let side = |z: f64| 1.0 - pow5(1.0 - 0.5 * z);
-        let diffuse = 28.0 / (23.0 * PI) * side(wi.z) * side(wo.z);
+        let diffuse = base(wi.z, wo.z);
         std::array::from_fn(|c| lobe * fresnel[c] + diffuse * self.rd[c] * (1.0 - self.rs[c]))
     }
 
@@ -110,6 +120,11 @@ impl Brdf for AshikhminShirley {
     fn peak(&self) -> Peak {
         let width = |n: f64| 2.0 * (1.0 / (n + 2.0)).sqrt();
         Peak::Mirror { narrow: width(self.nu.max(self.nv)), wide: width(self.nu.min(self.nv)) }
+    }
+
+    fn form(&self) -> Form {
+        let (exponents, scale) = ([self.nu, self.nv], [1.0; 3]);
+        Form::AshikhminShirley { exponents, rs: self.rs, rd: self.rd, scale }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

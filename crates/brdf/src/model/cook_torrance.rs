@@ -53,15 +53,15 @@ pub struct CookTorrance {
     pub smith: bool,
 }
 
-/// Beckmann & Spizzichino 1963: exp(−tan²θ_h/m²)/(π m² cos⁴θ_h).
-fn beckmann(h: DVec3, m: f64) -> f64 {
+/// Beckmann & Spizzichino 1963: D = exp(−tan²θ_h/m²)/(π m² cos⁴θ_h) of a unit half vector, sr⁻¹.
+pub fn beckmann(h: DVec3, m: f64) -> f64 {
     let c2 = h.z * h.z;
     let e = (-(h.x * h.x + h.y * h.y) / (c2 * m * m)).exp();
     if e > 0.0 { e / (PI * m * m * c2 * c2) } else { 0.0 }
 }
 
-/// Smith's G₁/n·w for slopes of rms m; at most 2√π/m.
-fn smith_over_cosine(w: DVec3, m: f64) -> f64 {
+/// Smith's G₁/n·w of a unit direction above the horizon, for slopes of rms m; at most 2√π/m.
+pub fn smith_over_cosine(w: DVec3, m: f64) -> f64 {
     let sine = w.x.hypot(w.y);
     if sine <= 0.0 {
         return 1.0 / w.z;
@@ -119,7 +119,7 @@ impl Brdf for CookTorrance {
     }
 
     fn form(&self) -> Form {
-        Form::CookTorrance { m: self.m, f0: self.f0, scale: [1.0; 3] }
+        Form::CookTorrance { m: self.m, f0: self.f0, smith: self.smith, scale: [1.0; 3] }
     }
 
     fn shader(&self) -> Option<BrdfShader> {

@@ -51,6 +51,17 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     Ok(Arc::new(Ggx { ax: a.number("ax")?, ay: a.number("ay")?, f0 }))
 }
 
+/// D of a unit half vector for one width, sr⁻¹.
+pub fn distribution(h: DVec3, alpha: f64) -> f64 {
+    ggx_d(h, alpha, alpha)
+}
+
+/// n·wi n·wo/G₂ = ½(σ(wi) n·wo + σ(wo) n·wi) for one width and cosines of at least 0.
+pub fn cosines_over_masking(alpha: f64, cos_i: f64, cos_o: f64) -> f64 {
+    let length = |c: f64| (alpha * alpha * (1.0 - c * c).max(0.0) + c * c).sqrt();
+    0.5 * (length(cos_i) * cos_o + length(cos_o) * cos_i)
+}
+
 /// GGX with Schlick's Fresnel term.
 #[derive(Debug, Clone, Copy)]
 pub struct Ggx {

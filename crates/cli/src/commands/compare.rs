@@ -3,14 +3,14 @@
 use crate::commands::render::{size, tone_mapper};
 use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, PathArgs};
+use crate::inputs::{self, AdjustArgs, LocalArg, PathArgs};
 use clap::Args;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
-use steradian_light::Lights;
+use steradian_light::{Lamp, Lights};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Maps, Settings, ToneMapper};
 use steradian_session::compare::{Answer, Plan};
@@ -36,6 +36,13 @@ pub struct Options {
     environment: Vec<String>,
     #[command(flatten)]
     adjust: AdjustArgs,
+    /// A light beside the environment: directional:direction=X/Y/Z,irradiance=R/G/B, point:position=X/Y/Z,intensity=R/G/B
+    /// or disk:direction=X/Y/Z,angular-radius=DEGREES,irradiance=R/G/B; may be given several times. Without --environment
+    /// there is no other light
+    #[arg(long, value_name = "SPEC", value_parser = Lamp::parse)]
+    light: Vec<Lamp>,
+    #[command(flatten)]
+    local: LocalArg,
     /// BRDF spec; may be given several times [default: the mesh file's materials, else lambert:albedo=0.6 and
     /// ggx:alpha=0.2]
     #[arg(short, long, value_name = "SPEC")]
@@ -129,6 +136,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 
 fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> {
     let bakes = bakes(o, context)?;
+    if !bakes.is_empty() && (!o.light.is_empty() || o.local.get()?.is_some()) {
+        return Err(Failure::usage("--bake: has its own light; leave --light and --local out"));
+    }
     let methods = methods(o, &bakes)?;
     context.paths = o.paths.get(o.path)?;
     if o.path {
@@ -180,7 +190,7 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
         file_mark(&o.mesh),
         mark.into(),
         format!("{:?}", o.adjust),
-        format!("{:?}", o.params),
+        format!("{:?} {:?} {:?}", o.params, o.light, o.local),
         format!("{}x{}", o.size.0, o.size.1),
         format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
         o.tone_mapper.unwrap_or_default().name().into(),
@@ -195,6 +205,8 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
     [reference].into_iter().chain(answers).map(|(label, backend)| one(label, backend)).collect()
 }
 
+/// What a row is called whose light is that of --light alone.
+const NO_ENVIRONMENT: &str = "the lights given";
 /// Vertical field of view, degrees.
 const FOV: f32 = 30.0;
 /// Blur of the background, radians.
@@ -294,10 +306,12 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
             "--sweep varies a reflectance or its techniques: give --brdf, and no --bake",
         ));
     }
+    let local = o.local.get()?.flatten();
     let material = |brdf, params: &ParamValues, base_colour, maps| Material {
         brdf,
         method: None,
         params: params.clone(),
+        local: local.clone(),
         base_colour,
         maps,
     };
@@ -340,14 +354,17 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
     }
     let mut out = Vec::new();
     let sky = bakes.first().map_or(DEFAULT_SKY, |b| &b.made.environment);
-    for environment in given(&o.environment, &[sky]) {
-        let lights = match bakes.first() {
+    let none = !o.light.is_empty() && o.environment.is_empty() && bakes.is_empty();
+    for environment in given(&o.environment, &[if none { NO_ENVIRONMENT } else { sky }]) {
+        let mut lights = match bakes.first() {
             Some(file) => {
                 bakes.iter().skip(1).for_each(|other| context.tell_other_light(other, environment));
                 baked_light(file, o, context)?
             }
+            None if none => Lights::default(),
             None => context.light(environment, &o.adjust.get())?,
         };
+        o.light.iter().for_each(|l| l.join(&mut lights));
         for look in &looks {
             let mut scene = Scene::new(mesh.clone(), look.materials.clone(), lights.clone());
             scene.background = SceneBackground::Environment(BLUR);
@@ -394,9 +411,14 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
     let lights = if o.environment.is_empty() { vec![None] } else { o.environment.iter().map(Some).collect() };
     let mut out = Vec::new();
     for environment in lights {
-        let overrides =
-            SceneOverrides { environment: environment.cloned(), adjust: o.adjust.get(), method: None };
+        let overrides = SceneOverrides {
+            environment: environment.cloned(),
+            adjust: o.adjust.get(),
+            method: None,
+            local: o.local.get()?,
+        };
         let mut scene = context.scene_file(Path::new(&o.mesh), &overrides)?;
+        o.light.iter().for_each(|l| l.join(&mut scene.lights));
         if let SceneBackground::Environment(blur) = &mut scene.background {
             *blur = blur.max(BLUR);
         }

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights, PathArgs};
+use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs};
 use crate::report::points_json;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -26,11 +26,13 @@ pub struct Options {
     adjust: AdjustArgs,
     #[command(flatten)]
     lights: ExtraLights,
+    #[command(flatten)]
+    local: LocalArg,
     /// BRDF spec, such as ggx:alpha=0.1
     #[arg(short, long, value_name = "SPEC", required_unless_present = "bake")]
     brdf: Option<String>,
     /// A saved bake (.safetensors, or the folder of one) in place of light, BRDF and technique; --rotate turns its light
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "brdf", "technique", "params", "mesh"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "local", "brdf", "technique", "params", "mesh"])]
     bake: Option<PathBuf>,
     /// CSV with columns nx,ny,nz,vx,vy,vz and optionally tx,ty,tz and px,py,pz; - is standard input
     #[arg(short, long, value_name = "FILE.csv")]
@@ -117,6 +119,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         brdf,
         method,
         params: inputs::parameters(&o.params)?,
+        local: o.local.get()?.flatten(),
         tolerance: o.tolerance,
         lookup: o.lookup.map(Reading::lookup),
         mesh: o.mesh.as_ref().map(|m| context.mesh(m)).transpose()?.map(Arc::new),

@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights, PathArgs};
+use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs};
 use clap::Args;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -14,8 +14,8 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Maps, NormalFiltering, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    Backend, DEFAULT_SKY, FOV, Material, Method, Model, Picture, Prepared, Renderer, Scene, SceneOverrides,
-    Shadows, check_output, for_any_mesh, make_tangents,
+    Backend, DEFAULT_SKY, FOV, Local, Material, Method, Model, Picture, Prepared, Renderer, Scene,
+    SceneOverrides, Shadows, check_output, for_any_mesh, make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -35,6 +35,8 @@ pub struct Options {
     adjust: AdjustArgs,
     #[command(flatten)]
     lights: ExtraLights,
+    #[command(flatten)]
+    local: LocalArg,
     /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
     /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
@@ -48,7 +50,7 @@ pub struct Options {
     params: Vec<inputs::Parameter>,
     /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate turns its light,
     /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "brdf", "technique", "params"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "brdf", "technique", "params"])]
     bake: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
@@ -189,6 +191,11 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             return Err(Failure::usage("--variance belongs to one picture by --technique path"));
         }
     }
+    if matches!(o.technique.as_deref(), Some("reference" | "path")) && o.local.get()?.flatten().is_some() {
+        return Err(Failure::usage(
+            "--local belongs to a technique: the reference and path shade all light themselves",
+        ));
+    }
     let scene = scene(&o, context)?;
     // What is asked for by name fails before the work.
     let renderer = (context.backend != Backend::Auto).then(|| Renderer::open(context)).transpose()?;
@@ -263,6 +270,13 @@ fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         *b = blur.to_radians();
     }
     o.lights.join(&mut scene.lights, &o.adjust.get(), context)?;
+    let local = scene.materials.iter().find_map(|m| m.local.as_ref());
+    if let Some(local) =
+        local.filter(|_| scene.lights.directionals.is_empty() && scene.lights.points.is_empty())
+    {
+        let name = local.technique.card().slug;
+        context.say(format_args!("no directional and no point light: {name} has nothing to shade (--light)"));
+    }
     scene.tolerance = o.tolerance;
     if let Some(filtering) = o.normal_filtering {
         scene.materials.iter_mut().for_each(|m| m.maps.filtering = filtering);
@@ -282,7 +296,9 @@ fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Fa
         Method::Technique(t) => (t.card().materials)(&*brdf).is_ok(),
         _ => true,
     });
-    Ok(Material { method, ..Material::new(brdf) })
+    let taken = |l: &Local| (l.technique.card().materials)(&*brdf).is_ok();
+    let local = o.local.get()?.flatten().filter(taken);
+    Ok(Material { method, local, ..Material::new(brdf) })
 }
 
 /// What the command line changes in a scene file.
@@ -294,7 +310,8 @@ fn overrides(o: &Options) -> Result<SceneOverrides, Failure> {
         return Err(Failure::usage(why));
     }
     let method = o.technique.as_deref().map(Method::find).transpose()?;
-    Ok(SceneOverrides { environment: o.environment.clone(), adjust: o.adjust.get(), method })
+    let local = o.local.get()?;
+    Ok(SceneOverrides { environment: o.environment.clone(), adjust: o.adjust.get(), method, local })
 }
 
 /// A mesh or shape with the material of the command line, of its file, or of clay.
@@ -303,6 +320,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
     let params = inputs::parameters(&o.params)?;
+    let local = o.local.get()?.flatten();
     let file = o.bake.as_deref().map(|p| saved_bake(p, o, context)).transpose()?;
     let method = match &file {
         Some(file) => Some(Method::File(file.clone())),
@@ -334,7 +352,8 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
             alpha2: given_maps.alpha2.clone().or(file.alpha2),
             ..file
         };
-        Material { brdf, method: method.clone(), params: params.clone(), base_colour, maps }
+        let (method, params, local) = (method.clone(), params.clone(), local.clone());
+        Material { brdf, method, params, local, base_colour, maps }
     };
     let mut materials = Vec::new();
     for m in &model.materials {
@@ -477,6 +496,7 @@ fn material_json(m: &Prepared) -> Value {
     json!({
         "brdf": m.spec(),
         "technique": m.method.slug(),
+        "local": m.material.local.as_ref().map(Local::label),
         "bake_seconds": m.seconds,
         "bytes": m.bytes,
         "error": m.error(),

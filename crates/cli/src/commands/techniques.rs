@@ -5,7 +5,7 @@ use crate::failure::Outcome;
 use clap::Args;
 use serde_json::{Value, json};
 use steradian_session::Method;
-use steradian_techniques::Card;
+use steradian_techniques::{Card, locals};
 
 /// Options of `steradian techniques`.
 #[derive(Debug, Args)]
@@ -22,6 +22,7 @@ pub fn run(o: Options, context: &Context) -> Outcome {
             Ok(Method::Technique(t)) => Some(t.card()),
             _ => None,
         })
+        .chain(locals().iter().map(|t| t.card()))
         .collect();
     if o.bibtex {
         return context.print(&bibtex(&cards));
@@ -31,6 +32,7 @@ pub fn run(o: Options, context: &Context) -> Outcome {
             json!({
                 "technique": c.slug,
                 "title": c.title,
+                "local": !c.capabilities.global,
                 "light": c.light.to_string(),
                 "reflectance": c.reflectance.to_string(),
                 "citation": c.citation,
@@ -176,7 +178,8 @@ mod tests {
             Ok(Method::Technique(t)) => Some(t.card()),
             _ => None,
         };
-        let cards: Vec<&'static Card> = Method::slugs().into_iter().filter_map(find).collect();
+        let near = locals().iter().map(|t| t.card());
+        let cards: Vec<&'static Card> = Method::slugs().into_iter().filter_map(find).chain(near).collect();
         let all = works(&cards);
         for c in &cards {
             assert!(all.iter().any(|w| w.techniques.contains(&c.slug)), "{}: {}", c.slug, c.citation);

@@ -34,7 +34,8 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
             let to = light.place.xyz - p;
             let d2 = dot(to, to);
             if d2 > 0.0 {
-                sum += brdf_value(frame * (to / sqrt(d2)), o) * (light.power.rgb / d2);
+                let e = clamp(light.power.rgb / d2, vec3<f32>(-1e30), vec3<f32>(1e30));
+                sum += brdf_value(frame * (to / sqrt(d2)), o) * e;
             }
         } else if light.place.w > 0.0 {
             sum += gpu_disk(frame * light.place.xyz, light.place.w, o) * light.power.rgb;

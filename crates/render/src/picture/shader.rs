@@ -12,6 +12,7 @@ use steradian_reference::{Estimate, Reference, ReferencePoint};
 use steradian_scene::Bvh;
 use steradian_sphere::Frame;
 use steradian_techniques::direct::{Direct, Shadows};
+use steradian_techniques::local::LocalShading;
 use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, Varies};
 
 /// Outgoing radiance of batches of surface points.
@@ -31,7 +32,8 @@ impl Shader for BakeShader {
     }
 }
 
-/// A technique's bake, and lights that are shaded with the exact reflectance on top of it.
+/// A technique's bake, lights that are shaded with the exact reflectance on top of it, and lights that a technique of their
+/// own shades.
 pub struct DirectShader {
     /// The bake.
     pub bake: Arc<BakeShader>,
@@ -39,6 +41,8 @@ pub struct DirectShader {
     pub direct: Direct,
     /// The reflectance.
     pub brdf: SharedBrdf,
+    /// Shading of directional and point lights that are neither in the bake nor in `direct`.
+    pub local: Option<Arc<dyn LocalShading>>,
     /// What shadows the lights; `None` leaves them unshadowed.
     pub shadows: Option<Arc<Bvh>>,
 }
@@ -48,6 +52,9 @@ impl Shader for DirectShader {
         self.bake.shade(q, out, task)?;
         let shadows = self.shadows.as_deref().map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
         self.direct.add_behind(shadows, &*self.brdf, q, out);
+        if let Some(local) = &self.local {
+            local.add(shadows, q, out);
+        }
         Ok(())
     }
 }

@@ -170,6 +170,7 @@ fn material(
         normal_scale,
         roughness: image(&m.roughness_texture, "roughness_texture")?,
         technique: m.technique.as_ref().map(at),
+        local: m.local.as_ref().map(at),
         params: m.params.iter().map(|(name, value)| (name.clone(), Value::from(value))).collect(),
     })
 }
@@ -307,6 +308,7 @@ fn output(source: &Source<'_>, o: OutputText) -> Result<SceneOutput, SceneError>
         exposure: o.exposure,
         tone_mapper,
         technique: o.technique.as_ref().map(at),
+        local: o.local.as_ref().map(at),
         normal_filtering,
         background,
         samples: within(source, &o.samples, "samples", MAX_SAMPLES, 4)?,

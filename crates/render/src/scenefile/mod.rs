@@ -33,6 +33,7 @@
 //! height = 480
 //! tone_mapper = "neutral"
 //! technique = "sh_irradiance"
+//! local = "vertex_analytic:rate=pixel" # directional and point lights; exact where it is absent; materials have both too
 //! ```
 
 mod check;
@@ -99,6 +100,8 @@ pub struct SceneMaterial {
     pub roughness: Option<At<String>>,
     /// Slug of its technique; `None` takes the picture's.
     pub technique: Option<At<String>>,
+    /// Technique for its directional and point lights, with its parameters; `None` takes the picture's.
+    pub local: Option<At<String>>,
     /// Parameters of the technique.
     pub params: ParamValues,
 }
@@ -144,6 +147,8 @@ pub struct SceneOutput {
     pub tone_mapper: ToneMapper,
     /// Slug of the technique of materials that name none.
     pub technique: Option<At<String>>,
+    /// Technique for directional and point lights of materials that name none; `None` is exact shading.
+    pub local: Option<At<String>>,
     /// How normal maps are filtered.
     pub normal_filtering: NormalFiltering,
     /// Background.

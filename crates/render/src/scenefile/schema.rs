@@ -105,6 +105,9 @@ pub struct MaterialText {
     pub roughness_texture: Option<Spanned<String>>,
     /// A technique's slug, or `reference`; that of `[output]` where absent.
     pub technique: Option<Spanned<String>>,
+    /// A technique for directional and point lights, as `SLUG` or `SLUG:name=value,…`, or `exact`; that of `[output]` where
+    /// absent.
+    pub local: Option<Spanned<String>>,
     /// Parameters of the technique.
     #[serde(default)]
     pub params: BTreeMap<String, ParamText>,
@@ -200,6 +203,8 @@ pub struct OutputText {
     pub tone_mapper: Option<Spanned<String>>,
     /// A technique's slug, or `reference`.
     pub technique: Option<Spanned<String>>,
+    /// A technique for directional and point lights, or `exact`.
+    pub local: Option<Spanned<String>>,
     /// How normal maps are filtered: `covariance`, `isotropic` or `none`.
     pub normal_filtering: Option<Spanned<String>>,
     /// `environment`, `none` or a colour.

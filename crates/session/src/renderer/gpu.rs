@@ -10,6 +10,7 @@ use steradian_gpu::{Gpu, GpuError, Renderer as Raster};
 use steradian_render::{Background, Film, Settings, Stage};
 use steradian_sphere::SphereImage;
 use steradian_techniques::direct::Direct;
+use steradian_techniques::local::beside;
 
 /// An open GPU.
 pub struct Device {
@@ -116,6 +117,13 @@ fn has_suns(d: &Direct) -> bool {
 
 /// Why the GPU cannot shade the lights beside the techniques, where it cannot.
 fn unlit(baked: &[Prepared]) -> Option<String> {
+    let local = |b: &Prepared| b.material.local.clone();
+    if baked.iter().any(|b| local(b) != baked.first().and_then(local)) {
+        return Some("materials that differ in their technique for local light are for the CPU".into());
+    }
+    if let Some(b) = baked.iter().find(|b| b.local.as_ref().is_some_and(|l| l.gpu().is_none())) {
+        return Some(format!("{} has no GPU text for local light", b.direct.0.spec()));
+    }
     if baked.iter().any(|b| b.shadowed) {
         return Some("rays that shadow suns and points are for the CPU".into());
     }
@@ -132,6 +140,10 @@ fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
         let maps = &b.surface.maps;
         let varied = if maps.is_empty() { None } else { bake.gpu_varied() };
         let technique = varied.unwrap_or_else(|| bake.gpu());
+        let technique = match b.local.as_ref().and_then(|l| l.gpu()) {
+            Some(local) => beside(technique, local),
+            None => technique,
+        };
         let triangles = Arc::new(triangles);
         (!triangles.indices.is_empty()).then_some(Object {
             triangles,

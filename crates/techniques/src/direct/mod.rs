@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 pub use steradian_brdf::BrdfShader;
 use steradian_brdf::{Brdf, Domain};
-use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
+use steradian_light::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight};
 use steradian_sphere::Frame;
 
 /// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL twin of
@@ -150,7 +150,8 @@ impl Direct {
             let p = (!q.p[0].is_empty()).then(|| at(&q.p, i));
             let place = shadows.zip(p).map(|(shadows, position)| Place { shadows, position, normal: n });
             let l = self.arriving(brdf, &frame, wo, p, place);
-            (0..3).for_each(|c| out.rgb[c][i] += l[c] as f32);
+            let single = |x: f64| x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+            (0..3).for_each(|c| out.rgb[c][i] += single(l[c]));
         }
     }
 
@@ -207,7 +208,8 @@ impl Direct {
             if d2 > 0.0 {
                 let f = brdf.f_cos(frame.to_local(to / d2.sqrt()), wo);
                 if f != [0.0; 3] && open(to / d2.sqrt(), d2.sqrt()) {
-                    gather(f, p.intensity.map(|i| f64::from(i) / d2));
+                    // On the light itself it has no end; single precision has.
+                    gather(f, p.intensity.map(|i| (f64::from(i) / d2).clamp(-LARGEST, LARGEST)));
                 }
             }
         }

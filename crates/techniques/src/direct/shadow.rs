@@ -15,6 +15,13 @@ pub struct Shadows<'a> {
     pub offset: f64,
 }
 
+impl Shadows<'_> {
+    /// Does light from world direction `d`, from `distance` at most, reach a point of unit normal `normal`?
+    pub(crate) fn sees(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> bool {
+        Place { shadows: self, position, normal }.sees(d, distance)
+    }
+}
+
 /// Directions of a light that are tried at first, and where these disagree.
 const RAYS: [usize; 2] = [8, 64];
 

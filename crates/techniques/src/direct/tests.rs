@@ -293,3 +293,22 @@ fn wide_disks_are_skies() {
     let (baked, direct) = split(&lights, Suns::Fold);
     assert_eq!((baked.disks.len(), direct.disks.len()), (2, 0));
 }
+
+/// A point light beside a surface, and on it: radiance is finite in single precision too.
+#[test]
+fn a_point_light_on_a_surface_gives_finite_radiance() {
+    let brdf = steradian_brdf::parse("ggx:alpha=0.01").expect("spec");
+    let mut q = PointsBuf::default();
+    q.push(Vec3::Y, Vec3::X, Vec3::new(0.6, 0.8, 0.0), Vec3::ZERO);
+    let mut seen = 0.0;
+    for d in [0.0f32, 1e-30, 1e-20, 1e-10] {
+        let position = Vec3::new(-0.6, 0.8, 0.0) * d;
+        let points = vec![PointLight { position, intensity: [1e3, 1e30, -1e30] }; 3];
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0]);
+        let direct = Direct { points, ..Direct::default() };
+        direct.add(&*brdf, &q.as_points(), &mut Radiance::of(&mut rgb));
+        assert!(rgb.iter().flatten().all(|x| x.is_finite()), "{d}: {rgb:?}");
+        seen += rgb[0][0];
+    }
+    assert!(seen > 1e20);
+}

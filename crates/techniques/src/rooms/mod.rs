@@ -1,7 +1,9 @@
 //! The techniques. Techniques never import techniques: what two share moves down a layer.
 
 pub mod ambient;
+pub mod analytic_decomposition;
 pub mod banks_env;
+pub mod banks_table;
 pub mod clustered_pca;
 pub mod diffuse_map;
 pub mod factored_lighting;
@@ -23,3 +25,4 @@ pub mod shrm;
 pub mod shrm_global;
 pub mod shrm_slices;
 pub mod split_sum;
+pub mod vertex_analytic;

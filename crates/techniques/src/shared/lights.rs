@@ -1,7 +1,7 @@
 //! Lights by formula, for claims and tests: small, without files.
 
-use glam::DVec3;
-use steradian_light::{DiskLight, Environment, Lights};
+use glam::{DVec3, Vec3};
+use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_sphere::{Layout, SphereImage};
 
 fn image(width: usize, f: impl Fn(DVec3) -> [f32; 3] + Sync) -> Lights {
@@ -55,4 +55,24 @@ pub fn sunny() -> Lights {
     let direction = DVec3::new(0.6, 0.5, 0.62).normalize();
     let sun = DiskLight { direction, angular_radius: 0.00465, radiance: [32_000.0, 30_000.0, 27_000.0] };
     Lights { disks: vec![sun], ..smooth() }
+}
+
+/// A point light near a ball of radius 1 about the origin, 1.6 from its middle.
+pub fn near_point() -> Lights {
+    let light = PointLight { position: Vec3::new(0.8, 1.2, 0.7), intensity: [4.0, 3.0, 2.0] };
+    Lights { points: vec![light], ..Lights::default() }
+}
+
+/// Three directional lights of different colours.
+pub fn three_directionals() -> Lights {
+    let light = |d: [f64; 3], irradiance| DirectionalLight {
+        direction: DVec3::from_array(d).normalize(),
+        irradiance,
+    };
+    let directionals = vec![
+        light([0.6, 0.7, 0.4], [3.0, 2.6, 2.0]),
+        light([-0.8, 0.3, 0.2], [0.4, 0.7, 1.2]),
+        light([0.1, -0.2, -0.9], [0.3, 0.9, 0.5]),
+    ];
+    Lights { directionals, ..Lights::default() }
 }

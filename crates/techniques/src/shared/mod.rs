@@ -1,6 +1,7 @@
 //! What techniques share: techniques never import techniques.
 
 pub mod albedo;
+pub mod angle;
 pub mod apart;
 pub mod batch;
 pub mod bundle;
@@ -9,6 +10,7 @@ pub mod clustered;
 pub mod distant;
 pub mod exact;
 pub mod glossy;
+pub mod grid;
 pub mod harmonics;
 pub mod kernels;
 pub mod light_rotation;

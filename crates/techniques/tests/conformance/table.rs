@@ -18,6 +18,11 @@ impl Line {
         Self { key: format!("{slug} | {spec} | {light}"), found, claimed, honest: found }
     }
 
+    /// An error that has no noise.
+    pub fn plain(slug: &str, spec: &str, light: &str, error: f64, claimed: f64) -> Self {
+        Self::new(slug, spec, light, Found { error, sigma: 0.0 }, claimed)
+    }
+
     /// Does the certificate claim more than twice the error? Few points may miss what decides it, such as edges that a
     /// mirror shows: then `more` of them tell.
     pub fn doubted(mut self, more: impl FnOnce() -> Found) -> Self {
@@ -37,8 +42,8 @@ impl Line {
     }
 }
 
-fn path() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/conformance/errors.txt")
+fn path(file: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/conformance").join(file)
 }
 
 const HEAD: &str = "# technique | reflectance | light | relative RMS error against the reference | as the certificate states\n";
@@ -62,14 +67,20 @@ fn blessed(before: &str, lines: &[Line]) -> String {
 
 /// Compares with the recorded table, or records it where `STERADIAN_BLESS` is set.
 pub fn compare(lines: &[Line]) {
+    compare_with("errors.txt", lines);
+}
+
+/// [`compare`] with the table in `file`.
+pub fn compare_with(file: &str, lines: &[Line]) {
     let text: String = lines.iter().map(Line::text).collect();
     println!("{HEAD}{text}");
     if std::env::var_os("STERADIAN_BLESS").is_some() {
-        let before = std::fs::read_to_string(path()).unwrap_or_default();
-        std::fs::write(path(), blessed(&before, lines)).expect("the table can be written");
+        let before = std::fs::read_to_string(path(file)).unwrap_or_default();
+        std::fs::write(path(file), blessed(&before, lines)).expect("the table can be written");
         return;
     }
-    let recorded = std::fs::read_to_string(path()).expect("the recorded table (STERADIAN_BLESS=1 makes it)");
+    let recorded =
+        std::fs::read_to_string(path(file)).expect("the recorded table (STERADIAN_BLESS=1 makes it)");
     let mut failures = Vec::new();
     for l in lines {
         let row = recorded.lines().find_map(|r| r.strip_prefix(l.key.as_str())?.strip_prefix(" | "));

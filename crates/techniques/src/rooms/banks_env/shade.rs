@@ -2,6 +2,7 @@
 
 use super::bake::Cones;
 use crate::gpu::{Entry, Uniform, Value};
+use crate::shared::angle::angle;
 use crate::shared::light_rotation::LightRotation;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::FRAC_PI_2;
@@ -11,21 +12,12 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// arccos of 0 ≤ x ≤ 1 within 2e-8: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, 4.4.46.
-#[inline(always)]
-fn arccos(x: f32) -> f32 {
-    let a = -0.017_088_126 + x * (0.006_670_09 - x * 0.001_262_491_1);
-    let b = 0.088_978_99 + x * (-0.050_174_303 + x * (0.030_891_88 + x * a));
-    (1.0 - x).max(0.0).sqrt() * (FRAC_PI_2 + x * (-0.214_598_8 + x * b))
-}
-
 /// The angle between t and ±wo, 0 … π/2; `y` = |t·wo|.
 #[inline(always)]
 fn alpha(t: [f32; 3], wo: [f32; 3], y: f32) -> f32 {
     let c = [t[1] * wo[2] - t[2] * wo[1], t[2] * wo[0] - t[0] * wo[2], t[0] * wo[1] - t[1] * wo[0]];
     let s = dot(c, c).sqrt().min(1.0);
-    // Each from the side on which it keeps its digits.
-    if y < s { arccos(y) } else { FRAC_PI_2 - arccos(s) }
+    angle(s, y)
 }
 
 /// The tangent where nothing else gives one: t = normalize(a × n), a = +Y if |n·y| < 0.99 else +X.

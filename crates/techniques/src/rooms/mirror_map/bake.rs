@@ -102,7 +102,7 @@ pub(super) fn link(light: &Light, m: &Reflectance) -> (Mirror, Report) {
 fn numbers(m: &Reflectance) -> (f64, [f64; 3], [f64; 3]) {
     match m.form() {
         Form::Ggx { alpha: [ax, ay], f0, scale } => (if ax == ay { ax } else { f64::INFINITY }, f0, scale),
-        Form::CookTorrance { m, f0, scale } => (m, f0, scale),
+        Form::CookTorrance { m, f0, scale, .. } => (m, f0, scale),
         _ => (0.0, [1.0; 3], [1.0; 3]),
     }
 }

@@ -1,0 +1,204 @@
+//! Techniques for directional and point lights, as they are asked for.
+
+use crate::Error;
+use steradian_base::{Certificate, Evidence, ParamValues, Task, split_spec, unknown};
+use steradian_brdf::SharedBrdf;
+use steradian_techniques::local::{AnyLocal, LocalBake, find_local, locals};
+
+/// A technique for directional and point lights with its parameters.
+#[derive(Clone)]
+pub struct Local {
+    /// The technique.
+    pub technique: &'static dyn AnyLocal,
+    /// Its parameters.
+    pub params: ParamValues,
+}
+
+impl Local {
+    /// What stands for exact shading.
+    pub const EXACT: &'static str = "exact";
+
+    /// `SLUG` or `SLUG:name=value,…`; `None` for `exact`.
+    pub fn parse(spec: &str) -> Result<Option<Self>, Error> {
+        let (slug, body) = split_spec(spec);
+        if slug == Self::EXACT && body.is_empty() {
+            return Ok(None);
+        }
+        let technique = find_local(slug).ok_or_else(|| {
+            if steradian_techniques::find(slug).is_some() {
+                let why = "shades environments: name it with --technique; local techniques are";
+                return Error::usage(format!("{slug} {why} {}", Self::slugs().join(", ")));
+            }
+            Error::usage(unknown("local technique", slug, &Self::slugs()))
+        })?;
+        let params = ParamValues::parse(body, technique.params());
+        let params = params.map_err(|e| Error::usage(format!("{spec}: {e}")))?;
+        Ok(Some(Self { technique, params }))
+    }
+
+    /// Every name that [`Local::parse`] knows, `exact` first.
+    pub fn slugs() -> Vec<&'static str> {
+        std::iter::once(Self::EXACT).chain(locals().iter().map(|t| t.card().slug)).collect()
+    }
+
+    /// The technique's slug with the parameters that were given.
+    pub fn label(&self) -> String {
+        let slug = self.technique.card().slug;
+        let body = self.params.body(self.technique.params());
+        if self.params.0.is_empty() { slug.into() } else { format!("{slug}:{body}") }
+    }
+
+    /// Does what it prepares for a frame depend on the view?
+    pub(crate) fn sees_view(&self) -> bool {
+        self.technique.card().needs.view
+    }
+
+    /// Tabulates a reflectance.
+    pub(crate) fn bake(&self, brdf: &SharedBrdf, task: &Task) -> Result<Box<dyn LocalBake>, Error> {
+        let material = steradian_techniques::Material::new(brdf.clone());
+        Ok(self.technique.bake(&material, &self.params, task)?)
+    }
+}
+
+impl PartialEq for Local {
+    fn eq(&self, other: &Self) -> bool {
+        self.technique.card().slug == other.technique.card().slug && self.params == other.params
+    }
+}
+
+/// What is known of the sum of two parts of the light: the larger error of the two, each relative to its part. (Of parts that
+/// are not negative the sum errs by √2 of it at most.)
+pub(crate) fn joint(distant: Certificate, local: &Certificate) -> Certificate {
+    let weaker = |e: Evidence| matches!(e, Evidence::Estimated);
+    let known = match (distant.known, local.known) {
+        (a, b) if weaker(a) || weaker(b) => Evidence::Estimated,
+        (Evidence::Proved, b) => b,
+        (a, _) => a,
+    };
+    let all = Certificate { known, ..distant }.detail("error of local light", local.error);
+    if local.error <= all.error {
+        return all;
+    }
+    // By elevation nothing is known of the larger one.
+    let metric = format!("{}; of local light: {}", all.metric, local.metric);
+    Certificate { error: local.error, metric, elevations: Vec::new(), ..all }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::{Points, Request};
+    use crate::{Method, Session};
+    use glam::{DVec3, Vec3};
+    use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
+    use steradian_sphere::{Frame, Layout, SphereImage};
+    use steradian_techniques::direct::Suns;
+
+    fn environment() -> Lights {
+        let sky = |d: DVec3| [0.5 + 0.3 * d.y as f32, 0.4 + 0.2 * d.x as f32, 0.6];
+        Environment { image: SphereImage::from_fn(Layout::LatLong, 16, 8, sky) }.into()
+    }
+
+    fn points() -> Points {
+        let n: Vec<DVec3> = (0..40)
+            .map(|k| {
+                let (y, phi) = (1.0 - (f64::from(k) + 0.5) / 20.0, f64::from(k) * 2.4);
+                let r = (1.0 - y * y).sqrt();
+                DVec3::new(r * phi.cos(), y, r * phi.sin())
+            })
+            .collect();
+        let wo = n.iter().map(|n| {
+            let f = Frame::from_normal(*n);
+            (f.n + 0.6 * f.t + 0.3 * f.b).normalize()
+        });
+        Points { p: Some(n.clone()), ..Points::new(n.clone(), wo.collect()) }
+    }
+
+    /// Of each pair of techniques: what all lights give together is what environment and disks give, and what directional
+    /// and point lights give, added; and it is what exact shading of the latter gives, up to what the tables err by.
+    #[test]
+    fn no_light_counts_twice_or_gets_lost() {
+        let disk = DiskLight {
+            direction: DVec3::new(0.3, 0.9, 0.3).normalize(),
+            angular_radius: 0.05,
+            radiance: [90.0; 3],
+        };
+        let directional =
+            DirectionalLight { direction: DVec3::new(0.8, 0.6, 0.0), irradiance: [1.0, 2.0, 3.0] };
+        let point = PointLight { position: Vec3::new(-1.0, 2.0, 1.5), intensity: [9.0, 6.0, 3.0] };
+        let far = Lights { disks: vec![disk], ..environment() };
+        let near = Lights { directionals: vec![directional], points: vec![point], ..Lights::default() };
+        let all =
+            Lights { directionals: near.directionals.clone(), points: near.points.clone(), ..far.clone() };
+        let points = points();
+        for (technique, brdf, local) in [
+            ("sh_irradiance", "lambert:albedo=0.7", "vertex_analytic:rate=pixel"),
+            ("split_sum", "ggx:alpha=0.3,f0=0.9", "analytic_decomposition"),
+            ("sh_brdf", "ashikhmin-shirley:nu=5,nv=20,rs=0.3,rd=0.5", "analytic-decomposition"),
+            ("banks_env", "banks:n=20", "banks_table"),
+        ] {
+            for suns in [Suns::Exact, Suns::Fold] {
+                let mut session = Session::new();
+                session.suns = suns;
+                let mut of = |lights: &Lights, local: Option<Local>| {
+                    let brdf = steradian_brdf::parse(brdf).expect("a spec");
+                    let method = Method::find(technique).expect("a technique");
+                    let request = Request { local, ..Request::new(lights.clone(), brdf, method) };
+                    let (answers, _) = session.eval(&request, &points).expect("evaluates").even_if_missed();
+                    answers.rows.into_iter().flat_map(|r| r.0).collect::<Vec<f64>>()
+                };
+                let local = Local::parse(local).expect("a local technique");
+                let together = of(&all, local.clone());
+                let (one, other) = (of(&far, local.clone()), of(&near, local.clone()));
+                let exact = of(&all, None);
+                let energy: f64 = together.iter().map(|x| x * x).sum();
+                let off = |f: &dyn Fn(usize) -> f64| {
+                    let squares: f64 = together.iter().enumerate().map(|(k, x)| (x - f(k)).powi(2)).sum();
+                    (squares / energy).sqrt()
+                };
+                let name = format!("{technique} + {brdf}, {suns:?}");
+                assert!(off(&|k| one[k] + other[k]) < 1e-5, "{name}");
+                assert!(off(&|k| one[k]) > 0.1 && off(&|k| other[k]) > 0.1, "{name}: both parts are seen");
+                if suns == Suns::Exact {
+                    assert!(off(&|k| exact[k]) < 1e-3, "{name}: {:.2e}", off(&|k| exact[k]));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn local_techniques_are_named_with_their_parameters() {
+        assert!(Local::parse("exact").expect("known").is_none());
+        let l = Local::parse("banks-table:resolution=64,coordinate=cosine").expect("known").expect("one");
+        assert_eq!(l.label(), "banks_table:coordinate=cosine,resolution=64");
+        for (spec, part) in [
+            ("banks_tabel", "did you mean"),
+            ("shrm", "--technique"),
+            ("banks_table:size=3", "size"),
+            ("exact:rate=pixel", "local technique"),
+            ("banks_table:resolution=1e9", "resolution"),
+        ] {
+            let why = Local::parse(spec).err().expect(spec).to_string();
+            assert!(why.contains(part), "{spec}: {why}");
+        }
+    }
+
+    /// Points lie in no triangle, and the reference has no technique beside it.
+    #[test]
+    fn what_has_no_meaning_is_refused() {
+        let near = Lights {
+            points: vec![PointLight { position: Vec3::Y, intensity: [1.0; 3] }],
+            ..Lights::default()
+        };
+        let brdf = steradian_brdf::parse("lambert").expect("a spec");
+        for (method, local, part) in
+            [("sh_irradiance", "vertex_analytic", "rate=pixel"), ("reference", "banks_table", "--local")]
+        {
+            let method = Method::find(method).expect("known");
+            let local = Local::parse(local).expect("known");
+            let request = Request { local, ..Request::new(near.clone(), brdf.clone(), method) };
+            let why = Session::new().eval(&request, &points()).expect_err("refused").to_string();
+            assert!(why.contains(part), "{why}");
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Techniques for local light: directional and point lights, one by one, in place of their exact shading.
+//!
+//! > L_o(x, wo) = Σ_l V_l(x) f̂(wi_l, wo) E_l,  E_l = I/r² of a point light, the irradiance of a directional one
+//!
+//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a technique of [`crate::registry`], and
+//! both parts add up: [`split`] gives every light to one of them. Light is never part of a local technique's tables, so
+//! lights may move in every frame. Units: radiance in W sr⁻¹ m⁻², intensity in W sr⁻¹, irradiance in W m⁻².
+//!
+//! A local technique is a folder under `rooms`, as others are, with [`crate::Capabilities::global`] off, and one line in
+//! the list below.
+
+mod certify;
+mod lights;
+mod per_point;
+
+pub use certify::error;
+pub use lights::{Light, LocalLights, split};
+pub use per_point::PerPoint;
+
+use crate::direct::Shadows;
+use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
+use crate::rooms::{analytic_decomposition, banks_table, vertex_analytic};
+use crate::{BakeError, Card, GpuTechnique, Material, Points, Radiance, View};
+use glam::DVec3;
+use std::borrow::Cow;
+use std::marker::PhantomData;
+use std::sync::Arc;
+use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
+use steradian_brdf::Brdf;
+use steradian_scene::Mesh;
+
+const LOCALS: &[&dyn AnyLocal] = &[
+    &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
+    &ErasedLocal::<banks_table::BanksTable>::new(),
+    &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
+];
+
+/// Every technique for local light, in the order of menus.
+pub fn locals() -> &'static [&'static dyn AnyLocal] {
+    LOCALS
+}
+
+/// The technique for local light called `slug`; `-` and `_` are the same.
+pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
+    let slug = slug.replace('-', "_");
+    locals().iter().copied().find(|t| t.card().slug == slug)
+}
+
+/// f · ⟨n·wi⟩ of two local directions.
+pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
+
+/// A technique for local light.
+pub trait LocalTechnique: Send + Sync + Sized + 'static {
+    /// What the technique says of itself.
+    const CARD: Card;
+    /// Parameters.
+    type Params: Params;
+    /// What it tabulates of the reflectance.
+    type Tables: Send + Sync;
+
+    /// Tabulates the reflectance, which [`Card::materials`] takes; to the task's tolerance where the technique chooses
+    /// sizes.
+    fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
+    /// Does shading with these parameters need the mesh and each point's place on it?
+    fn needs_sites(p: &Self::Params) -> bool {
+        let _ = p;
+        false
+    }
+    /// Figures for the certificate: sizes of tables.
+    fn details(t: &Self::Tables) -> Vec<(&'static str, f64)> {
+        let _ = t;
+        Vec::new()
+    }
+    /// Bytes that shading reads.
+    fn bytes(t: &Self::Tables) -> usize;
+    /// What the tables stand for, against which the certificate states the error.
+    fn stands_for<'a>(t: &'a Self::Tables, brdf: &'a dyn Brdf) -> FCos<'a> {
+        let _ = t;
+        Box::new(move |wi, wo| brdf.f_cos(wi, wo))
+    }
+    /// f · ⟨n·wi⟩ of two unit directions in the frame of tangent, bitangent and normal, by the tables; wo is above the
+    /// horizon.
+    fn f_cos(t: &Self::Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
+    /// The same as text for a GPU; `None` where the reflectance has none.
+    fn text(t: &Self::Tables) -> Option<LocalText>;
+    /// Shading under the lights of a frame. `mesh` is there where [`LocalTechnique::needs_sites`]; `shadowed` says that
+    /// shadows will be asked for.
+    fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
+        Ok(Box::new(PerPoint::<Self>::new(b, frame)))
+    }
+}
+
+/// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they stand beside those of
+/// a technique for environments.
+pub struct LocalText {
+    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`.
+    pub module: Cow<'static, str>,
+    /// Its tables, called `local_…`.
+    pub tables: Vec<Table>,
+    /// Its uniforms, called `local_…`.
+    pub uniforms: Vec<Uniform>,
+}
+
+/// The lights and the view of a frame.
+#[derive(Clone, Copy)]
+pub struct LocalFrame<'a> {
+    /// The lights as they were given; directional ones turn with the view's light rotation.
+    pub lights: &'a LocalLights,
+    /// The view.
+    pub view: &'a View,
+    /// The mesh, for techniques that need sites.
+    pub mesh: Option<&'a Mesh>,
+    /// Will shadows be asked for?
+    pub shadowed: bool,
+}
+
+/// A finished bake of a local technique.
+pub struct LocalBaked<T: LocalTechnique> {
+    /// Its parameters.
+    pub params: T::Params,
+    /// Its tables.
+    pub tables: Arc<T::Tables>,
+    /// The reflectance that it was made of.
+    pub material: Material,
+    /// The error of f · ⟨n·wi⟩.
+    pub certificate: Certificate,
+}
+
+/// Shading under the lights of one frame.
+pub trait LocalShading: Send + Sync {
+    /// Adds the radiance that leaves the points of `q` because of the lights; points that face away get nothing, and point
+    /// lights give nothing where the batch has no positions. Without positions shadows are left out.
+    fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>);
+    /// The same, unshadowed, as plain data for a GPU; all its names begin with `local_` ([`beside`]). `None` where the
+    /// reflectance has no text for GPUs.
+    fn gpu(&self) -> Option<GpuTechnique>;
+    /// The error reached.
+    fn certificate(&self) -> &Certificate;
+}
+
+/// A local technique without its types.
+pub trait AnyLocal: Send + Sync {
+    /// What the technique says of itself.
+    fn card(&self) -> &'static Card;
+    /// Its parameters.
+    fn params(&self) -> &'static [ParamInfo];
+    /// Does shading with these parameters need a mesh? Parameters that are refused need none.
+    fn needs_sites(&self, params: &ParamValues) -> bool;
+    /// Tabulates a reflectance; refuses what the Card does not take.
+    fn bake(
+        &self,
+        material: &Material,
+        params: &ParamValues,
+        task: &Task,
+    ) -> Result<Box<dyn LocalBake>, BakeError>;
+}
+
+/// A bake of a local technique without its types.
+pub trait LocalBake: Send + Sync {
+    /// The technique's Card.
+    fn card(&self) -> &'static Card;
+    /// The parameters it was made with.
+    fn params(&self) -> ParamValues;
+    /// The error of f · ⟨n·wi⟩.
+    fn certificate(&self) -> &Certificate;
+    /// Bytes that shading reads.
+    fn bytes(&self) -> usize;
+    /// f · ⟨n·wi⟩ of two unit directions in the local frame.
+    fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
+    /// Shading under the lights of a frame; refuses where a mesh is needed and missing.
+    fn lit(&self, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError>;
+}
+
+/// The erased twin of a [`LocalTechnique`].
+pub struct ErasedLocal<T>(PhantomData<fn() -> T>);
+
+impl<T: LocalTechnique> ErasedLocal<T> {
+    /// The twin.
+    #[expect(clippy::new_without_default, reason = "const, for the list")]
+    pub const fn new() -> Self {
+        Self(PhantomData)
+    }
+
+    const CARD: &'static Card = &T::CARD;
+}
+
+/// What the error of a local technique is, in a certificate's words.
+const METRIC: &str = "relative RMS error of f cos over directions of light and view, of one local light";
+
+impl<T: LocalTechnique> AnyLocal for ErasedLocal<T> {
+    fn card(&self) -> &'static Card {
+        Self::CARD
+    }
+
+    fn params(&self) -> &'static [ParamInfo] {
+        T::Params::INFO
+    }
+
+    fn needs_sites(&self, params: &ParamValues) -> bool {
+        T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
+    }
+
+    fn bake(
+        &self,
+        material: &Material,
+        params: &ParamValues,
+        task: &Task,
+    ) -> Result<Box<dyn LocalBake>, BakeError> {
+        let params = T::Params::from_values(params)?;
+        let slug = T::CARD.slug;
+        (T::CARD.materials)(&*material.brdf).map_err(|why| BakeError::Material { slug, why })?;
+        let tables = T::bake(material, &params, task)?;
+        task.check()?;
+        let exact = T::stands_for(&tables, &*material.brdf);
+        let error = error(&*material.brdf, &exact, |wi, wo| T::f_cos(&tables, wi, wo));
+        drop(exact);
+        if !error.is_finite() {
+            return Err(BakeError::NotFinite { slug });
+        }
+        let mut certificate = Certificate::new(error, Evidence::Measured).metric(METRIC);
+        certificate.tolerance = task.tolerance();
+        let certificate = T::details(&tables).into_iter().fold(certificate, |c, (name, v)| c.detail(name, v));
+        Ok(Box::new(LocalBaked::<T> {
+            params,
+            tables: Arc::new(tables),
+            material: material.clone(),
+            certificate,
+        }))
+    }
+}
+
+impl<T: LocalTechnique> LocalBake for LocalBaked<T> {
+    fn card(&self) -> &'static Card {
+        ErasedLocal::<T>::CARD
+    }
+
+    fn params(&self) -> ParamValues {
+        self.params.to_values()
+    }
+
+    fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+
+    fn bytes(&self) -> usize {
+        T::bytes(&self.tables)
+    }
+
+    fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        if wo[2] > 0.0 { T::f_cos(&self.tables, wi, wo) } else { [0.0; 3] }
+    }
+
+    fn lit(&self, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
+        let slug = T::CARD.slug;
+        if T::needs_sites(&self.params) && frame.mesh.is_none_or(|m| m.normals.len() != m.positions.len()) {
+            let why = "interpolates between the corners of triangles: it needs a mesh with normals".into();
+            return Err(BakeError::Geometry { slug, why });
+        }
+        frame.lights.as_lights().check()?;
+        T::lit(self, frame)
+    }
+}
+
+/// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
+pub(crate) fn technique(slug: &'static str, text: LocalText, lights: &[Light]) -> GpuTechnique {
+    const STRIDE: usize = 8;
+    let mut rows: Vec<f32> = lights.iter().flat_map(Light::row).collect();
+    // A buffer is never empty.
+    rows.resize(rows.len().max(STRIDE), 0.0);
+    let mut uniforms = text.uniforms;
+    uniforms.push(Uniform { name: "local_count", value: Value::F32(lights.len() as f32) });
+    GpuTechnique {
+        slug,
+        modules: vec![text.module, include_str!("local.wgsl").into()],
+        entry: Entry { name: "local_radiance", lobe: false, site: false },
+        tables: text.tables,
+        uniforms,
+        buffers: vec![Buffer::new("local_lights", STRIDE, rows)],
+    }
+}
+
+/// One description of both: `technique` for environment and disks, and `local` ([`LocalShading::gpu`]) for the other lights.
+pub fn beside(technique: GpuTechnique, local: GpuTechnique) -> GpuTechnique {
+    let (one, other) = (technique.entry, local.entry);
+    let entry =
+        Entry { name: "shade_with_local", lobe: one.lobe || other.lobe, site: one.site || other.site };
+    let mut arguments = String::from("n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>");
+    arguments += if entry.lobe { ", lobe: Lobe" } else { "" };
+    arguments += if entry.site { ", site: Site" } else { "" };
+    let [one, other] = [one, other].map(|e| e.call(["n", "t", "wo", "p"], "lobe", "site"));
+    let text = format!("\nfn {}({arguments}) -> vec3<f32> {{\n    return {one} + {other};\n}}\n", entry.name);
+    let mut out = technique;
+    out.modules.extend(local.modules);
+    out.modules.push(text.into());
+    out.tables.extend(local.tables);
+    out.uniforms.extend(local.uniforms);
+    out.buffers.extend(local.buffers);
+    GpuTechnique { entry, ..out }
+}

@@ -1,0 +1,102 @@
+//! The loop over points and lights; `local.wgsl` has the same.
+
+use super::{Light, LocalBaked, LocalFrame, LocalShading, LocalTechnique, technique};
+use crate::direct::Shadows;
+use crate::{GpuTechnique, Points, Radiance};
+use glam::DVec3;
+use std::sync::Arc;
+use steradian_base::Certificate;
+
+/// A local technique's function of two directions, evaluated at every point for every light.
+pub struct PerPoint<T: LocalTechnique> {
+    tables: Arc<T::Tables>,
+    lights: Vec<Light>,
+    certificate: Certificate,
+}
+
+impl<T: LocalTechnique> PerPoint<T> {
+    /// Under the lights of a frame.
+    pub fn new(b: &LocalBaked<T>, frame: &LocalFrame<'_>) -> Self {
+        Self {
+            tables: b.tables.clone(),
+            lights: frame.lights.rows(frame.view),
+            certificate: b.certificate.clone(),
+        }
+    }
+}
+
+#[inline(always)]
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The tangent where nothing else gives one: t = normalize(a × n), a = +Y if |n·y| < 0.99 else +X.
+#[inline(always)]
+fn tangent(n: [f32; 3]) -> [f32; 3] {
+    let c = if n[1].abs() < 0.99 { [n[2], 0.0, -n[0]] } else { [0.0, -n[2], n[1]] };
+    let s = dot(c, c).sqrt().recip();
+    c.map(|x| x * s)
+}
+
+/// Does the light from `d` reach a point?
+fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> bool {
+    let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
+    shadows.sees(p, n, d, f64::from(distance))
+}
+
+#[inline(always)]
+fn run<T: LocalTechnique>(
+    tables: &T::Tables,
+    lights: &[Light],
+    shadows: Option<Shadows<'_>>,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    let (tangents, positions) = (!q.t[0].is_empty(), !q.p[0].is_empty());
+    for i in 0..q.len() {
+        let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
+        let (n, wo) = (at(&q.n), at(&q.wo));
+        let t = if tangents { at(&q.t) } else { tangent(n) };
+        let b = cross(n, t);
+        let local = |v: [f32; 3]| [dot(t, v), dot(b, v), dot(n, v)];
+        let o = local(wo);
+        // False for NaN too.
+        if o[2] > 0.0 {
+            let p = positions.then(|| at(&q.p));
+            let mut sum = [0.0f32; 3];
+            for light in lights {
+                let Some((d, e, distance)) = light.at(p) else { continue };
+                let f = T::f_cos(tables, local(d), o);
+                let seen = match (shadows, p) {
+                    (Some(shadows), Some(p)) if f != [0.0; 3] => arrives(shadows, p, n, d, distance),
+                    _ => true,
+                };
+                if seen {
+                    (0..3).for_each(|c| sum[c] = (sum[c] + f[c] * e[c]).clamp(-f32::MAX, f32::MAX));
+                }
+            }
+            (0..3).for_each(|c| out.rgb[c][i] += sum[c]);
+        }
+    }
+}
+
+impl<T: LocalTechnique> LocalShading for PerPoint<T> {
+    fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>) {
+        if q.is_consistent() && out.rgb.iter().all(|p| p.len() == q.len()) {
+            steradian_simd::dispatch(|| run::<T>(&self.tables, &self.lights, shadows, q, out));
+        }
+    }
+
+    fn gpu(&self) -> Option<GpuTechnique> {
+        Some(technique(T::CARD.slug, T::text(&self.tables)?, &self.lights))
+    }
+
+    fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+}

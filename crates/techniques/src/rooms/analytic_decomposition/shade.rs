@@ -1,0 +1,62 @@
+//! Two or three lookups for each light; `shade.wgsl` and `three.wgsl` have the same functions.
+
+use super::bake::Tables;
+use crate::local::LocalText;
+use crate::shared::angle::angle;
+use std::f32::consts::FRAC_2_PI;
+
+/// Of the half vector: h·l, θ_h and φ_h over π/2, the latter folded to the first quadrant.
+#[inline(always)]
+pub(super) fn half(wi: [f32; 3], wo: [f32; 3]) -> (f32, f32, f32) {
+    let v: [f32; 3] = std::array::from_fn(|k| wi[k] + wo[k]);
+    // As |wi + wo| = 2 h·l.
+    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt().max(1e-18);
+    let side = (v[0] * v[0] + v[1] * v[1]).sqrt();
+    let theta = FRAC_2_PI * angle((side / length).min(1.0), (v[2] / length).min(1.0));
+    let phi = if side > 0.0 {
+        FRAC_2_PI * angle((v[1].abs() / side).min(1.0), (v[0].abs() / side).min(1.0))
+    } else {
+        0.0
+    };
+    ((0.5 * length).min(1.0), theta, phi)
+}
+
+#[inline(always)]
+pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let (nl, nv) = (wi[2], wo[2]);
+    // False for NaN too.
+    if nl > 0.0 {
+        let (hl, theta, phi) = half(wi, wo);
+        match t {
+            Tables::Two { facets, masking, .. } => {
+                let [r, g, b, _] = facets.plane(hl, theta);
+                let ratio = nl / masking.plane(nl, nv)[0].max(1e-36);
+                [r * ratio, g * ratio, b * ratio]
+            }
+            Tables::Three { power, fresnel, base, .. } => {
+                let p = power.plane(phi, theta)[0];
+                let f = fresnel.line(hl);
+                let d = base.plane(nl.min(nv), nl.max(nv));
+                let ratio = p * (nl / d[3].max(1e-36)) / hl;
+                std::array::from_fn(|c| f[c] * ratio + nl * d[c])
+            }
+        }
+    } else {
+        [0.0; 3]
+    }
+}
+
+pub(super) fn text(t: &Tables) -> LocalText {
+    let (own, tables) = match t {
+        Tables::Two { facets, masking, .. } => {
+            (include_str!("shade.wgsl"), vec![facets.table("local_facets"), masking.table("local_masking")])
+        }
+        Tables::Three { power, fresnel, base, .. } => {
+            let tables =
+                vec![power.table("local_power"), fresnel.table("local_fresnel"), base.table("local_base")];
+            (include_str!("three.wgsl"), tables)
+        }
+    };
+    let module = [include_str!("../../local/angle.wgsl"), include_str!("half.wgsl"), own].concat();
+    LocalText { module: module.into(), tables, uniforms: Vec::new() }
+}

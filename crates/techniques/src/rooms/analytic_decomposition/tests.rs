@@ -1,0 +1,80 @@
+use super::bake::{Model, Tables, materials, model};
+use super::shade;
+use crate::local;
+use std::f64::consts::FRAC_PI_2;
+use steradian_brdf::parse;
+
+const SPECS: [&str; 3] = [
+    "ggx:alpha=0.3,f0=0.9/0.6/0.3",
+    "cook-torrance:m=0.3,f0=0.5,g=smith",
+    "ashikhmin-shirley:nu=20,nv=50,rs=0.3,rd=0.5",
+];
+
+fn of(spec: &str) -> Model {
+    model(&*parse(spec).expect(spec)).expect(spec)
+}
+
+/// Units in the last place between a number and the single nearest to what it stands for.
+fn ulps(got: f32, exact: f64) -> u32 {
+    got.to_bits().abs_diff((exact as f32).to_bits())
+}
+
+/// At the entries the tables are the functions, to 4 units in the last place, n·v = 0 among them.
+#[test]
+fn entries_are_exact() {
+    const N: usize = 65;
+    let at = |k: usize| k as f64 / (N - 1) as f64;
+    for spec in &SPECS[..2] {
+        let m = of(spec);
+        let Tables::Two { facets, masking, .. } = Tables::new(&m, N) else { panic!("two tables") };
+        for i in 0..N {
+            for j in 0..N {
+                let (u, v) = (at(i) as f32, at(j) as f32);
+                let exact = m.facets(at(i), FRAC_PI_2 * at(j));
+                let got = facets.plane(u, v);
+                assert!((0..3).all(|c| ulps(got[c], exact[c]) <= 4), "{spec}: T1 {i} {j}: {got:?} {exact:?}");
+                let (got, exact) = (masking.plane(u, v)[0], m.cosines_over_masking(at(i), at(j)));
+                assert!(ulps(got, exact) <= 4, "{spec}: T2 {i} {j}: {got} {exact}");
+            }
+        }
+        // G/(n·v) has a limit at n·v = 0: n·l over the table is finite, and the model's.
+        let brdf = parse(spec).expect(spec);
+        for nl in [1.0f64, 0.5, 0.1] {
+            let (wi, wo) =
+                (glam::DVec3::new((1.0 - nl * nl).sqrt(), 0.0, nl), glam::DVec3::new(-1.0, 0.0, 1e-9));
+            let exact = brdf.f_cos(wi, wo)[0];
+            let tables = Tables::new(&m, 1025);
+            let got = shade::f_cos(&tables, wi.as_vec3().to_array(), wo.as_vec3().to_array());
+            assert!((f64::from(got[0]) / exact - 1.0).abs() < 5e-3, "{spec}: {nl}: {got:?} {exact}");
+        }
+    }
+}
+
+/// The error falls fourfold as entries double, within a tenth.
+#[test]
+fn errors_fall_with_the_square() {
+    for spec in SPECS {
+        let brdf = parse(spec).expect(spec);
+        let m = of(spec);
+        let error = |n: usize| {
+            let t = Tables::new(&m, n);
+            local::error(&*brdf, &|wi, wo| brdf.f_cos(wi, wo), |wi, wo| shade::f_cos(&t, wi, wo))
+        };
+        let [a, b, c] = [65, 129, 257].map(error);
+        for ratio in [a / b, b / c] {
+            assert!((3.6..4.4).contains(&ratio), "{spec}: {a:.2e} {b:.2e} {c:.2e}: {ratio:.2}");
+        }
+    }
+}
+
+#[test]
+fn what_needs_a_third_number_is_refused_by_its_reason() {
+    for (spec, part) in [
+        ("cook-torrance:m=0.2", "V-cavity's G needs n·h"),
+        ("ggx:ax=0.1,ay=0.4", "D needs the azimuth"),
+        ("ward:alpha=0.2", "not ward"),
+    ] {
+        let why = materials(&*parse(spec).expect(spec)).expect_err("refused");
+        assert!(why.contains(part), "{why}");
+    }
+}

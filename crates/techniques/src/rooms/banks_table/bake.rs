@@ -1,0 +1,108 @@
+//! The table.
+
+use crate::local;
+use crate::shared::grid::Grid;
+use crate::{BakeError, Material};
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::Form;
+
+/// Tolerance where the user gives none.
+const TOLERANCE: f64 = 1e-3;
+/// Entries a side, at least and at most, where the tolerance chooses.
+const SIDES: [usize; 2] = [64, 2048];
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Entries a side; what the tolerance needs where `None`.
+        pub resolution: Option<usize> = ParamInfo::whole("resolution", [2.0, 4096.0], 0.0, "entries of the table a side; auto: what the tolerance needs, 64 to 2048").auto(0.0),
+        /// What the table's coordinates are.
+        pub coordinate: usize = ParamInfo::choice("coordinate", &["angle", "cosine"], "coordinates of the table: the angles a and b, or l·t and v·t, which is worse").numbered(0.0),
+        /// k_d of eq. 33.
+        pub kd: f64 = ParamInfo::real("kd", [0.0, 1.0], 0.0, "diffuse factor k_d of eq. 33, beside the reflectance's own highlight"),
+    }
+}
+
+/// Eq. 33 with its numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    pub n: f64,
+    /// k_d of each channel.
+    pub diffuse: [f64; 3],
+    /// k_s of each channel.
+    pub specular: [f64; 3],
+}
+
+impl Model {
+    /// cos a and cosᴺ(a + b)₊ of sines and cosines.
+    fn parts(&self, [sa, ca]: [f64; 2], [sb, cb]: [f64; 2]) -> [f64; 2] {
+        let (c, s) = (ca * cb - sa * sb, sa * cb + ca * sb);
+        // cosᴺ = (1 − sin²)^(N/2) keeps its digits near the peak.
+        let power = if c <= 0.0 { 0.0 } else { (0.5 * self.n * (-(s * s).min(1.0)).ln_1p()).exp() };
+        [ca, power]
+    }
+
+    /// (n·l)(k_d cos a + k_s cosᴺ(a + b)₊).
+    pub fn f_cos(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if wi.z <= 0.0 || wo.z <= 0.0 {
+            return [0.0; 3];
+        }
+        let side = |w: DVec3| [w.x, w.y.hypot(w.z)];
+        let [d, s] = self.parts(side(wi), side(wo));
+        std::array::from_fn(|c| wi.z * (self.diffuse[c] * d + self.specular[c] * s))
+    }
+}
+
+/// cos a and cosᴺ(a + b)₊ over a and b, or over their sines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    pub model: Model,
+    pub resolution: usize,
+    /// Are the coordinates angles?
+    pub angles: bool,
+    pub grid: Grid<2>,
+}
+
+impl Table {
+    pub(super) fn new(model: Model, resolution: usize, angles: bool) -> Self {
+        let side = |u: f64| {
+            if angles {
+                let (s, c) = (PI * (u - 0.5)).sin_cos();
+                [s, c]
+            } else {
+                let s = 2.0 * u - 1.0;
+                [s, (1.0 - s * s).max(0.0).sqrt()]
+            }
+        };
+        // On the ends c is a rounding error.
+        let side = |u: f64| side(u).map(|x| if x.abs() < 1e-15 { 0.0 } else { x });
+        let grid = Grid::new(resolution, resolution, |u, v| model.parts(side(u), side(v)));
+        Self { model, resolution, angles, grid }
+    }
+}
+
+pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Table, BakeError> {
+    let Form::Strand { n, scale, .. } = m.brdf.form() else {
+        return Err(BakeError::Material { slug: "banks_table", why: "takes banks only".into() });
+    };
+    let model = Model { n, diffuse: [p.kd; 3], specular: scale };
+    let of = |resolution| Table::new(model, resolution, p.coordinate == 0);
+    if let Some(resolution) = p.resolution {
+        return Ok(of(resolution));
+    }
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
+    let mut resolution = SIDES[0];
+    loop {
+        task.check()?;
+        let table = of(resolution);
+        let exact = |wi, wo| model.f_cos(wi, wo);
+        let error = local::error(&*m.brdf, &exact, |wi, wo| super::shade::f_cos(&table, wi, wo));
+        if error <= 0.5 * tolerance || resolution >= SIDES[1] {
+            return Ok(table);
+        }
+        resolution *= 2;
+    }
+}

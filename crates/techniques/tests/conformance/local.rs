@@ -1,0 +1,280 @@
+//! The checks of techniques for local light: what holds for directional and point lights, and the furnace made of many
+//! directional lights.
+
+use super::harness::material;
+use super::table;
+use glam::{DMat3, DVec3, Mat3, Vec3};
+use std::f64::consts::{PI, TAU};
+use steradian_base::{ParamValues, Task};
+use steradian_light::{DirectionalLight, Lights, PointLight};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_sphere::Frame;
+use steradian_sphere::quadrature::gauss_legendre;
+use steradian_techniques::local::{AnyLocal, LocalBake, LocalFrame, LocalLights};
+use steradian_techniques::shared::lights;
+use steradian_techniques::{BakeError, PointsBuf, Radiance, View, find_local, gpu, locals};
+
+fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBake> {
+    let params: ParamValues = params.iter().copied().collect();
+    t.bake(&material(spec), &params, &Task::quiet()).expect("a bake that the Card promises")
+}
+
+/// The parameters with which points need no mesh.
+fn per_point(t: &dyn AnyLocal) -> &'static [(&'static str, f64)] {
+    if t.needs_sites(&ParamValues::default()) { &[("rate", 1.0)] } else { &[] }
+}
+
+fn local(l: &Lights) -> LocalLights {
+    LocalLights { directionals: l.directionals.clone(), points: l.points.clone() }
+}
+
+/// Points of the unit ball with views about the normal.
+fn points(n: usize) -> Vec<ReferencePoint> {
+    let mut out = super::harness::points(n);
+    out.iter_mut().for_each(|p| p.position = Some(p.frame.n));
+    out
+}
+
+fn buffer(points: &[ReferencePoint]) -> PointsBuf {
+    let mut q = PointsBuf::default();
+    for p in points {
+        let position = p.position.expect("a position");
+        q.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), p.wo.as_vec3(), position.as_vec3());
+    }
+    q
+}
+
+fn shade(b: &dyn LocalBake, l: &LocalLights, view: &View, q: &PointsBuf) -> Vec<[f64; 3]> {
+    let frame = LocalFrame { lights: l, view, mesh: None, shadowed: false };
+    let shading = b.lit(&frame).expect("no mesh is needed");
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+    shading.add(None, &q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..q.len()).map(|i| [0, 1, 2].map(|c| f64::from(rgb[c][i]))).collect()
+}
+
+fn judged(l: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
+    let reference = Reference::new(l, Lookup::Constant, &Task::quiet()).expect("a sound light");
+    let values = reference.radiance_batch(&*material(spec).brdf, points, 1e-4, &Task::quiet());
+    values.expect("nobody cancels").iter().map(|e| e.rgb).collect()
+}
+
+use super::harness::difference;
+
+/// Every technique with each of its specimens.
+fn each() -> impl Iterator<Item = (&'static dyn AnyLocal, &'static str)> {
+    locals().iter().flat_map(|t| t.card().specimens.iter().map(move |spec| (*t, *spec)))
+}
+
+#[test]
+fn local_cards_keep_their_word() {
+    for t in locals() {
+        let card = t.card();
+        assert!(!card.capabilities.global && !card.specimens.is_empty() && !card.exact_when.is_empty());
+        assert_eq!(find_local(&card.slug.replace('_', "-")).map(|t| t.card().slug), Some(card.slug));
+        assert!(steradian_techniques::find(card.slug).is_none(), "{}: one name, one technique", card.slug);
+        for spec in card.specimens.iter().copied().chain(card.exact_when.iter().map(|c| c.brdf)) {
+            assert_eq!((card.materials)(&*material(spec).brdf), Ok(()), "{}: {spec}", card.slug);
+        }
+        for p in t.params() {
+            let default = p.default_value().expect("every parameter has a default");
+            assert_eq!(p.check(&default), Ok(default), "{}: {}", card.slug, p.name);
+        }
+    }
+}
+
+#[test]
+fn local_techniques_are_exact_where_their_cards_say_so() {
+    let points = points(96);
+    let q = buffer(&points);
+    for t in locals() {
+        for c in t.card().exact_when {
+            let light = (c.light)();
+            let got = shade(&*bake(*t, c.brdf, c.params), &local(&light), &View::default(), &q);
+            let error = difference(&got, &judged(&light, c.brdf, &points));
+            assert!(error <= c.within, "{}: {}: {error:.2e}", t.card().slug, c.statement);
+        }
+    }
+}
+
+/// Errors under a near point light and three directional ones are the recorded ones, and certificates are honest.
+#[test]
+fn errors_of_local_techniques_are_the_recorded_ones() {
+    let points = points(256);
+    let q = buffer(&points);
+    let mut lines = Vec::new();
+    for (t, spec) in each() {
+        let b = bake(t, spec, per_point(t));
+        for (name, light) in [("point", lights::near_point()), ("directionals", lights::three_directionals())]
+        {
+            let got = shade(&*b, &local(&light), &View::default(), &q);
+            let error = difference(&got, &judged(&light, spec, &points));
+            lines.push(table::Line::plain(t.card().slug, spec, name, error, b.certificate().error));
+            assert!(error <= 1e-3, "{}: {spec}: {name}: {error:.2e}", t.card().slug);
+        }
+    }
+    table::compare_with("local_errors.txt", &lines);
+}
+
+/// 24 × 48 directional lights with the weights of a product rule are constant light, whose radiance is the albedo.
+#[test]
+fn many_directional_lights_are_a_furnace() {
+    let (x, w) = gauss_legendre(24);
+    let mut light = LocalLights::default();
+    for (x, w) in x.iter().zip(&w) {
+        for k in 0..48 {
+            let phi = TAU * (f64::from(k) + 0.5) / 48.0;
+            let s = (1.0 - x * x).sqrt();
+            light.directionals.push(DirectionalLight {
+                direction: DVec3::new(s * phi.cos(), s * phi.sin(), *x),
+                irradiance: [w * TAU / 48.0; 3],
+            });
+        }
+    }
+    let total: f64 = light.directionals.iter().map(|d| d.irradiance[0]).sum();
+    assert!((total - 4.0 * PI).abs() < 1e-12);
+    // Normals on the axis of the rule, so that the horizon is between its rows.
+    let points: Vec<ReferencePoint> = (0..40)
+        .map(|k| {
+            let (z, phi) = (0.3 + 0.7 * f64::from(k) / 40.0, f64::from(k) * 2.4);
+            let s = (1.0 - z * z).sqrt();
+            let wo = DVec3::new(s * phi.cos(), s * phi.sin(), z);
+            let frame = Frame::from_normal(DVec3::Z);
+            ReferencePoint { frame, wo: frame.to_world(wo), position: Some(DVec3::ZERO) }
+        })
+        .collect();
+    let q = buffer(&points);
+    // Lobes that the rule resolves.
+    for (slug, spec, within) in [
+        ("vertex_analytic", "lambert:albedo=0.7", 2e-3),
+        ("vertex_analytic", "minnaert:k=0.65", 5e-3),
+        ("banks_table", "banks:n=6", 5e-3),
+        ("analytic_decomposition", "ggx:alpha=0.6,f0=0.9/0.6/0.3", 5e-3),
+        ("analytic_decomposition", "cook-torrance:m=0.6,f0=0.5,g=smith", 1e-2),
+        ("analytic_decomposition", "ashikhmin-shirley:nu=4,nv=8,rs=0.3,rd=0.5", 1e-2),
+    ] {
+        let t = find_local(slug).expect("a technique");
+        let got = shade(&*bake(t, spec, per_point(t)), &light, &View::default(), &q);
+        let albedo = judged(&lights::furnace(), spec, &points);
+        let error = difference(&got, &albedo);
+        assert!(error <= within, "{slug}: {spec}: {error:.2e}");
+    }
+}
+
+#[test]
+fn local_techniques_are_linear_and_turn_with_light_and_frame() {
+    let points = points(64);
+    let q = buffer(&points);
+    let (one, other) = (local(&lights::near_point()), local(&lights::three_directionals()));
+    let r = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0);
+    for (t, spec) in each() {
+        let b = bake(t, spec, per_point(t));
+        let of = |l: &LocalLights| shade(&*b, l, &View::default(), &q);
+        let mut both = one.clone();
+        both.directionals.extend(&other.directionals);
+        let sum: Vec<_> =
+            of(&one).iter().zip(of(&other)).map(|(x, y)| std::array::from_fn(|c| x[c] + y[c])).collect();
+        assert!(difference(&of(&both), &sum) < 1e-6, "{}: {spec}: sum", t.card().slug);
+        let mut twice = both.clone();
+        twice.directionals.iter_mut().for_each(|d| d.irradiance = d.irradiance.map(|x| 2.0 * x));
+        twice.points.iter_mut().for_each(|p| p.intensity = p.intensity.map(|x| 2.0 * x));
+        let two: Vec<_> = sum.iter().map(|l| l.map(|x| 2.0 * x)).collect();
+        assert!(difference(&of(&twice), &two) < 1e-6, "{}: {spec}: twice", t.card().slug);
+        // Directional lights turn with the frame's light, points with their places.
+        let moved: Vec<ReferencePoint> = points
+            .iter()
+            .map(|p| ReferencePoint {
+                frame: Frame { t: r * p.frame.t, b: r * p.frame.b, n: r * p.frame.n },
+                wo: r * p.wo,
+                position: p.position.map(|p| r * p),
+            })
+            .collect();
+        let mut there = both.clone();
+        there.points.iter_mut().for_each(|p| p.position = (r * p.position.as_dvec3()).as_vec3());
+        let view = View { light_rotation: r.as_mat3(), ..View::default() };
+        let turned = shade(&*b, &there, &view, &buffer(&moved));
+        assert!(difference(&turned, &sum) < 2e-4, "{}: {spec}: turned", t.card().slug);
+        assert_ne!(view.light_rotation, Mat3::IDENTITY);
+    }
+}
+
+/// Finite wherever the light is, on the surface and at the point itself among others, and black from behind.
+#[test]
+fn a_light_on_the_surface_gives_finite_radiance() {
+    let mut q = PointsBuf::default();
+    for n in [Vec3::Y, Vec3::X, Vec3::NEG_Z, Vec3::ONE.normalize()] {
+        let t = n.any_orthonormal_vector();
+        for c in [1.0f32, 0.5, 1e-3, 1e-7, 0.0, -0.5, -1.0] {
+            q.push(n, t, n * c + t * (1.0 - c * c).max(0.0).sqrt(), n);
+        }
+    }
+    let far = [0.0f32, 1e-30, 1e-20, 1e-12, 1e-6, 1e-3];
+    let point = |d: f32, up: Vec3| PointLight { position: Vec3::Y + d * up, intensity: [1e3, 1e30, 0.0] };
+    let mut light = LocalLights::default();
+    light
+        .points
+        .extend(far.iter().flat_map(|d| [point(*d, Vec3::Y), point(*d, Vec3::X), point(*d, Vec3::NEG_Y)]));
+    light.directionals.push(DirectionalLight { direction: DVec3::X, irradiance: [1e30; 3] });
+    light.directionals.push(DirectionalLight { direction: DVec3::NEG_Y, irradiance: [1e30; 3] });
+    let more = ["ggx:alpha=0.0001,f0=1", "banks:n=100000", "ashikhmin-shirley:nu=100000,nv=1"];
+    for t in locals() {
+        let taken = more.into_iter().filter(|s| (t.card().materials)(&*material(s).brdf).is_ok());
+        for spec in t.card().specimens.iter().copied().chain(taken) {
+            let b = bake(*t, spec, per_point(*t));
+            assert!(b.certificate().error.is_finite());
+            for (i, l) in shade(&*b, &light, &View::default(), &q).iter().enumerate() {
+                let facing: f32 = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum();
+                assert!(l.iter().all(|x| x.is_finite()), "{}: {spec}: {i}: {l:?}", t.card().slug);
+                assert!(facing > 0.0 || *l == [0.0; 3], "{}: {spec}: light from behind", t.card().slug);
+            }
+        }
+    }
+}
+
+/// Modules are valid WGSL, alone and beside a technique for environments; and two bakes have the same bits.
+#[test]
+fn local_shaders_are_valid_and_bakes_repeat() {
+    let other = super::harness::bake(
+        steradian_techniques::find("sh_irradiance").expect("a technique"),
+        &lights::smooth(),
+        "lambert",
+        &[],
+    );
+    for (t, spec) in each() {
+        let (one, two) = (bake(t, spec, per_point(t)), bake(t, spec, per_point(t)));
+        let l = local(&lights::near_point());
+        let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
+        let [a, b] = [&one, &two].map(|b| b.lit(&frame).expect("no mesh").gpu().expect("a text"));
+        assert_eq!(a, b, "{}", t.card().slug);
+        for technique in [a.clone(), steradian_techniques::local::beside(other.gpu(), a)] {
+            let text = gpu::module(&technique);
+            let module = naga::front::wgsl::parse_str(&text)
+                .unwrap_or_else(|e| panic!("{}:\n{}", t.card().slug, e.emit_to_string(&text)));
+            let mut validator = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+            );
+            let valid = validator.validate(&module);
+            assert!(valid.is_ok(), "{}: {:?}", t.card().slug, valid.err());
+        }
+    }
+}
+
+/// What is wrong is refused by name: parameters, reflectance, light that is not finite, a mesh that is missing.
+#[test]
+fn local_techniques_refuse_by_name() {
+    for t in locals() {
+        let params: ParamValues = [("no-such", 1.0)].into_iter().collect();
+        let spec = t.card().specimens[0];
+        assert!(matches!(t.bake(&material(spec), &params, &Task::quiet()), Err(BakeError::Param(_))));
+        let b = bake(*t, spec, per_point(*t));
+        let lamp = PointLight { position: Vec3::NAN, intensity: [1.0; 3] };
+        let l = LocalLights { points: vec![lamp], ..LocalLights::default() };
+        let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
+        assert!(matches!(b.lit(&frame), Err(BakeError::Unsound(_))));
+    }
+    let t = find_local("vertex_analytic").expect("a technique");
+    let l = local(&lights::near_point());
+    let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
+    let e = bake(t, "lambert", &[]).lit(&frame).err().expect("it needs a mesh");
+    assert!(e.to_string().contains("needs a mesh with normals"), "{e}");
+}
