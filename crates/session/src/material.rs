@@ -84,6 +84,7 @@ pub struct Prepared {
     #[cfg(feature = "gpu")]
     pub(crate) direct: (SharedBrdf, Direct),
     /// Shading of directional and point lights by a technique of their own.
+    #[cfg(feature = "gpu")]
     pub(crate) local: Option<Arc<dyn LocalShading>>,
     /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
@@ -116,6 +117,7 @@ impl Prepared {
             bake: None,
             #[cfg(feature = "gpu")]
             direct: (material.brdf.clone(), Direct::default()),
+            #[cfg(feature = "gpu")]
             local: None,
             shadowed: false,
             bytes: 0,
@@ -281,6 +283,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         bake: None,
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), Direct::default()),
+        #[cfg(feature = "gpu")]
         local: None,
         shadowed: false,
         bytes: 0,
@@ -377,6 +380,7 @@ fn framed(
         bake: Some(bake),
         #[cfg(feature = "gpu")]
         direct: (material.brdf.clone(), direct),
+        #[cfg(feature = "gpu")]
         local,
         shadowed,
         bytes,

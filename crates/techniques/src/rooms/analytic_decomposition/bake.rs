@@ -150,7 +150,8 @@ impl Tables {
             };
             let base = |u: f64, v: f64| {
                 let d = ashikhmin_shirley::base(u, v);
-                with(std::array::from_fn(|c| scale[c] * rd[c] * (1.0 - rs[c]) * d), u.max(v))
+                // v is the larger one; beyond the diagonal goes on what lies before it.
+                with(std::array::from_fn(|c| scale[c] * rd[c] * (1.0 - rs[c]) * d), v)
             };
             return Self::Three {
                 power: Grid::new(n, n, power),
