@@ -56,6 +56,21 @@ fn even_bits(i: u32) -> u32 {
     (x | (x >> 8)) & 0xffff
 }
 
+/// The cell at a column and a row.
+#[inline(always)]
+pub fn cell_at(x: u32, y: u32) -> u32 {
+    spread_bits(x) | spread_bits(y) << 1
+}
+
+#[inline(always)]
+fn spread_bits(i: u32) -> u32 {
+    let mut x = i & 0xffff;
+    x = (x | (x << 8)) & 0x00ff_00ff;
+    x = (x | (x << 4)) & 0x0f0f_0f0f;
+    x = (x | (x << 2)) & 0x3333_3333;
+    (x | (x << 1)) & 0x5555_5555
+}
+
 /// Cells of all levels above `level`: where that level begins in a pyramid.
 pub fn start(level: u32) -> usize {
     ((1usize << (2 * level)) - 1) / 3
@@ -113,6 +128,10 @@ mod tests {
     fn cells_follow_mortons_curve() {
         assert_eq!([0, 1, 2, 3, 4].map(place), [[0, 0], [1, 0], [0, 1], [1, 1], [2, 0]]);
         assert_eq!(place(0xffff_ffff), [0xffff; 2]);
+        for cell in [0, 77, 0x1234_5678, u32::MAX] {
+            let [x, y] = place(cell);
+            assert_eq!(cell_at(x, y), cell);
+        }
         assert_eq!((0..4).map(start).collect::<Vec<_>>(), [0, 1, 5, 21]);
     }
 

@@ -1,12 +1,22 @@
 //! What a site sees: cells of the hemisphere, refined where neighbours differ.
 //!
 //! Every cell of a regular grid gets one ray at a random place in it. Cells that do not agree with their neighbours
-//! are divided in four, each with a ray of its own, and so on until the estimate of the error is small enough; those
-//! at the horizon count as neighbours of something blocked. Boundaries of length s in cells of side h leave an error of
-//! order √(s h³); the grid alone would take the square of the rays. What is smaller than a cell of the first grid and
-//! stands alone may be missed, which is why that grid is fine.
+//! are divided in four, each with a ray of its own, and so on until the estimate of the error is small enough.
+//! Boundaries of length s in cells of side h leave an error of order √(s h³); the grid alone would take the square of
+//! the rays.
+//!
+//! Surfaces that touch leave gaps far thinner than a cell. Four rules find them:
+//!
+//! - which cells are divided follows from their sizes and from which kinds of rays there are nearby, never from what a
+//!   cell's own ray saw: to divide cells with an odd ray, and to keep those that happen to agree, closes every thin gap;
+//! - a cell that was left undivided is looked at again once a finer one beside it sees otherwise, so that a gap is
+//!   followed along its way, and short boundaries are followed to fine cells whatever the estimate says;
+//! - where something is blocked, large cells are divided even if all agree;
+//! - along the horizon, where gaps of touching surfaces lie, cells get rays more at heights that a random one seldom has.
+//!
+//! What is smaller than a cell of the first grid and stands alone may still be missed.
 
-use crate::grid::{direction, jitter, place};
+use crate::grid::{cell_at, direction, jitter, place};
 use crate::table::{Table, finer_weight};
 use glam::{Mat3, Vec3};
 use steradian_scene::{Bvh, Ray};
@@ -15,8 +25,30 @@ use steradian_scene::{Bvh, Ray};
 const MAX_LEVEL: u32 = 10;
 /// Most rays of a site.
 const MAX_RAYS: usize = 1 << 19;
-/// No ray was cast in this cell.
-const NONE: u8 = 2;
+/// Bits of a cell's state, 0 where no ray was cast. Its ray hit something.
+const HIT: u8 = 1;
+/// A ray was cast.
+const CAST: u8 = 2;
+/// It or a part of it sees out.
+const OPEN: u8 = 4;
+/// It or a part of it is blocked.
+const BLOCKED: u8 = 8;
+/// It has parts.
+const DIVIDED: u8 = 16;
+/// It was left as it is, since all around see the same.
+const SETTLED: u8 = 32;
+/// Variance of a random ray in a cell with neighbours of both kinds, on average over them: f (1 − f) of a cell of which
+/// the share f is open is 1/6 in the mean where a straight boundary crosses it, and 0 where one passes by.
+const SPREAD: f64 = 0.18;
+/// Where anything is blocked, blocked cells, those at boundaries and those at the horizon are divided until the integral of
+/// V over one is this share of the standard error that is asked for: gaps of a few cells are then seen by some ray.
+const SPECK: f64 = 0.35;
+/// Boundaries of so many cells at most are followed …
+const SHORT: usize = 200;
+/// … until a cell weighs this share of the standard error that is asked for.
+const TRIFLE: f64 = 0.05;
+/// Where rays more are cast in cells at the horizon: depths from there, in sides of the cell.
+const DEPTHS: [f32; 3] = [0.02, 0.07, 0.25];
 
 /// How much work a site gets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,11 +68,17 @@ const GRID: u32 = 6;
 pub struct Scratch {
     cells: Vec<u32>,
     open: Vec<Open>,
-    order: Vec<f32>,
+    order: Vec<(f32, u32)>,
     rays: Vec<Ray>,
     hits: Vec<bool>,
-    /// For each level of the maps, rows of cells: blocked 0, open 1, [`NONE`].
+    /// The cell of each ray that only tells whether to divide.
+    probed: Vec<u32>,
+    /// For each level, rows of cells: what their rays saw, and what those of their parts did ([`BLOCKED`] …).
     maps: Vec<Vec<u8>>,
+    /// For each level, cells that wait for their rays.
+    waiting: Vec<Vec<u32>>,
+    /// For each level, settled cells that turned out to have a neighbour that differs.
+    reopened: Vec<Vec<u32>>,
     /// What is blocked.
     pub blocked: Vec<Blocked>,
 }
@@ -58,11 +96,12 @@ pub struct Blocked {
 
 /// A cell that may be divided.
 struct Open {
-    /// Its variance, in units of what is allowed; 0 where it is left as it is.
+    /// Its variance, in units of what is allowed; 0 where it is left as it is, infinite where it must be divided.
     expected: f32,
     cell: u32,
-    hit: bool,
     variance: [f64; 2],
+    /// What it weighs, in units of the error of integrals of V (n·w).
+    weight: f32,
 }
 
 /// What a site sees beside [`Scratch::blocked`].
@@ -93,86 +132,141 @@ impl Scratch {
             Effort::Error(e) => (if e > 2e-3 { GRID - 1 } else { GRID }, e),
             Effort::Level(level) => (level, f64::INFINITY),
         };
-        self.cells.clear();
-        self.cells.extend(0..1u32 << (2 * first));
+        let last = if matches!(effort, Effort::Error(_)) { MAX_LEVEL } else { first };
+        while self.maps.len() <= last as usize {
+            self.maps.push(vec![0; 1 << (2 * self.maps.len())]);
+            self.waiting.push(Vec::new());
+            self.reopened.push(Vec::new());
+        }
+        self.maps[first as usize].fill(0);
+        self.waiting[first as usize].extend(0..1u32 << (2 * first));
         let mut seen = Seen { error: [0.0; 2], rays: 0, enclosed: true };
         // Variances of the cells that are done.
         let mut done = [0.0f64; 2];
         let share = |v: [f64; 2]| v[0].max(v[1] / 25.0) / (target * target);
-        let mut level = first;
-        loop {
-            self.cast(bvh, origin, frame, seed, level);
+        let (mut deepest, mut occluded) = (first, false);
+        let mut next = Some(first);
+        while let Some(level) = next {
+            deepest = deepest.max(level);
+            std::mem::swap(&mut self.cells, &mut self.waiting[level as usize]);
+            self.waiting[level as usize].clear();
+            self.cast(bvh, origin, frame, seed, first, level);
             seen.rays += self.cells.len();
             seen.enclosed &= self.hits.iter().all(|h| *h);
-            let refine = matches!(effort, Effort::Error(_)) && level < MAX_LEVEL && seen.rays < MAX_RAYS;
+            occluded |= self.hits.iter().any(|h| *h);
+            let refine = level < last && seen.rays < MAX_RAYS;
+            if refine && level > first {
+                self.reopen(first, level);
+            }
+            if refine && occluded {
+                seen.rays += self.probe_horizon(bvh, origin, frame, first, level);
+            }
+            self.cells.append(&mut self.reopened[level as usize]);
             self.open.clear();
             let mut open = [0.0f64; 2];
-            for (k, &cell) in self.cells.iter().enumerate() {
-                let (around, among) = self.neighbours(first, level, cell, self.hits[k]);
-                let own = if self.hits[k] { 0.0 } else { 1.0 };
-                let w = table.weight(level, cell).map(|w| f64::from(w) * f64::from(w));
-                let spread = f64::from((own - around) * (own - around));
-                let variance = w.map(|w| w * spread);
-                let divide = refine && among > 0.0 && among < 1.0;
+            for k in 0..self.cells.len() {
+                let cell = self.cells[k];
+                let n = self.neighbours(first, level, cell);
+                let w = table.weight(level, cell).map(f64::from);
+                let spread = if n.mixed { SPREAD } else { 0.0 };
+                let variance = w.map(|w| w * w * spread);
+                let wide = w[1] > 5.0 * SPECK * target;
+                let large = wide && (n.hit || n.mixed || n.horizon && occluded);
+                let divide = refine && (n.mixed || large);
                 let sum = if divide { &mut open } else { &mut done };
                 sum[0] += variance[0];
                 sum[1] += variance[1];
-                if divide {
-                    let expected = (f64::from(among * (1.0 - among)) * share(w)).max(share(variance)) as f32;
-                    self.open.push(Open { expected, cell, hit: self.hits[k], variance });
-                } else if self.hits[k] {
-                    put(&mut self.blocked, level, cell, table);
+                if !divide {
+                    if !n.mixed {
+                        let [x, y] = place(cell);
+                        self.maps[level as usize][((y << level) + x) as usize] |= SETTLED;
+                    }
+                    continue;
                 }
+                let expected = if large { f32::INFINITY } else { share(variance) as f32 };
+                self.open.push(Open { expected, cell, variance, weight: w[0].max(w[1] / 5.0) as f32 });
+            }
+            if self.open.len() <= SHORT {
+                let least = (TRIFLE * target) as f32;
+                self.open.iter_mut().filter(|o| o.weight > least).for_each(|o| o.expected = f32::INFINITY);
             }
             seen.error = [0, 1].map(|k| (done[k] + open[k]).sqrt());
             if seen.error[0] <= target && seen.error[1] <= 5.0 * target {
-                self.open.iter_mut().for_each(|o| o.expected = 0.0);
+                self.open.iter_mut().filter(|o| o.expected < f32::INFINITY).for_each(|o| o.expected = 0.0);
             } else {
                 self.choose(0.8 * (1.0 - 0.5f64.powi((level - first + 1) as i32)) - share(done));
             }
-            self.cells.clear();
             for o in &self.open {
                 if o.expected > 0.0 {
-                    self.cells.extend((0..4).map(|k| o.cell << 2 | k));
+                    self.waiting[level as usize + 1].extend((0..4).map(|k| o.cell << 2 | k));
                 } else {
-                    if o.hit {
-                        put(&mut self.blocked, level, o.cell, table);
-                    }
                     done[0] += o.variance[0];
                     done[1] += o.variance[1];
                 }
             }
-            if self.cells.is_empty() {
-                break;
-            }
-            level += 1;
+            let left =
+                |l: &u32| !self.waiting[*l as usize].is_empty() || !self.reopened[*l as usize].is_empty();
+            next = (first..=last).find(left);
+        }
+        for cell in 0..1u32 << (2 * first) {
+            self.collect(first, cell, table);
         }
         // The grid's own map is written anew for every site.
-        for map in &mut self.maps[first as usize + 1..=level as usize] {
-            map.fill(NONE);
+        for map in &mut self.maps[first as usize + 1..=deepest as usize] {
+            map.fill(0);
         }
         seen
+    }
+
+    /// Finds the parts of a cell that are blocked.
+    fn collect(&mut self, level: u32, cell: u32, table: &Table) {
+        let [x, y] = place(cell);
+        let state = self.maps[level as usize][((y << level) + x) as usize];
+        if state & DIVIDED != 0 {
+            (0..4).for_each(|k| self.collect(level + 1, cell << 2 | k, table));
+        } else if state & HIT != 0 {
+            put(&mut self.blocked, level, cell, table);
+        }
+    }
+
+    /// Settled cells beside those that were just seen, and that see otherwise, are looked at again: a gap that was found
+    /// at one place is followed along its way.
+    fn reopen(&mut self, first: u32, level: u32) {
+        for k in 0..self.cells.len() {
+            let ([x, y], side) = (place(self.cells[k]), 1u32 << level);
+            let hit = self.hits[k];
+            for j in y.saturating_sub(1)..=(y + 1).min(side - 1) {
+                for i in x.saturating_sub(1)..=(x + 1).min(side - 1) {
+                    let (l, at) = self.find(first, level, i, j);
+                    let state = &mut self.maps[l as usize][at];
+                    if *state & SETTLED != 0 && (*state & HIT != 0) != hit {
+                        *state &= !SETTLED;
+                        let (i, j) = (i >> (level - l), j >> (level - l));
+                        self.reopened[l as usize].push(cell_at(i, j));
+                    }
+                }
+            }
+        }
     }
 
     /// Leaves those cells as they are (expected 0) that matter least, such as those near the horizon, as long as their
     /// variance is within `allowed`.
     fn choose(&mut self, allowed: f64) {
         self.order.clear();
-        self.order.extend(self.open.iter().map(|o| o.expected));
-        self.order.sort_unstable_by(f32::total_cmp);
-        let (mut sum, mut limit) = (0.0, 0.0);
-        for &q in &self.order {
-            sum += f64::from(q);
+        self.order.extend(self.open.iter().enumerate().map(|(k, o)| (o.expected, k as u32)));
+        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut sum = 0.0;
+        for (expected, k) in &self.order {
+            sum += f64::from(*expected);
             if sum > allowed {
                 break;
             }
-            limit = q;
+            self.open[*k as usize].expected = 0.0;
         }
-        self.open.iter_mut().filter(|o| o.expected <= limit).for_each(|o| o.expected = 0.0);
     }
 
     /// One ray in each of the cells.
-    fn cast(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, seed: u32, level: u32) {
+    fn cast(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, seed: u32, first: u32, level: u32) {
         let scale = 1.0 / (1u32 << level) as f32;
         self.rays.clear();
         for &cell in &self.cells {
@@ -183,45 +277,99 @@ impl Scratch {
         self.hits.clear();
         self.hits.resize(self.rays.len(), false);
         bvh.occluded_each(&self.rays, f32::INFINITY, &mut self.hits);
-        while self.maps.len() <= level as usize {
-            self.maps.push(vec![NONE; 1 << (2 * self.maps.len())]);
-        }
-        let map = &mut self.maps[level as usize];
-        for (&cell, hit) in self.cells.iter().zip(&self.hits) {
-            let [x, y] = place(cell);
-            map[((y << level) + x) as usize] = u8::from(!hit);
+        for k in 0..self.cells.len() {
+            let ([x, y], hit) = (place(self.cells[k]), &self.hits[k]);
+            let at = ((y << level) + x) as usize;
+            self.maps[level as usize][at] = CAST | if *hit { HIT } else { 0 };
+            self.note(first, level, [x, y], if *hit { BLOCKED } else { OPEN });
         }
     }
 
-    /// Mean of the neighbours of a cell, or of what they are parts of; and the mean of all nine, in which those beyond
-    /// the horizon count as blocked.
-    #[inline(always)]
-    fn neighbours(&self, first: u32, level: u32, cell: u32, hit: bool) -> (f32, f32) {
-        let ([x, y], side) = (place(cell), 1u32 << level);
-        let (mut sum, mut count) = (0u32, 0u32);
-        for j in y.saturating_sub(1)..=(y + 1).min(side - 1) {
-            for i in x.saturating_sub(1)..=(x + 1).min(side - 1) {
-                if (i, j) != (x, y) {
-                    sum += u32::from(self.value(first, level, i, j));
-                    count += 1;
-                }
+    /// What lies along the horizon is thin where surfaces touch or bend gently: cells there get more rays, at heights that
+    /// a random one would seldom have, which tell whether to divide and count for nothing else.
+    fn probe_horizon(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, first: u32, level: u32) -> usize {
+        let (side, scale) = (1u32 << level, 1.0 / (1u32 << level) as f32);
+        self.rays.clear();
+        self.probed.clear();
+        for &cell in &self.cells {
+            let [x, y] = place(cell);
+            let edge = |k: u32| k == 0 || k == side - 1;
+            if !edge(x) && !edge(y) {
+                continue;
+            }
+            let across = |k: u32, depth: f32| match k {
+                0 => depth,
+                k if k == side - 1 => 1.0 - depth,
+                _ => 0.5,
+            };
+            for depth in DEPTHS {
+                let d =
+                    direction((x as f32 + across(x, depth)) * scale, (y as f32 + across(y, depth)) * scale);
+                self.rays.push(Ray { origin, direction: frame * d });
+                self.probed.push(cell);
             }
         }
-        let around = if count == 0 { 0.0 } else { sum as f32 / count as f32 };
-        (around, (sum + u32::from(!hit)) as f32 / 9.0)
+        self.hits.clear();
+        self.hits.resize(self.rays.len(), false);
+        bvh.occluded_each(&self.rays, f32::INFINITY, &mut self.hits);
+        for k in 0..self.probed.len() {
+            let seen = if self.hits[k] { BLOCKED } else { OPEN };
+            self.note(first, level, place(self.probed[k]), seen);
+        }
+        self.rays.len()
     }
 
+    /// Notes for a cell and what it is part of that this is seen in it.
+    fn note(&mut self, first: u32, level: u32, [x, y]: [u32; 2], seen: u8) {
+        for l in (first..=level).rev() {
+            let state = &mut self.maps[l as usize][(((y >> (level - l)) << l) + (x >> (level - l))) as usize];
+            let with = *state | seen | if l < level { DIVIDED } else { 0 };
+            if *state == with {
+                break;
+            }
+            *state = with;
+        }
+    }
+
+    /// What a cell's neighbours see, or what they are parts of.
     #[inline(always)]
-    fn value(&self, first: u32, level: u32, x: u32, y: u32) -> u8 {
+    fn neighbours(&self, first: u32, level: u32, cell: u32) -> Neighbours {
+        let ([x, y], side) = (place(cell), 1u32 << level);
+        let own = self.maps[level as usize][((y << level) + x) as usize];
+        let (mut count, mut seen) = (0u32, own);
+        for j in y.saturating_sub(1)..=(y + 1).min(side - 1) {
+            for i in x.saturating_sub(1)..=(x + 1).min(side - 1) {
+                let (l, at) = self.find(first, level, i, j);
+                seen |= self.maps[l as usize][at];
+                count += 1;
+            }
+        }
+        let both = OPEN | BLOCKED;
+        Neighbours { horizon: count < 9, hit: own & HIT != 0, mixed: seen & both == both }
+    }
+
+    /// The finest cell up to `level` that was looked at here: its level, and where it is in that map.
+    #[inline(always)]
+    fn find(&self, first: u32, level: u32, x: u32, y: u32) -> (u32, usize) {
         let (mut level, mut x, mut y) = (level, x, y);
         loop {
-            let v = self.maps[level as usize][((y << level) + x) as usize];
-            if v != NONE || level == first {
-                return v & 1;
+            let at = ((y << level) + x) as usize;
+            if level == first || self.maps[level as usize][at] != 0 {
+                return (level, at);
             }
             (level, x, y) = (level - 1, x >> 1, y >> 1);
         }
     }
+}
+
+/// What is around a cell.
+struct Neighbours {
+    /// Is it at the horizon?
+    horizon: bool,
+    /// Is the cell itself blocked?
+    hit: bool,
+    /// Are there both open and blocked ones, itself and parts of them included?
+    mixed: bool,
 }
 
 /// Adds a blocked cell; those finer than the table's count as a share of its cell.

@@ -71,10 +71,15 @@ fn differences(mesh: &Mesh, sites: &[Site], x: &Transfer, n: usize) -> ([f64; 2]
 #[test]
 fn the_bunny_on_its_plate_is_within_the_tolerance() {
     let Some(path) = steradian_testkit::data("meshes/bunny_bun_zipper.ply") else { return };
-    let mesh = on_plate(load(&path, &Default::default()).unwrap().merged());
+    let bunny = load(&path, &Default::default()).unwrap().merged();
+    let low = bunny.bounds().unwrap().0.y;
+    let mesh = on_plate(bunny);
     let step = if steradian_testkit::full() { 97 } else { 1697 };
     let all = Site::vertices(&mesh);
-    let sites: Vec<Site> = all.into_iter().step_by(step).filter(|s| !s.is_absent()).collect();
+    let there = all.iter().copied().filter(|s| !s.is_absent());
+    // Those that face the plate and nearly touch it see out through gaps of a fraction of a degree.
+    let touching = there.clone().filter(|s| s.n.y < -0.9 && s.p.y < low + 1.5e-3);
+    let sites: Vec<Site> = there.step_by(step).chain(touching.step_by(step / 12)).collect();
     for (tolerance, n) in [(1e-2, 100_000), (1e-3, 1_000_000)] {
         let x = of(&mesh, &sites, &Settings { tolerance, ..Settings::default() });
         let (worst, each) = differences(&mesh, &sites, &x, n);
@@ -140,6 +145,32 @@ fn a_groove_has_its_closed_form() {
             let wall = |d: f32| f64::from(d / d.hypot(height));
             let exact = 0.5 * (wall(1.0 + s.p.x) + wall(1.0 - s.p.x));
             assert!((f64::from(x.ao[k]) - exact).abs() < 1e-3, "{height} {}: {} {exact}", s.p.x, x.ao[k]);
+        }
+    }
+}
+
+/// Under a roof with a slit between the angles a and b from the normal, long in z: ao = ½ (sin b − sin a), and of the
+/// sphere's 4π it shows a lune of 2 (b − a).
+#[test]
+fn a_thin_gap_is_seen() {
+    for from in [0.0f64, 20.0, 50.0, 75.0, 84.0, 88.0, 89.2] {
+        for width in [0.3, 0.8] {
+            let [a, b] = [from, from + width].map(f64::to_radians);
+            let at = |angle: f64| Vec3::new(angle.tan() as f32, 1.0, 0.0);
+            let mesh = Mesh::merged(&[
+                strip(Vec3::new(-1e3, 1.0, 0.0), at(a), 4e4, 1),
+                strip(Vec3::new(-1e3, 0.0, 0.0), Vec3::new(-1e3, 1.0, 0.0), 4e4, 1),
+                strip(at(b), at(b) + Vec3::X * 1e3, 4e4, 1),
+                strip(at(b) + Vec3::X * 1e3, Vec3::new(at(b).x + 1e3, 0.0, 0.0), 4e4, 1),
+            ]);
+            let places = (0..3).map(|k| Site { p: Vec3::new(0.0, 0.0, 7.0 * k as f32), n: Vec3::Y });
+            let x = of(&mesh, &places.collect::<Vec<_>>(), &Settings { offset: 0.0, ..Settings::default() });
+            for k in 0..x.len() {
+                let off = f64::from(x.ao[k]) - 0.5 * (b.sin() - a.sin());
+                assert!(off.abs() < 1e-3, "{from} {width}: ao is off by {off}");
+                let off = f64::from(x.visibility(k)[0]) - 2.0 * (b - a) / (4.0 * PI).sqrt();
+                assert!(off.abs() < 5e-3, "{from} {width}: v is off by {off}");
+            }
         }
     }
 }
