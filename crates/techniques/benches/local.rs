@@ -1,0 +1,66 @@
+//! How fast techniques for local light shade: millions of points a second on one core, one point light.
+//! `cargo bench -p steradian-techniques --bench local`
+//!
+//! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). Least of nine runs of 65536 points by
+//! the clock, batches of 1024.
+
+#![expect(clippy::print_stdout, reason = "a benchmark prints")]
+
+use glam::DVec3;
+use std::time::Instant;
+use steradian_base::{ParamValues, Task};
+use steradian_prefilter::probe;
+use steradian_sphere::Frame;
+use steradian_techniques::local::{LocalFrame, LocalLights};
+use steradian_techniques::shared::lights;
+use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
+
+const POINTS: usize = 1 << 16;
+const BATCH: usize = 1024;
+const CASES: [(&str, &str, &str); 8] = [
+    ("vertex_analytic", "rate=pixel", "banks:n=60"),
+    ("banks_table", "", "banks:n=60"),
+    ("vertex_analytic", "rate=pixel", "ggx:alpha=0.2,f0=0.9"),
+    ("analytic_decomposition", "", "ggx:alpha=0.2,f0=0.9"),
+    ("vertex_analytic", "rate=pixel", "cook-torrance:m=0.3,g=smith"),
+    ("analytic_decomposition", "", "cook-torrance:m=0.3,g=smith"),
+    ("vertex_analytic", "rate=pixel", "ashikhmin-shirley:nu=20,nv=200,rd=0.5"),
+    ("analytic_decomposition", "", "ashikhmin-shirley:nu=20,nv=200,rd=0.5"),
+];
+
+fn main() {
+    let mut q = PointsBuf::with_capacity(POINTS);
+    for k in 0..POINTS {
+        let f = Frame::from_normal(probe::direction(k, POINTS));
+        let phi = k as f64 * 2.4;
+        let wo = f.to_world(DVec3::new(0.6 * phi.cos(), 0.6 * phi.sin(), 0.8));
+        q.push(f.n.as_vec3(), f.t.as_vec3(), wo.as_vec3(), f.n.as_vec3() * 0.5);
+    }
+    let points = vec![lights::near_point().points[0]];
+    let lamps = LocalLights { points, ..LocalLights::default() };
+    let frame = LocalFrame { lights: &lamps, view: &View::default(), mesh: None, shadowed: false };
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; BATCH]);
+    for (slug, body, spec) in CASES {
+        let t = find_local(slug).expect("a technique");
+        let params = ParamValues::parse(body, t.params()).expect("parameters");
+        let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
+        let start = Instant::now();
+        let b = t.bake(&material, &params, &Task::quiet()).expect("bakes");
+        let baked = start.elapsed().as_secs_f64();
+        let shading = b.lit(&frame).expect("no mesh is needed");
+        let mut run = || {
+            let start = Instant::now();
+            for k in 0..POINTS / BATCH {
+                shading.add(None, &q.slice(k * BATCH..(k + 1) * BATCH), &mut Radiance::of(&mut rgb));
+            }
+            start.elapsed().as_secs_f64()
+        };
+        let best = (0..9).map(|_| run()).fold(f64::INFINITY, f64::min);
+        let speed = POINTS as f64 / best / 1e6;
+        println!(
+            "{slug:23} {spec:40} {speed:7.1} Mpoint/s, baked in {baked:.3} s, {} bytes, error {:.1e}",
+            b.bytes(),
+            b.certificate().error
+        );
+    }
+}
