@@ -91,7 +91,7 @@ pub fn check_text(path: Option<&Path>) -> Outcome {
 }
 
 /// Lights beside the environment, and how they are shaded.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ExtraLights {
     /// Disk, directional and point lights beside the environment, as --extract-sun writes them; the first two turn and
     /// scale with it
@@ -109,9 +109,10 @@ pub struct ExtraLights {
 }
 
 /// How disks and directional lights are shaded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 enum SunShading {
     /// By the exact reflectance
+    #[default]
     Exact,
     /// As part of the technique's data
     Fold,
@@ -142,7 +143,7 @@ impl ExtraLights {
 }
 
 /// The technique for directional and point lights.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct LocalArg {
     /// Technique for directional and point lights, with its parameters, such as banks_table or
     /// vertex_analytic:rate=pixel; environment and disks stay with --technique [default: exact, or what the scene file
@@ -176,7 +177,7 @@ pub fn write_suns(taken: &Taken, path: &Path, context: &Context) -> Outcome {
 }
 
 /// What is asked of the path tracer.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct PathArgs {
     /// Reflections of a path at most, with path; 1 is direct light with shadows [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]

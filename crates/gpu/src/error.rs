@@ -32,6 +32,7 @@ pub enum GpuError {
     },
 }
 
+#[cfg(feature = "device")]
 impl GpuError {
     /// wgpu's error while making `what`.
     pub(crate) fn of(what: &str, e: wgpu::Error) -> Self {
@@ -45,7 +46,7 @@ impl GpuError {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "device"))]
 mod tests {
     use super::*;
 

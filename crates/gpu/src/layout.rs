@@ -89,11 +89,6 @@ pub fn empty(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, size: u64) -> wg
     gpu.device.create_buffer(&descriptor)
 }
 
-/// Little-endian bytes of floats.
-pub fn bytes<'a>(floats: impl IntoIterator<Item = &'a f32>) -> Vec<u8> {
-    floats.into_iter().flat_map(|x| x.to_le_bytes()).collect()
-}
-
 /// A shader module of WGSL text.
 pub fn module(gpu: &Gpu, source: &str) -> wgpu::ShaderModule {
     gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {

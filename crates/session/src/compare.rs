@@ -272,13 +272,18 @@ fn with_local(method: &Method, prepared: &[Prepared]) -> String {
 }
 
 /// The certificate of the largest error.
-fn worst(prepared: &[Prepared]) -> Option<Certificate> {
+pub(crate) fn worst(prepared: &[Prepared]) -> Option<Certificate> {
     let all = prepared.iter().filter_map(|p| p.certificate.clone());
     all.max_by(|a, b| a.error.total_cmp(&b.error))
 }
 
 /// Relative RMS error of radiance and mean FLIP, over the pixels that the mesh covers, and a picture of FLIP.
-fn differences(film: &Film, picture: &Display, reference: &Film, truth: &Display) -> (Errors, f64, Display) {
+pub(crate) fn differences(
+    film: &Film,
+    picture: &Display,
+    reference: &Film,
+    truth: &Display,
+) -> (Errors, f64, Display) {
     let covered = |i: usize| reference.alpha[i] > 0.999;
     let e = errors(film, reference, covered);
     let map = flip_displays(truth, picture, DEFAULT_PPD).map;

@@ -26,6 +26,8 @@ mod destinations;
 mod error;
 pub mod eval;
 pub mod fit;
+#[cfg(any(feature = "gpu", feature = "web"))]
+mod gpu_scene;
 mod ground;
 mod inputs;
 pub mod inspect;
@@ -48,6 +50,7 @@ mod session;
 mod table;
 mod tabulate;
 pub mod transfer;
+pub mod web;
 
 pub use choose::Chosen;
 pub use destinations::{Destinations, LIGHT_KEY, check_replaced, light_mark};

@@ -78,13 +78,13 @@ pub struct Prepared {
     /// Relative RMS error over points of the picture, against the reference, where that was measured.
     pub picture_error: Option<f64>,
     /// The technique's bake; `None` for the reference.
-    #[cfg(feature = "gpu")]
+    #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) bake: Option<Arc<BakeShader>>,
     /// The reflectance, and the lights that are shaded with it on top of the technique.
-    #[cfg(feature = "gpu")]
+    #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) direct: (SharedBrdf, Direct),
     /// Shading of directional and point lights by a technique of their own.
-    #[cfg(feature = "gpu")]
+    #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) local: Option<Arc<dyn LocalShading>>,
     /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
@@ -113,11 +113,11 @@ impl Prepared {
             varies: Varies::NONE,
             lit: false,
             picture_error: None,
-            #[cfg(feature = "gpu")]
+            #[cfg(any(feature = "gpu", feature = "web"))]
             bake: None,
-            #[cfg(feature = "gpu")]
+            #[cfg(any(feature = "gpu", feature = "web"))]
             direct: (material.brdf.clone(), Direct::default()),
-            #[cfg(feature = "gpu")]
+            #[cfg(any(feature = "gpu", feature = "web"))]
             local: None,
             shadowed: false,
             bytes: 0,
@@ -279,11 +279,11 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         varies: shader.varies(),
         lit: false,
         picture_error: None,
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         bake: None,
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), Direct::default()),
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         local: None,
         shadowed: false,
         bytes: 0,
@@ -376,11 +376,11 @@ fn framed(
         varies,
         lit,
         picture_error: None,
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         bake: Some(bake),
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), direct),
-        #[cfg(feature = "gpu")]
+        #[cfg(any(feature = "gpu", feature = "web"))]
         local,
         shadowed,
         bytes,

@@ -63,7 +63,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// The picture as PNG.
-fn encoded(picture: &Display) -> Result<Vec<u8>, Error> {
+pub(crate) fn encoded(picture: &Display) -> Result<Vec<u8>, Error> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, picture.width as u32, picture.height as u32);
     encoder.set_color(png::ColorType::Rgb);

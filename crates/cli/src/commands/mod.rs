@@ -5,6 +5,7 @@ mod compare;
 mod convert;
 mod demo;
 mod eval;
+mod export_web;
 mod fit;
 mod inspect;
 mod irradiance;
@@ -46,6 +47,8 @@ pub enum Command {
     /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
     /// or given point
     Transfer(transfer::Options),
+    /// A static web page of a scene that the browser shades (needs the feature `web`)
+    ExportWeb(Box<export_web::Options>),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
@@ -77,6 +80,7 @@ impl Command {
             Self::Convert(o) => convert::run(*o, context),
             Self::Sample(o) => sample::run(o, context),
             Self::Techniques(o) => techniques::run(o, context),
+            Self::ExportWeb(o) => export_web::run(*o, context),
             Self::Transfer(o) => transfer::run(o, context),
         }
     }

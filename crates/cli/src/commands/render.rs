@@ -20,121 +20,121 @@ use steradian_session::{
 use steradian_techniques::SavedBake;
 
 /// Options of `steradian render`.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct Options {
     /// Scene file (.toml), mesh file, or built-in shape
     #[arg(value_name = "SCENE|MESH|SHAPE")]
-    input: String,
+    pub input: String,
     /// Output: .png is tone-mapped; .exr, .hdr and .pfm are linear
     #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    pub output: PathBuf,
     /// Light: an image, or a sky spec such as sky:elevation=35 [default: sky, or none beside --light and --sun-lights]
     #[arg(short, long, value_name = "FILE|SKY")]
-    environment: Option<String>,
+    pub environment: Option<String>,
     #[command(flatten)]
-    adjust: AdjustArgs,
+    pub adjust: AdjustArgs,
     #[command(flatten)]
-    lights: ExtraLights,
+    pub lights: ExtraLights,
     #[command(flatten)]
-    local: LocalArg,
+    pub local: LocalArg,
     /// Reflectance of the mesh, such as ggx:alpha=0.2; the base colours of its file multiply it [default: what
     /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
-    brdf: Option<String>,
+    pub brdf: Option<String>,
     /// Technique, or reference, which integrates at every point and takes longer [default: the technique of the
     /// smallest certified error; with --tolerance the smallest that meets it]
     #[arg(short, long, value_name = "SLUG")]
-    technique: Option<String>,
+    pub technique: Option<String>,
     /// Parameter of the named technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
-    params: Vec<inputs::Parameter>,
+    pub params: Vec<inputs::Parameter>,
     /// A saved bake (.safetensors, or the folder of one) in place of reflectance and technique; --rotate turns its light,
     /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "brdf", "technique", "params"])]
-    bake: Option<PathBuf>,
+    pub bake: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
-    tolerance: Option<f64>,
+    pub tolerance: Option<f64>,
     /// Image that multiplies the net reflectance, in place of the file's base colours
     #[arg(long, visible_alias = "base-color", value_name = "FILE")]
-    base_color_texture: Option<PathBuf>,
+    pub base_color_texture: Option<PathBuf>,
     /// Tangent-space normal map, green up (as in glTF), in place of the file's
     #[arg(long, value_name = "FILE")]
-    normal_map: Option<PathBuf>,
+    pub normal_map: Option<PathBuf>,
     /// Factor of the bumps of --normal-map [default: 1]
     #[arg(long, value_name = "S", value_parser = inputs::finite, allow_negative_numbers = true, requires = "normal_map")]
-    normal_scale: Option<f64>,
+    pub normal_scale: Option<f64>,
     /// Image of perceptual roughness (its green channel), in place of the reflectance's
     #[arg(long, value_name = "FILE")]
-    roughness_map: Option<PathBuf>,
+    pub roughness_map: Option<PathBuf>,
     /// How the normals under a pixel are filtered: covariance (along their spread), isotropic (rounder highlights, less
     /// work) or none (highlights of distant bumps alias) [default: covariance]
     #[arg(long, value_name = "HOW", value_parser = normal_filtering)]
-    normal_filtering: Option<NormalFiltering>,
+    pub normal_filtering: Option<NormalFiltering>,
     #[command(flatten)]
-    paths: PathArgs,
+    pub paths: PathArgs,
     /// With path: the variance of each pixel's radiance
     #[arg(long, value_name = "FILE.exr|FILE.pfm")]
-    variance: Option<PathBuf>,
+    pub variance: Option<PathBuf>,
     /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
     /// know shadows) [default: auto]
     #[arg(long, value_name = "HOW", value_parser = shadows)]
-    shadows: Option<Shadows>,
+    pub shadows: Option<Shadows>,
     /// Leave out the materials of the mesh file
     #[arg(long)]
-    plain: bool,
+    pub plain: bool,
     /// Size of the picture, pixels [default: 512x512, or what the scene file says]
     #[arg(long, value_name = "WxH", value_parser = size)]
-    size: Option<(usize, usize)>,
+    pub size: Option<(usize, usize)>,
     /// Exposure in stops (EV) before the tone mapper of .png, or auto [default: auto]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
-    exposure: Option<Exposure>,
+    pub exposure: Option<Exposure>,
     /// Tone mapper of .png: linear, reinhard, aces, agx, neutral, … [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
-    tone_mapper: Option<ToneMapper>,
+    pub tone_mapper: Option<ToneMapper>,
     /// Samples per pixel and axis on edges [default: 4]; a GPU takes 4 in each of 1, 4, 9 or 16 parts of a pixel, for N up
     /// to 4, 8, 12 or more
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=32))]
-    samples: Option<u8>,
+    pub samples: Option<u8>,
     /// What shows beside the surfaces: environment, none (black), or linear R/G/B [default: environment]
     #[arg(long, value_name = "WHAT", value_parser = background)]
-    background: Option<SceneBackground>,
+    pub background: Option<SceneBackground>,
     /// Blur of the background, degrees [default: 0]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = blur)]
-    blur: Option<f64>,
+    pub blur: Option<f64>,
     /// Position of the camera, metres [default: framed]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
-    from: Option<[f64; 3]>,
+    pub from: Option<[f64; 3]>,
     /// A plane of this reflectance under the mesh, as far as the horizon; path alone lets them shadow one another.
     /// --technique shades it too where it takes its reflectance; else one is chosen [default of the SPEC: lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
-    ground: Option<String>,
+    pub ground: Option<String>,
     /// Upward direction of the camera [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
-    up: Option<[f64; 3]>,
+    pub up: Option<[f64; 3]>,
     /// N pictures around the target, all exposed as the first one is; {} in the name of the output stands for the number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=3600))]
-    orbit: Option<u16>,
+    pub orbit: Option<u16>,
     /// Target of the camera, metres [default: centre of the mesh]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
-    at: Option<[f64; 3]>,
+    pub at: Option<[f64; 3]>,
     /// Vertical field of view, degrees [default: 32, or what the scene file says]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = inputs::positive)]
-    fov: Option<f64>,
+    pub fov: Option<f64>,
 }
 
 /// Exposure of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Exposure {
+pub enum Exposure {
     Auto,
     Ev(f32),
 }
 
-fn exposure(text: &str) -> Result<Exposure, String> {
+pub fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" { Ok(Exposure::Auto) } else { Ok(Exposure::Ev(inputs::finite(text)? as f32)) }
 }
 
-fn blur(text: &str) -> Result<f64, String> {
+pub fn blur(text: &str) -> Result<f64, String> {
     let degrees = inputs::finite(text)?;
     if (0.0..=90.0).contains(&degrees) {
         Ok(degrees)
@@ -244,7 +244,7 @@ fn orbit(
     missed.map_or(Ok(()), |m| Err(m.into()))
 }
 
-fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
+pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     context.suns = o.lights.suns();
     context.shadows = o.shadows.unwrap_or_default();
     let mut scene = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {

@@ -49,7 +49,12 @@ impl Resources {
             Self {
                 pipelines: Pass::ALL.iter().map(|p| compute_of(gpu, &module, p.entry(), &shared)).collect(),
                 jobs: filled(gpu, "refilter jobs", wgpu::BufferUsages::UNIFORM, &jobs),
-                tables: filled(gpu, "refilter tables", STORAGE, &layout::bytes(work.tables.as_flattened())),
+                tables: filled(
+                    gpu,
+                    "refilter tables",
+                    STORAGE,
+                    &crate::packed::bytes(work.tables.as_flattened()),
+                ),
                 maps: empty(gpu, "refilter maps", STORAGE, 16 * u64::from(work.maps)),
                 harmonics: empty(gpu, "refilter sums", TAKEN, 16 * u64::from(work.harmonics)),
                 chains: [0; 2].map(|_| empty(gpu, "refiltered chain", TAKEN, chain)),
@@ -81,7 +86,7 @@ impl Resources {
         encoder: &mut wgpu::CommandEncoder,
     ) {
         let uniform = filled(gpu, "refilter job", wgpu::BufferUsages::UNIFORM, &job.bytes(0));
-        let tables = filled(gpu, "refilter tables", STORAGE, &layout::bytes(tables.as_flattened()));
+        let tables = filled(gpu, "refilter tables", STORAGE, &crate::packed::bytes(tables.as_flattened()));
         let unused = filled(gpu, "unused", STORAGE, &[0; 16]);
         let buffers = [&unused, &self.maps, &self.chains[0], &tables, harmonics, extras];
         let group = self.bind(gpu, &uniform, buffers);

@@ -1,7 +1,8 @@
 //! The light that is refiltered, on the device.
 
 use super::plan::Plan;
-use crate::layout::{bytes, filled};
+use crate::layout::filled;
+use crate::packed::bytes;
 use crate::{Gpu, GpuError};
 use glam::DVec3;
 use steradian_light::Lights;

@@ -1,12 +1,13 @@
 //! An object on the device.
 
-use crate::layout::{self, Slot, bytes, filled};
+use crate::layout::{self, Slot, filled};
+use crate::packed::{Counts, TEXTURES, bytes, stack, textures};
+use crate::program::Program;
 use crate::scene::{Level, Object};
-use crate::{Gpu, GpuError, TechniqueData, direct};
-use glam::{Affine3A, Mat3A};
-use steradian_scene::surface::{NormalFiltering, Texture, Wrap};
+use crate::{Gpu, GpuError, TechniqueData};
+use glam::Affine3A;
+use steradian_scene::surface::Texture;
 use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::Entry;
 
 /// Stages that read an object and its technique.
 pub const STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
@@ -18,50 +19,6 @@ pub const SLOTS: [Slot; 4 + TEXTURES] = {
     (slots[1], slots[2], slots[3]) = (Slot::Read, Slot::Read, Slot::Read);
     slots
 };
-
-/// Textures of an object.
-const TEXTURES: usize = 7;
-
-/// What multiplies the radiance, mean normals, their covariance, alpha², albedo, f0, emission.
-fn textures(object: &Object) -> [Option<&Texture>; TEXTURES] {
-    let maps = &object.maps;
-    let normal = maps.normal.as_deref();
-    let colours = maps.colours.as_ref();
-    [
-        object.base_colour.as_deref(),
-        normal.map(|n| n.mean()),
-        normal.map(|n| n.spread()),
-        maps.alpha2.as_deref(),
-        colours.map(|c| &*c.albedo),
-        colours.map(|c| &*c.f0),
-        maps.emission.as_deref(),
-    ]
-}
-
-/// What the pipelines of an object are made of.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Program {
-    /// The technique's library.
-    pub library: String,
-    /// The function that shades.
-    pub entry: Entry,
-    /// Are there maps or vertex colours?
-    pub mapped: bool,
-    /// The text that defines `gpu_direct`.
-    pub direct: String,
-}
-
-impl Program {
-    /// The program of `object`.
-    pub fn of(object: &Object) -> Self {
-        Self {
-            library: steradian_techniques::gpu::library(&object.technique),
-            entry: object.technique.entry,
-            mapped: object.is_mapped(),
-            direct: direct::source(object),
-        }
-    }
-}
 
 /// An object on the device.
 pub struct Placed {
@@ -88,10 +45,10 @@ impl Placed {
         check(gpu, object)?;
         let technique = TechniqueData::upload(gpu, &object.technique, STAGES)?;
         let triangles = object.triangles.indices.len() as u32;
-        let counts = counts(object, first);
+        let counts = Counts::of(object, first);
         gpu.scoped("object", || {
             let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniforms = filled(gpu, "object", uniform, &uniform_bytes(&object.transform, &counts));
+            let uniforms = filled(gpu, "object", uniform, &counts.uniforms(&object.transform));
             let t = &object.triangles;
             let read = |label: &str, bytes: &[u8]| filled(gpu, label, wgpu::BufferUsages::STORAGE, bytes);
             let vertices = read("vertices", &bytes(t.vertices.as_flattened()));
@@ -111,7 +68,7 @@ impl Placed {
 
     /// Moves the object.
     pub fn set_transform(&self, gpu: &Gpu, transform: &Affine3A) {
-        gpu.queue.write_buffer(&self.uniforms, 0, &uniform_bytes(transform, &self.counts));
+        gpu.queue.write_buffer(&self.uniforms, 0, &self.counts.uniforms(transform));
     }
 
     /// Replaces the data of the technique `old` by those of `object`, whose technique has changed; `true` where pipelines
@@ -128,56 +85,6 @@ impl Placed {
         self.program = program;
         Ok(changed)
     }
-}
-
-/// The numbers of `struct GpuObject`: first id, triangles, filtering and 4 with vertex colours; levels, rows and wrap of
-/// each texture.
-#[derive(Debug, Clone, Copy)]
-struct Counts {
-    object: [u32; 3],
-    images: [[u32; 4]; TEXTURES],
-}
-
-fn counts(object: &Object, first: u32) -> Counts {
-    let image = |t: &Texture| {
-        let [u, v] = t.wrap().map(wrap_word);
-        [t.levels().count() as u32, t.size().1 as u32, u | v << 2, 0]
-    };
-    let filtering = match object.maps.filtering {
-        NormalFiltering::None => 0,
-        NormalFiltering::Isotropic => 1,
-        NormalFiltering::Covariance => 2,
-    } + if object.triangles.colors.is_empty() { 0 } else { 4 };
-    Counts {
-        object: [first, object.triangles.indices.len() as u32, filtering],
-        images: textures(object).map(|t| t.map_or([0, 1, 0, 0], image)),
-    }
-}
-
-/// What `gpu_columns` takes for what lies beyond the unit square.
-fn wrap_word(w: Wrap) -> u32 {
-    match w {
-        Wrap::Repeat => 0,
-        Wrap::Mirror => 1,
-        Wrap::Clamp => 2,
-    }
-}
-
-/// `struct GpuObject`.
-fn uniform_bytes(transform: &Affine3A, counts: &Counts) -> Vec<u8> {
-    let m = transform.matrix3;
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let normals =
-        Mat3A::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign;
-    let mut floats = glam::Mat4::from(*transform).to_cols_array().to_vec();
-    for c in [normals.x_axis, normals.y_axis, normals.z_axis] {
-        floats.extend([c.x, c.y, c.z, 0.0]);
-    }
-    let mut out = bytes(&floats);
-    let words = counts.object.iter().copied().chain([u32::from(sign < 0.0)]);
-    let words = words.chain(counts.images.iter().flatten().copied());
-    out.extend(words.flat_map(u32::to_le_bytes));
-    out
 }
 
 fn check(gpu: &Gpu, object: &Object) -> Result<(), GpuError> {
@@ -210,23 +117,8 @@ fn check_texture(gpu: &Gpu, texture: &Texture) -> Result<(), GpuError> {
     Ok(())
 }
 
-/// The texture with its levels one below the other, each from the left: software adapters read one level for all
-/// threads of a group, whatever each asks for. A black texel where there is no texture.
 fn upload(gpu: &Gpu, texture: Option<&Texture>) -> wgpu::TextureView {
-    let none = || Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
-    let stack = texture.map_or_else(none, |t| {
-        let width = t.size().0;
-        let mut out = Level { width, height: 0, texels: Vec::new() };
-        for (columns, _, texels) in t.levels() {
-            for row in texels.chunks_exact(columns) {
-                out.texels.extend_from_slice(row);
-                out.height += 1;
-                out.texels.resize(out.height * width, [0.0; 3]);
-            }
-        }
-        out
-    });
-    picture(gpu, std::slice::from_ref(&stack))
+    picture(gpu, std::slice::from_ref(&stack(texture)))
 }
 
 /// Levels as an Rgba32Float texture.

@@ -1,55 +1,23 @@
 //! Shader texts and the pipelines of the two paths.
 
-use super::object::Program;
 use super::target::Target;
 use crate::direct;
 use crate::layout::{self, Slot};
+use crate::program::{self, BACKDROP, CAMERA, GEOMETRY, Program, surface, varying};
 use crate::scene::{Rate, Settings};
 use crate::{Gpu, GpuError};
 use std::collections::HashMap;
-use steradian_techniques::gpu;
 
-const CAMERA: &str = include_str!("../shaders/camera.wgsl");
-const GEOMETRY: &str = include_str!("../shaders/geometry.wgsl");
-const SURFACE: &str = include_str!("../shaders/surface.wgsl");
+const BUFFERS: &str = include_str!("../shaders/geometry_buffers.wgsl");
 const RASTER: &str = include_str!("../shaders/raster.wgsl");
 const VISIBILITY: &str = include_str!("../shaders/visibility.wgsl");
-const PLAIN: &str = include_str!("../shaders/plain.wgsl");
-const MAPS: &str = include_str!("../shaders/maps.wgsl");
-const SITE: &str = include_str!("../shaders/site.wgsl");
 const HEAD: &str = include_str!("../shaders/head.wgsl");
 const LIST: &str = include_str!("../shaders/list.wgsl");
 const COMPUTE: &str = include_str!("../shaders/compute.wgsl");
 const COMPUTE_OBJECT: &str = include_str!("../shaders/compute_object.wgsl");
-const BACKDROP: &str = include_str!("../shaders/backdrop.wgsl");
+const BACKDROP_BUFFERS: &str = include_str!("../shaders/backdrop_buffers.wgsl");
 const BACKDROP_RASTER: &str = include_str!("../shaders/backdrop_raster.wgsl");
 const BACKDROP_COMPUTE: &str = include_str!("../shaders/backdrop_compute.wgsl");
-
-/// What the raster path interpolates: members of `GpuVarying`, and whether they are the same over a triangle.
-const VARYING: [(&str, &str, bool); 8] = [
-    ("p", "vec3<f32>", false),
-    ("n", "vec3<f32>", false),
-    ("t", "vec4<f32>", false),
-    ("uv", "vec2<f32>", false),
-    ("plane", "vec4<f32>", true),
-    ("corners", "vec3<u32>", true),
-    ("weights", "vec3<f32>", false),
-    ("extra", "vec4<f32>", false),
-];
-
-/// `struct GpuVarying`, interpolated to where the rate of shading wants it.
-fn varying(rate: Rate) -> String {
-    let place = match rate {
-        Rate::Pixel => "center",
-        Rate::Sample => "sample",
-    };
-    let member = |(i, (name, ty, flat)): (usize, &(&str, &str, bool))| {
-        let how = if *flat { "flat".into() } else { format!("perspective, {place}") };
-        format!("    @location({i}) @interpolate({how}) {name}: {ty},\n")
-    };
-    let members: String = VARYING.iter().enumerate().map(member).collect();
-    format!("struct GpuVarying {{\n    @builtin(position) position: vec4<f32>,\n{members}}}\n")
-}
 
 /// Is a triangle shaded once in a pixel, or at each of its samples?
 fn share(rate: Rate) -> String {
@@ -58,55 +26,32 @@ fn share(rate: Rate) -> String {
 
 /// The raster path's module.
 pub fn raster_source(program: &Program, settings: &Settings) -> String {
-    [&surface(program), &varying(settings.rate), &share(settings.rate), RASTER].concat()
+    let place = match settings.rate {
+        Rate::Pixel => "center",
+        Rate::Sample => "sample",
+    };
+    let share = share(settings.rate);
+    [&surface(program), BUFFERS, &varying(place), program::RASTER_VERTEX, &share, RASTER].concat()
 }
 
 /// The compute path's module.
 pub fn compute_source(program: &Program, format: wgpu::TextureFormat) -> String {
-    [&surface(program), &compute_io(format), COMPUTE_OBJECT].concat()
-}
-
-/// From the object's triangles to radiance, by the technique's own function.
-fn surface(program: &Program) -> String {
-    let entry = program.entry;
-    let call = entry.call(["look.n", "look.t", "wo", "s.p"], "look.lobe", "gpu_site_of(s)");
-    let reflected = format!(
-        "const GPU_SITED: bool = {};
-fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint) -> vec3<f32> {{
-    return {call} + gpu_direct(look.n, look.t, wo, s.p);
-}}
-",
-        entry.site
-    );
-    let parts = [
-        (true, program.library.as_str()),
-        // Maps make a lobe, whether the technique takes it or not.
-        (program.mapped && !entry.lobe, gpu::LOBE),
-        (program.mapped || entry.lobe, MAPS),
-        (!(program.mapped || entry.lobe), PLAIN),
-        (entry.site, SITE),
-        (true, &program.direct),
-        (true, CAMERA),
-        (true, GEOMETRY),
-        (true, SURFACE),
-        (true, &reflected),
-    ];
-    parts.into_iter().filter(|p| p.0).map(|p| p.1).collect()
+    [&surface(program), BUFFERS, &compute_io(format), COMPUTE_OBJECT].concat()
 }
 
 /// The visibility pass.
 pub fn visibility_source() -> String {
-    [CAMERA, GEOMETRY, VISIBILITY].concat()
+    [CAMERA, GEOMETRY, BUFFERS, VISIBILITY].concat()
 }
 
 /// The backdrop of the raster path.
 pub fn backdrop_source() -> String {
-    [CAMERA, BACKDROP, BACKDROP_RASTER].concat()
+    [CAMERA, BACKDROP, BACKDROP_BUFFERS, BACKDROP_RASTER].concat()
 }
 
 /// The backdrop of the compute path.
 pub fn backdrop_compute_source(format: wgpu::TextureFormat) -> String {
-    [CAMERA, BACKDROP, &compute_io(format), BACKDROP_COMPUTE].concat()
+    [CAMERA, BACKDROP, BACKDROP_BUFFERS, &compute_io(format), BACKDROP_COMPUTE].concat()
 }
 
 /// The pass that lists what there is to shade.

@@ -1,7 +1,7 @@
 //! Every shader of every registered technique validates, without any adapter.
 
-use super::object::Program;
 use super::{passes, resolve};
+use crate::program::Program;
 use crate::scene::{Filter, Path, Rate, Settings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::sync::Arc;
@@ -82,7 +82,8 @@ fn shaders_validate_without_an_adapter() {
                 library: steradian_techniques::gpu::library(&technique),
                 entry: technique.entry,
                 mapped,
-                direct: crate::direct::NONE.into(),
+                direct: crate::lights::NONE.into(),
+                turned: false,
             };
             for rate in [Rate::Pixel, Rate::Sample] {
                 let settings = Settings { rate, ..settings };

@@ -7,8 +7,6 @@ struct GpuBackdrop {
 @group(0) @binding(0) var<uniform> gpu_backdrop: GpuBackdrop;
 // The image with two more texels on each side: those beyond its seam and its poles.
 @group(0) @binding(1) var gpu_sky: texture_2d<f32>;
-// Two vec4 a disk: unit direction and angular radius; radiance.
-@group(0) @binding(2) var<storage, read> gpu_disks: array<vec4<f32>>;
 
 // Catmull & Rom 1974: weights of the texels at -1, 0, 1, 2.
 fn gpu_catmull_rom(t: f32) -> vec4<f32> {
@@ -50,11 +48,11 @@ fn gpu_background(ray: GpuRay) -> vec3<f32> {
         sum += gpu_image(d);
     }
     for (var k = 0u; k < gpu_backdrop.counts.x; k++) {
-        let disk = gpu_disks[2u * k];
+        let disk = gpu_disk_row(2u * k);
         let angle = 2.0 * asin(min(0.5 * distance(disk.xyz, d), 1.0));
         // The share of a pixel inside the rim, taken as straight.
         let inside = 0.5 + (disk.w - angle) / max(gpu_camera.forward.w, 1e-6);
-        sum += clamp(inside, 0.0, 1.0) * gpu_disks[2u * k + 1u].rgb;
+        sum += clamp(inside, 0.0, 1.0) * gpu_disk_row(2u * k + 1u).rgb;
     }
     return sum;
 }

@@ -17,8 +17,8 @@ fn gpu_at(triangle: u32, ray: GpuRay) -> GpuPoint {
     let h = gpu_hit(ray, c);
     let w = vec3<f32>(1.0 - h.x - h.y, h);
     let p = mat3x3<f32>(gpu_position(c.x), gpu_position(c.y), gpu_position(c.z)) * w;
-    let n = mat3x3<f32>(gpu_vertices[3u * c.x + 1u].xyz, gpu_vertices[3u * c.y + 1u].xyz, gpu_vertices[3u * c.z + 1u].xyz) * w;
-    let t = mat3x4<f32>(gpu_vertices[3u * c.x + 2u], gpu_vertices[3u * c.y + 2u], gpu_vertices[3u * c.z + 2u]) * w;
+    let n = mat3x3<f32>(gpu_vertex_row(3u * c.x + 1u).xyz, gpu_vertex_row(3u * c.y + 1u).xyz, gpu_vertex_row(3u * c.z + 1u).xyz) * w;
+    let t = mat3x4<f32>(gpu_vertex_row(3u * c.x + 2u), gpu_vertex_row(3u * c.y + 2u), gpu_vertex_row(3u * c.z + 2u)) * w;
     let uv = mat3x2<f32>(gpu_uv(c.x), gpu_uv(c.y), gpu_uv(c.z)) * w;
     let plane = gpu_plane(c);
     let side = select(1.0, -1.0, dot(plane.xyz, ray.direction) > 0.0);

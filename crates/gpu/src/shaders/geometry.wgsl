@@ -1,5 +1,5 @@
 // An object's triangles, pulled by vertex index: three vec4 a vertex hold p u, n v, t and the
-// sign of the bitangent.
+// sign of the bitangent. gpu_vertex_row, gpu_index and gpu_colour read them from buffers or textures.
 struct GpuObject {
     model: mat4x4<f32>,
     // Cofactors of the model's linear part, times the sign of its determinant.
@@ -30,9 +30,6 @@ const GPU_F0: u32 = 5u;
 const GPU_EMISSION: u32 = 6u;
 
 @group(1) @binding(0) var<uniform> gpu_object: GpuObject;
-@group(1) @binding(1) var<storage, read> gpu_vertices: array<vec4<f32>>;
-@group(1) @binding(2) var<storage, read> gpu_indices: array<u32>;
-@group(1) @binding(3) var<storage, read> gpu_colours: array<f32>;
 @group(1) @binding(4) var gpu_tint: texture_2d<f32>;
 @group(1) @binding(5) var gpu_mean_normals: texture_2d<f32>;
 @group(1) @binding(6) var gpu_normal_spread: texture_2d<f32>;
@@ -42,20 +39,20 @@ const GPU_EMISSION: u32 = 6u;
 @group(1) @binding(10) var gpu_emission: texture_2d<f32>;
 
 fn gpu_position(v: u32) -> vec3<f32> {
-    return (gpu_object.model * vec4<f32>(gpu_vertices[3u * v].xyz, 1.0)).xyz;
+    return (gpu_object.model * vec4<f32>(gpu_vertex_row(3u * v).xyz, 1.0)).xyz;
 }
 
 fn gpu_uv(v: u32) -> vec2<f32> {
-    return vec2<f32>(gpu_vertices[3u * v].w, gpu_vertices[3u * v + 1u].w);
+    return vec2<f32>(gpu_vertex_row(3u * v).w, gpu_vertex_row(3u * v + 1u).w);
 }
 
 fn gpu_corners(triangle: u32) -> vec3<u32> {
-    return vec3<u32>(gpu_indices[3u * triangle], gpu_indices[3u * triangle + 1u], gpu_indices[3u * triangle + 2u]);
+    return vec3<u32>(gpu_index(3u * triangle), gpu_index(3u * triangle + 1u), gpu_index(3u * triangle + 2u));
 }
 
 // The site of a vertex: sites follow the indices.
 fn gpu_site(v: u32) -> u32 {
-    return gpu_indices[3u * gpu_object.counts.y + v];
+    return gpu_index(3u * gpu_object.counts.y + v);
 }
 
 // A triangle's outward normal (unit), and its texture coordinates per metre.

@@ -72,11 +72,11 @@ fn gpu_vertex_colour(v: u32) -> vec3<f32> {
     if gpu_object.counts.z < 4u {
         return vec3<f32>(1.0);
     }
-    return vec3<f32>(gpu_colours[3u * v], gpu_colours[3u * v + 1u], gpu_colours[3u * v + 2u]);
+    return vec3<f32>(gpu_colour(3u * v), gpu_colour(3u * v + 1u), gpu_colour(3u * v + 2u));
 }
 
 fn gpu_normal(v: u32) -> vec3<f32> {
-    let n = gpu_object.normals * gpu_vertices[3u * v + 1u].xyz;
+    let n = gpu_object.normals * gpu_vertex_row(3u * v + 1u).xyz;
     return n / max(length(n), 1e-30);
 }
 

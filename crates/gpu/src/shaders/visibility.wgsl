@@ -6,7 +6,7 @@ struct GpuSeen {
 
 @vertex
 fn gpu_seen_vertex(@builtin(vertex_index) i: u32) -> GpuSeen {
-    let p = gpu_position(gpu_indices[i]);
+    let p = gpu_position(gpu_index(i));
     let id = 1u + gpu_object.counts.x + i / 3u;
     return GpuSeen(gpu_camera.view_projection * vec4<f32>(p, 1.0), id);
 }

@@ -2,15 +2,11 @@
 
 use super::Renderer;
 
+use crate::gpu_scene::{scene as drawn, unlit};
 use crate::{Backend, Error, GpuPath, Notice, Prepared, Session};
-use glam::{Affine3A, Mat3};
-use std::sync::Arc;
-use steradian_gpu::scene::{self, Level, Object, Rate, Scene, Triangles};
+use steradian_gpu::scene::{self, Rate};
 use steradian_gpu::{Gpu, GpuError, Renderer as Raster};
-use steradian_render::{Background, Film, Settings, Stage};
-use steradian_sphere::SphereImage;
-use steradian_techniques::direct::Direct;
-use steradian_techniques::local::beside;
+use steradian_render::{Film, Settings, Stage};
 
 /// An open GPU.
 pub struct Device {
@@ -97,92 +93,9 @@ impl Device {
             scale: s.edge.div_ceil(4).clamp(1, 4),
             ..scene::Settings::new(s.width, s.height)
         };
-        let (picture, _) = Raster::new(&self.gpu, scene(stage, baked), &settings)?.render(&self.gpu)?;
+        let (picture, _) = Raster::new(&self.gpu, drawn(stage, baked), &settings)?.render(&self.gpu)?;
         let mut film = Film::without_background(s.width, s.height, picture.rgb, picture.alpha);
         film.set_background(&stage.camera, stage.background);
         Ok((film, picture.clipped))
     }
-}
-
-/// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data have the
-/// points alone.
-fn lights(baked: &[Prepared]) -> Direct {
-    let all = || baked.iter().map(|b| &b.direct.1);
-    all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
-}
-
-fn has_suns(d: &Direct) -> bool {
-    !(d.disks.is_empty() && d.directionals.is_empty())
-}
-
-/// Why the GPU cannot shade the lights beside the techniques, where it cannot.
-fn unlit(baked: &[Prepared]) -> Option<String> {
-    let local = |b: &Prepared| b.material.local.clone();
-    if baked.iter().any(|b| local(b) != baked.first().and_then(local)) {
-        return Some("materials that differ in their technique for local light are for the CPU".into());
-    }
-    if let Some(b) = baked.iter().find(|b| b.local.as_ref().is_some_and(|l| l.gpu().is_none())) {
-        return Some(format!("{} has no GPU text for local light", b.direct.0.spec()));
-    }
-    if baked.iter().any(|b| b.shadowed) {
-        return Some("rays that shadow suns and points are for the CPU".into());
-    }
-    let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
-    without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
-}
-
-/// One object per material slot that has triangles.
-fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
-    let (last, direct) = (baked.len().saturating_sub(1), lights(baked));
-    let object = |(k, b): (usize, &Prepared)| {
-        let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
-        let bake = &b.bake.as_ref()?.0;
-        let maps = &b.surface.maps;
-        let varied = if maps.is_empty() { None } else { bake.gpu_varied() };
-        let technique = varied.unwrap_or_else(|| bake.gpu());
-        let technique = match b.local.as_ref().and_then(|l| l.gpu()) {
-            Some(local) => beside(technique, local),
-            None => technique,
-        };
-        let triangles = Arc::new(triangles);
-        (!triangles.indices.is_empty()).then_some(Object {
-            triangles,
-            technique,
-            brdf: if b.direct.1.is_empty() { None } else { b.direct.0.shader() },
-            folds_suns: !has_suns(&b.direct.1),
-            base_colour: b.surface.base_colour.clone(),
-            maps: maps.clone(),
-            transform: Affine3A::IDENTITY,
-        })
-    };
-    Scene {
-        objects: baked.iter().enumerate().filter_map(object).collect(),
-        direct,
-        backdrop: backdrop(stage.background),
-        camera: stage.camera,
-        light_rotation: Mat3::IDENTITY,
-    }
-}
-
-fn backdrop(background: &Background) -> scene::Backdrop {
-    match background {
-        Background::Colour(colour) => scene::Backdrop { colour: *colour, ..Default::default() },
-        Background::Sky(sky) => {
-            let disk = |&(direction, cosine, radiance): &(glam::Vec3, f32, [f32; 3])| scene::Disk {
-                direction,
-                angular_radius: cosine.clamp(-1.0, 1.0).acos(),
-                radiance,
-            };
-            scene::Backdrop {
-                colour: [0.0; 3],
-                image: sky.image().map(level),
-                disks: sky.disks().iter().map(disk).collect(),
-            }
-        }
-    }
-}
-
-fn level(i: &SphereImage) -> Level {
-    let texels = (0..i.width * i.height).map(|k| [i.planes[0][k], i.planes[1][k], i.planes[2][k]]);
-    Level { width: i.width, height: i.height, texels: texels.collect() }
 }

@@ -1,6 +1,6 @@
 //! The functions by which a technique's WGSL reads tables and buffers.
 
-use super::{Buffer, GpuTechnique, Numbers, Shape, Table};
+use super::{Buffer, GpuTechnique, Numbers, Shape, Storage, Table};
 
 const CUBE: &str = include_str!("cube.wgsl");
 const PLANE: &str = include_str!("plane.wgsl");
@@ -9,7 +9,7 @@ const LINE: &str = include_str!("line.wgsl");
 const BETWEEN: &str = include_str!("between.wgsl");
 
 /// What the shapes of the technique's tables need, then `fetch_NAME` of each table and buffer.
-pub fn functions(technique: &GpuTechnique) -> String {
+pub fn functions(technique: &GpuTechnique, storage: Storage) -> String {
     let any = |f: fn(&Shape) -> bool| technique.tables.iter().any(|t| f(&t.shape));
     let shared = [
         (any(Shape::is_cube), CUBE),
@@ -20,7 +20,7 @@ pub fn functions(technique: &GpuTechnique) -> String {
     ];
     let mut out: String = shared.iter().filter(|s| s.0).map(|s| s.1).collect();
     technique.tables.iter().for_each(|t| out += &table(t));
-    technique.buffers.iter().for_each(|b| out += &buffer(b, technique.entry.site));
+    technique.buffers.iter().for_each(|b| out += &buffer(b, technique.entry.site, storage));
     out
 }
 
@@ -62,6 +62,9 @@ fn stack(name: &str, [at, value, per]: [&str; 3], layer: &str) -> String {
 "
         )
 }
+
+/// Texels a row of the textures that hold buffers.
+pub const ROW: usize = 2048;
 
 /// From this many cubes on, computed places are shorter than a list.
 const ROWS_FROM: usize = 4;
@@ -107,16 +110,37 @@ fn rows(places: &[[u32; 3]]) -> Option<[u32; 3]> {
     all.then_some([row, step, size])
 }
 
-fn buffer(b: &Buffer, sited: bool) -> String {
+fn buffer(b: &Buffer, sited: bool, storage: Storage) -> String {
     let (name, stride) = (b.name, b.stride);
-    let value = match b.data {
-        Numbers::F32(_) => format!("buffer_{name}[i]"),
-        Numbers::F16(_) => format!("unpack2x16float(buffer_{name}[i / 2u])[i % 2u]"),
-        Numbers::Unorm8 { low, high, .. } => {
+    let value = match (&b.data, storage) {
+        (Numbers::F32(_), Storage::Buffers) => format!("buffer_{name}[i]"),
+        (Numbers::F16(_), Storage::Buffers) => format!("unpack2x16float(buffer_{name}[i / 2u])[i % 2u]"),
+        (Numbers::Unorm8 { low, high, .. }, Storage::Buffers) => {
             format!("mix({low:?}, {high:?}, unpack4x8unorm(buffer_{name}[i / 4u])[i % 4u])")
         }
+        (Numbers::F32(_), Storage::Textures) => format!("bitcast<f32>(word_{name}(i))"),
+        (Numbers::F16(_), Storage::Textures) => format!("unpack2x16float(word_{name}(i / 2u))[i % 2u]"),
+        // GLSL ES 3.00 has no unpackUnorm4x8.
+        (Numbers::Unorm8 { low, high, .. }, Storage::Textures) => {
+            let byte = format!("(word_{name}(i / 4u) >> (8u * (i % 4u))) & 255u");
+            format!("mix({low:?}, {high:?}, f32({byte}) / 255.0)")
+        }
     };
-    let mut out = format!(
+    let mut out = match storage {
+        Storage::Buffers => String::new(),
+        Storage::Textures => format!(
+            "fn word_{name}(i: u32) -> u32 {{
+    return textureLoad(buffer_{name}, vec2<u32>(i % {ROW}u, i / {ROW}u), 0).x;
+}}
+"
+        ),
+    };
+    let count = match (&b.data, storage) {
+        (Numbers::F32(_), Storage::Buffers) => format!("arrayLength(&buffer_{name}) / {stride}u"),
+        (data, _) => format!("{}u", data.len() / stride.max(1)),
+    };
+    out += &function(&format!("count_{name}"), "", "u32", &count);
+    out += &format!(
         "fn fetch_{name}(site: u32, k: u32) -> f32 {{
     let i = site * {stride}u + k;
     return {value};

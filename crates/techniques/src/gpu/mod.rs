@@ -8,8 +8,18 @@
 mod fetch;
 mod wgsl;
 
+pub use fetch::ROW;
 use std::borrow::Cow;
-pub use wgsl::{Binding, LOBE, SITE, bindings, library, module};
+pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_of, module};
+
+/// Where shaders find data per site.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Storage {
+    /// Storage buffers of 32-bit words.
+    Buffers,
+    /// Textures of one u32 a texel and [`ROW`] texels a row, row after row: WebGL has no storage buffers.
+    Textures,
+}
 
 /// A technique as plain data for a GPU.
 #[derive(Debug, Clone, PartialEq)]
@@ -191,7 +201,7 @@ impl Value {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Buffer {
     /// `fetch_NAME(site: u32, k: u32) -> f32` in WGSL, and where [`Entry::site`] is declared
-    /// `fetch_NAME_at(site: Site, k: u32) -> f32`.
+    /// `fetch_NAME_at(site: Site, k: u32) -> f32`; `count_NAME() -> u32` is the number of sites.
     pub name: &'static str,
     /// Numbers per site.
     pub stride: usize,

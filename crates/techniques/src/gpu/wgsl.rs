@@ -1,7 +1,7 @@
 //! Joins a technique's modules with their bindings.
 
 use super::fetch;
-use super::{GpuTechnique, Numbers};
+use super::{GpuTechnique, Numbers, Storage};
 use crate::PointLobe;
 use std::fmt::Write;
 
@@ -64,10 +64,15 @@ pub fn module(technique: &GpuTechnique) -> String {
 /// Bindings of group 0, `fetch_NAME` functions and the technique's modules, without an entry point: what any shader
 /// that calls the technique's [`super::Entry`] starts with.
 pub fn library(technique: &GpuTechnique) -> String {
+    library_of(technique, Storage::Buffers)
+}
+
+/// [`library`] for devices that keep data per site in buffers or in textures.
+pub fn library_of(technique: &GpuTechnique, storage: Storage) -> String {
     let mut out = String::new();
     let [zero, _] = bindings(technique);
     for (i, b) in zero.iter().enumerate() {
-        bind(&mut out, technique, i, *b);
+        bind(&mut out, technique, i, *b, storage);
     }
     if technique.entry.lobe {
         out.push_str(LOBE);
@@ -75,13 +80,13 @@ pub fn library(technique: &GpuTechnique) -> String {
     if technique.entry.site {
         out.push_str(SITE);
     }
-    out.push_str(&fetch::functions(technique));
+    out.push_str(&fetch::functions(technique, storage));
     technique.modules.iter().for_each(|m| out.push_str(m));
     out
 }
 
 /// Writes to a `String` cannot fail, hence the ignored results.
-fn bind(out: &mut String, technique: &GpuTechnique, i: usize, b: Binding) {
+fn bind(out: &mut String, technique: &GpuTechnique, i: usize, b: Binding, storage: Storage) {
     match b {
         Binding::Uniforms => {
             out.push_str("struct Technique {\n");
@@ -98,7 +103,14 @@ fn bind(out: &mut String, technique: &GpuTechnique, i: usize, b: Binding) {
             let b = &technique.buffers[k];
             let word = if matches!(b.data, Numbers::F32(_)) { "f32" } else { "u32" };
             let name = b.name;
-            let _ = writeln!(out, "@group(0) @binding({i}) var<storage, read> buffer_{name}: array<{word}>;");
+            let _ = match storage {
+                Storage::Buffers => {
+                    writeln!(out, "@group(0) @binding({i}) var<storage, read> buffer_{name}: array<{word}>;")
+                }
+                Storage::Textures => {
+                    writeln!(out, "@group(0) @binding({i}) var buffer_{name}: texture_2d<u32>;")
+                }
+            };
         }
         Binding::Points | Binding::Radiance => {}
     }

@@ -44,7 +44,7 @@ fn shade_stretched(n: vec3<f32>, along: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) 
     let so = length(vec3<f32>(widths * at, cos_o));
     var sum = vec3<f32>(0.0);
     var total = 0.0;
-    for (var k = 0u; k < arrayLength(&buffer_taps) / 3u; k++) {
+    for (var k = 0u; k < count_taps(); k++) {
         let slope = fetch_taps(k, 0u);
         let z = 1.0 / sqrt(1.0 + slope * slope);
         let h = z * (n + slope * axis);
