@@ -5,20 +5,23 @@ use crate::local::LocalText;
 use crate::shared::angle::angle;
 use std::f32::consts::FRAC_2_PI;
 
-/// Of the half vector: h·l, θ_h and φ_h over π/2, the latter folded to the first quadrant.
+/// Of the half vector: h·l, and θ_h over π/2.
 #[inline(always)]
-pub(super) fn half(wi: [f32; 3], wo: [f32; 3]) -> (f32, f32, f32) {
+fn half(wi: [f32; 3], wo: [f32; 3]) -> (f32, f32) {
     let v: [f32; 3] = std::array::from_fn(|k| wi[k] + wo[k]);
     // As |wi + wo| = 2 h·l.
     let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt().max(1e-18);
     let side = (v[0] * v[0] + v[1] * v[1]).sqrt();
     let theta = FRAC_2_PI * angle((side / length).min(1.0), (v[2] / length).min(1.0));
-    let phi = if side > 0.0 {
-        FRAC_2_PI * angle((v[1].abs() / side).min(1.0), (v[0].abs() / side).min(1.0))
-    } else {
-        0.0
-    };
-    ((0.5 * length).min(1.0), theta, phi)
+    ((0.5 * length).min(1.0), theta)
+}
+
+/// φ_h over π/2, folded to the first quadrant.
+#[inline(always)]
+fn azimuth(wi: [f32; 3], wo: [f32; 3]) -> f32 {
+    let [x, y] = [wi[0] + wo[0], wi[1] + wo[1]];
+    let side = (x * x + y * y).sqrt();
+    if side > 0.0 { FRAC_2_PI * angle((y.abs() / side).min(1.0), (x.abs() / side).min(1.0)) } else { 0.0 }
 }
 
 #[inline(always)]
@@ -26,7 +29,7 @@ pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let (nl, nv) = (wi[2], wo[2]);
     // False for NaN too.
     if nl > 0.0 {
-        let (hl, theta, phi) = half(wi, wo);
+        let (hl, theta) = half(wi, wo);
         match t {
             Tables::Two { facets, masking, .. } => {
                 let [r, g, b, _] = facets.plane(hl, theta);
@@ -34,7 +37,7 @@ pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
                 [r * ratio, g * ratio, b * ratio]
             }
             Tables::Three { power, fresnel, base, .. } => {
-                let p = power.plane(phi, theta)[0];
+                let p = power.plane(azimuth(wi, wo), theta)[0];
                 let f = fresnel.line(hl);
                 let d = base.plane(nl.min(nv), nl.max(nv));
                 let ratio = p * (nl / d[3].max(1e-36)) / hl;
