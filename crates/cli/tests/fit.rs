@@ -38,7 +38,7 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     let names: Vec<_> = fits["fits"].as_array().expect("a list").iter().map(|f| f["name"].clone()).collect();
     assert_eq!(names, ["a", "b"]);
     let a = &fits["fits"][0];
-    assert_eq!((a["bytes"].as_u64(), a["views"].as_array().map(Vec::len)), (Some(912), Some(15)));
+    assert_eq!((a["bytes"].as_u64(), a["views"].as_array().map(Vec::len)), (Some(552), Some(15)));
     assert!(a["views"][3]["energy"].as_f64().expect("a number") < 0.01);
     // What the fit means has the albedo of the table, and shades.
     let albedo = |spec: &str| {

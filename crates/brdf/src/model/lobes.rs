@@ -3,8 +3,8 @@
 //! Green, Kautz & Durand 2007, eqs 3 and 4: **f n·wi = ρ_d/π ⟨n·wi⟩ + Σ_k w_k G_σk(μ_k − δ)** with what [`crate::fit::gaussian`]
 //! interpolates for the view. The lobes cover the whole sphere, as filtered maps hold them.
 //!
-//! File: safetensors with `lobes` `[N][K][5]` (angle of the mean from the mirror direction, σ, weights of red, green, blue),
-//! equally spaced views from 0 to 89°, and `diffuse` `[3]`.
+//! File: safetensors with `lobes` `[N][K][6]` in half precision (angle of the mean from the mirror direction, σ, weights of red,
+//! green, blue, s of the sweep), equally spaced views from 0 to 89°, and `diffuse` `[3]`. Without s, `[N][K][5]`, lobes are round.
 
 use crate::draw::{self, Draw};
 use crate::fit::gaussian::{GaussianFit, GaussianLobe, MAX_LOBES};
@@ -33,6 +33,8 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const MAX_BYTES: u64 = 1 << 20;
 const MAX_VIEWS: usize = 1024;
+/// Densities for a lobe at most.
+const MOST: f64 = 15.0;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let Some(path) = a.file("file") else {
@@ -54,13 +56,13 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
 pub fn to_tensors(fit: &GaussianFit, metadata: BTreeMap<String, String>) -> TensorFile {
     let lobe = |l: &GaussianLobe| {
         let [r, g, b] = l.weight;
-        [l.angle, l.sigma, r, g, b].map(|v| v as f32)
+        [l.angle, l.sigma, r, g, b, l.sweep]
     };
-    let lobes = fit.views.iter().flatten().flat_map(lobe).collect();
-    let shape = vec![fit.views.len(), fit.lobes(), 5];
+    let lobes: Vec<f64> = fit.views.iter().flatten().flat_map(lobe).collect();
+    let shape = vec![fit.views.len(), fit.lobes(), 6];
     let diffuse = fit.diffuse.map(|v| v as f32).to_vec();
     let tensors = BTreeMap::from([
-        ("lobes".to_owned(), Tensor { shape, data: TensorData::F32(lobes) }),
+        ("lobes".to_owned(), Tensor { shape, data: TensorData::F64(lobes).halved() }),
         ("diffuse".to_owned(), Tensor { shape: vec![3], data: TensorData::F32(diffuse) }),
     ]);
     TensorFile { tensors, metadata }
@@ -68,10 +70,10 @@ pub fn to_tensors(fit: &GaussianFit, metadata: BTreeMap<String, String>) -> Tens
 
 fn of_tensors(file: &TensorFile) -> Result<GaussianFit, String> {
     let (lobes, diffuse) = (file.require("lobes")?, file.require("diffuse")?);
-    let (&[views, count, 5], &[3]) = (lobes.shape.as_slice(), diffuse.shape.as_slice()) else {
+    let (&[views, count, 5 | 6], &[3]) = (lobes.shape.as_slice(), diffuse.shape.as_slice()) else {
         let found = (&lobes.shape, &diffuse.shape);
         return Err(format!(
-            "tensors 'lobes' and 'diffuse' have the shapes {:?} and {:?}, not [N, K, 5] and [3]",
+            "tensors 'lobes' and 'diffuse' have the shapes {:?} and {:?}, not [N, K, 6] and [3]",
             found.0, found.1
         ));
     };
@@ -85,9 +87,9 @@ fn of_tensors(file: &TensorFile) -> Result<GaussianFit, String> {
     })
 }
 
-/// The numbers of a fit: views, lobes, ρ_d, then five per lobe as in files.
+/// The numbers of a fit: views, lobes, ρ_d, then six per lobe as in files.
 pub fn numbers(fit: &GaussianFit) -> Vec<f64> {
-    let lobe = |l: &GaussianLobe| [l.angle, l.sigma, l.weight[0], l.weight[1], l.weight[2]];
+    let lobe = |l: &GaussianLobe| [l.angle, l.sigma, l.weight[0], l.weight[1], l.weight[2], l.sweep];
     let head = [fit.views.len() as f64, fit.lobes() as f64];
     head.into_iter().chain(fit.diffuse).chain(fit.views.iter().flatten().flat_map(lobe)).collect()
 }
@@ -97,13 +99,26 @@ pub fn from_numbers(numbers: &[f64]) -> Option<GaussianFit> {
     let ([views, count, r, g, b], lobes) = numbers.split_first_chunk::<5>()?;
     let (views, count) = (*views as usize, *count as usize);
     let fits = (2..=MAX_VIEWS).contains(&views) && (1..=MAX_LOBES).contains(&count);
-    if !fits || lobes.len() != 5 * views * count || numbers.iter().any(|v| !v.is_finite()) {
+    if !fits {
         return None;
     }
-    let lobe = |v: &[f64; 5]| GaussianLobe { angle: v[0], sigma: v[1], weight: [v[2], v[3], v[4]] };
-    let all: Vec<GaussianLobe> = lobes.as_chunks::<5>().0.iter().map(lobe).collect();
+    // Without s five: round ones.
+    let each = if lobes.len() == 5 * views * count { 5 } else { 6 };
+    if lobes.len() != each * views * count || numbers.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let lobe = |v: &[f64]| GaussianLobe {
+        angle: v[0],
+        sigma: v[1],
+        sweep: v.get(5).copied().unwrap_or(0.0),
+        weight: [v[2], v[3], v[4]],
+    };
+    let all: Vec<GaussianLobe> = lobes.chunks_exact(each).map(lobe).collect();
     let valid = |l: &GaussianLobe| {
-        (1e-5..=10.0).contains(&l.sigma) && l.angle.abs() < 4.0 && l.weight.iter().all(|w| *w >= 0.0)
+        (1e-5..=10.0).contains(&l.sigma)
+            && (0.0..=10.0).contains(&l.sweep)
+            && l.angle.abs() < 4.0
+            && l.weight.iter().all(|w| *w >= 0.0)
     };
     let views = all.chunks_exact(count).map(<[_]>::to_vec).collect();
     let diffuse = [*r, *g, *b];
@@ -132,41 +147,48 @@ impl Lobes {
         &self.fit
     }
 
-    /// Densities like the lobes: about their means, with weights as theirs.
-    fn draw(&self, wo: DVec3) -> [(f64, Draw); MAX_LOBES + 1] {
+    /// Densities like the lobes: about their means, several along a stretched one, with weights as theirs.
+    fn draw(&self, wo: DVec3) -> Vec<(f64, Draw)> {
         let theta = polar_angle(wo);
         let sum = |w: &[f64; 3]| w.iter().sum::<f64>();
-        let mut parts = [(sum(&self.fit.diffuse), Draw::Cosine); MAX_LOBES + 1];
-        for (part, (axis, lobe)) in parts[1..].iter_mut().zip(self.axes(wo, theta)) {
-            // cos^n has the width of a Gaussian of σ² = 1/n; wider lobes reach over the whole sphere.
-            let draw = if lobe.sigma < 0.7 {
-                Draw::Power { axis, n: (lobe.sigma * lobe.sigma).recip() * 0.8 }
-            } else {
-                Draw::Uniform
-            };
-            *part = (sum(&lobe.weight), draw);
+        let mut parts = vec![(sum(&self.fit.diffuse), Draw::Cosine), (0.0, Draw::Uniform)];
+        for lobe in &self.fit.at(theta)[..self.fit.lobes()] {
+            // Round ones a width and a half apart, to two widths of the sweep.
+            let count = (1.0 + 2.0 * (4.0 / 3.0 * lobe.sweep / lobe.sigma).ceil()).min(MOST);
+            let apart = if count > 1.0 { 4.0 * lobe.sweep / (count - 1.0) } else { 0.0 };
+            let sigma = lobe.sigma.max(apart / 1.5);
+            let steps = (0..count as usize).map(|k| k as f64 - 0.5 * (count - 1.0));
+            let share =
+                |k: f64| if apart > 0.0 { (-0.5 * (k * apart / lobe.sweep).powi(2)).exp() } else { 1.0 };
+            let all: f64 = steps.clone().map(share).sum();
+            for k in steps {
+                let weight = sum(&lobe.weight) * share(k) / all;
+                // cos^n has the width of a Gaussian of σ² = 1/n; wider lobes reach over the whole sphere.
+                if sigma < 0.7 {
+                    let axis =
+                        turned(wo, GaussianLobe { angle: lobe.angle + k * apart, ..*lobe }.mean(theta));
+                    parts.push((weight, Draw::Power { axis, n: (sigma * sigma).recip() * 0.8 }));
+                } else {
+                    parts[1].0 += weight;
+                }
+            }
         }
         let total: f64 = parts.iter().map(|p| p.0).sum();
         // Lobes have tails behind their powers' hemispheres.
         parts.iter_mut().for_each(|p| p.0 *= 0.95 / total.max(1e-300));
-        if parts[4].0 == 0.0 {
-            parts[4] = (0.05, Draw::Uniform);
-        } else {
-            parts[0].0 += 0.05;
-        }
+        parts[1].0 += 0.05;
         if total <= 0.0 {
             parts[0].0 = 0.95;
         }
         parts
     }
+}
 
-    /// The means of the lobes in the frame of `wo`.
-    fn axes(&self, wo: DVec3, theta: f64) -> Vec<(DVec3, GaussianLobe)> {
-        let sine = wo.x.hypot(wo.y);
-        let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
-        let turned = |m: DVec3| DVec3::new(m.x * x, m.x * y, m.z);
-        self.fit.at(theta)[..self.fit.lobes()].iter().map(|l| (turned(l.mean(theta)), *l)).collect()
-    }
+/// A direction of the plane of x and z in which wo has positive x, in the frame of `wo`.
+fn turned(wo: DVec3, m: DVec3) -> DVec3 {
+    let sine = wo.x.hypot(wo.y);
+    let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
+    DVec3::new(m.x * x, m.x * y, m.z)
 }
 
 impl Brdf for Lobes {
@@ -200,10 +222,16 @@ impl Brdf for Lobes {
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
         let theta = polar_angle(wo);
         let wanted = |l: &GaussianLobe| l.weight.iter().any(|w| *w > 0.0) && l.sigma < 1.0;
-        let mut all: Vec<(DVec3, GaussianLobe)> = self.axes(wo, theta);
-        all.retain(|(_, l)| wanted(l));
-        all.sort_by(|a, b| a.1.sigma.total_cmp(&b.1.sigma));
-        all.into_iter().map(|(axis, l)| Lobe::Axis { axis, width: l.sigma }).collect()
+        let mut all: Vec<GaussianLobe> = self.fit.at(theta)[..self.fit.lobes()].to_vec();
+        all.retain(wanted);
+        all.sort_by(|a, b| a.sigma.total_cmp(&b.sigma));
+        // A stretched one is a ridge along the plane of incidence.
+        let across = turned(wo, DVec3::X).cross(DVec3::Z).normalize_or(DVec3::Y);
+        let ridge = |l: &&GaussianLobe| l.sweep > l.sigma;
+        let ridges: Vec<Lobe> =
+            all.iter().filter(ridge).take(1).map(|l| Lobe::Arc { normal: across, width: l.sigma }).collect();
+        let axis = |l: GaussianLobe| Lobe::Axis { axis: turned(wo, l.mean(theta)), width: l.sigma };
+        all.into_iter().map(axis).chain(ridges).collect()
     }
 
     fn peak(&self) -> Peak {
@@ -251,7 +279,7 @@ mod tests {
         check_measured(&*brdf);
         let (wi, wo) = (DVec3::new(-0.5, 0.1, 0.8).normalize(), DVec3::new(0.6, 0.0, 0.8));
         let (a, b) = (brdf.f_cos(wi, wo), fit.f_cos(wi, wo));
-        assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-5 * b[c]), "{a:?} {b:?}");
+        assert!((0..3).all(|c| (a[c] - b[c]).abs() < 2e-3 * b[c]), "half precision: {a:?} {b:?}");
         let held = brdf.held().expect("numbers");
         assert_eq!(parse_with(&brdf.spec(), Files::Held(&held)).expect("kept").f_cos(wi, wo), a);
         assert!(parse_with(&brdf.spec(), Files::Held(&held[1..])).is_err());

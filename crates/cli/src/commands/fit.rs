@@ -5,7 +5,7 @@ use crate::failure::{Failure, Outcome};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use steradian_brdf::fit::gaussian::{GaussianFit, MAX_LOBES, Objective, Plan};
+use steradian_brdf::fit::gaussian::{GaussianFit, MAX_LOBES, Objective, Plan, Shape};
 use steradian_session::fit::{Fitted, brdf_name, expand_brdfs};
 use steradian_session::{Destinations, check_output};
 
@@ -25,6 +25,9 @@ pub struct Options {
     /// What is least: the squared error with every view's albedo kept, or without that condition (the paper's)
     #[arg(long, value_name = "energy|published", default_value = "energy", value_parser = objective)]
     objective: Objective,
+    /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's)
+    #[arg(long, value_name = "stretched|round", default_value = "stretched", value_parser = shape)]
+    shape: Shape,
     /// Output: .safetensors; {} in its name stands for the material's
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -38,6 +41,14 @@ fn objective(text: &str) -> Result<Objective, String> {
     }
 }
 
+fn shape(text: &str) -> Result<Shape, String> {
+    match text {
+        "stretched" => Ok(Shape::Stretched),
+        "round" => Ok(Shape::Round),
+        _ => Err(steradian_base::unknown("shape", text, &["stretched", "round"])),
+    }
+}
+
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["safetensors"])?;
     let mut specs = Vec::new();
@@ -45,7 +56,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         specs.extend(expand_brdfs(input)?);
     }
     let jobs = jobs(&o, specs)?;
-    let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective };
+    let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective, shape: o.shape };
     let done = context.fit(jobs, plan)?;
     if context.common.json {
         let fits: Vec<Value> = done.iter().map(document).collect();

@@ -1,6 +1,7 @@
 //! Figure 4 of Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility Approximations for Environment Map
 //! Rendering*: the error of K = 3 Gaussians at N = 15 elevations, here over all materials of the published descriptions of
-//! MERL's measurements (tabulated factors, neural networks, shifted-gamma fits), the worst ones named.
+//! MERL's measurements (tabulated factors, neural networks, shifted-gamma fits), the worst ones named; of round Gaussians, the
+//! paper's, and stretched ones.
 //!
 //! Errors are those of the specular part, as in the paper, squared ("energy") and plain ("norm"), relative to it at each
 //! elevation; and the squared error relative to the whole of f·cos, diffuse part included.
@@ -9,7 +10,7 @@ use super::{Options, percent, say};
 use anyhow::Result;
 use std::time::Instant;
 use steradian_base::Task;
-use steradian_brdf::fit::gaussian::{GaussianFit, Objective, Plan, SliceReport};
+use steradian_brdf::fit::gaussian::{GaussianFit, Objective, Plan, Shape, SliceReport};
 use steradian_brdf::measured::expand;
 use steradian_brdf::{Files, parse_with};
 use steradian_parallel::prelude::*;
@@ -53,13 +54,17 @@ fn sets(o: &Options) -> Result<Vec<(String, Vec<String>)>> {
 
 pub fn run(o: &Options) -> Result<()> {
     for (name, specs) in sets(o)? {
-        for objective in [Objective::Published, Objective::Energy] {
-            let plan = Plan { objective, ..Plan::default() };
+        let all = [Shape::Round, Shape::Stretched]
+            .into_iter()
+            .flat_map(|shape| [Objective::Published, Objective::Energy].map(|o| (shape, o)));
+        for (shape, objective) in all {
+            let plan = Plan { objective, shape, ..Plan::default() };
             let start = Instant::now();
             let all = fitted(&specs, plan)?;
             let what = if objective == Objective::Published { "eq. 8" } else { "with the albedo kept" };
+            let kind = if shape == Shape::Round { "round" } else { "stretched" };
             say(&format!(
-                "{name}: {} materials, K = 3, N = 15, {what}, {:.1} s",
+                "{name}: {} materials, K = 3, N = 15, {kind} lobes, {what}, {:.1} s",
                 all.len(),
                 start.elapsed().as_secs_f64()
             ));

@@ -1,33 +1,44 @@
 //! All elevations together: the minima that searches find at each, and which of them follow each other best.
 
-use super::order;
-use super::refine::{self, Fitted};
+use super::refine::{self, Fitted, Kind};
 use super::slice::{self, Slice};
+use super::{GaussianLobe, order};
 use crate::Brdf;
 use steradian_base::{Cancelled, Task};
 
 /// Errors below it, squared, are as good as none.
 const FLOOR: f64 = 1e-5;
+/// Steps of searches that only compare diffuse parts.
+const SOME: usize = 8;
+/// What a jump between elevations of stretched lobes costs, beside its error.
+pub(super) const JUMP: f64 = 4.0;
 
 /// Of the possible diffuse parts the one with which the lobes of some views err least, in the geometric mean: grazing views err
-/// much more than others, whatever the diffuse part is. None is more than what any of these
-/// views sends back: where the albedo is kept, nothing would be left of it for the highlight.
-pub(super) fn diffuse(brdf: &dyn Brdf, lobes: usize, keep: bool) -> [f64; 3] {
+/// much more than others, whatever the diffuse part is. Round lobes by the error relative to the whole; stretched ones by
+/// that and by the error relative to what they stand for, since where a somewhat smaller diffuse part costs the whole next to
+/// nothing, they have a shape to fit instead of a remainder. None is more than what any of these views sends back: where the
+/// albedo is kept, nothing would be left of it for the highlight.
+pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
     let views = [10.0f64, 35.0, 60.0, 75.0, 85.0].map(f64::to_radians);
+    let wholes = views.map(|theta| Slice::new(brdf, [0.0; 3], theta, kind.stretched));
     let mut most = [f64::INFINITY; 3];
-    for theta in views {
-        let whole = Slice::new(brdf, [0.0; 3], theta);
+    for whole in &wholes {
         most.iter_mut().zip(whole.albedo).for_each(|(m, a)| *m = m.min(a.max(0.0)));
     }
     let mut best = (f64::INFINITY, [0.0; 3]);
-    for found in slice::diffuse(brdf) {
+    for found in slice::diffuse(brdf, kind.stretched) {
         let diffuse = std::array::from_fn(|c| f64::min(found[c], most[c]));
-        let error = |theta: f64| {
-            let slice = Slice::new(brdf, diffuse, theta);
-            let fit = refine::search(&slice, lobes, keep, 1).pop();
-            fit.map_or(0.0, |f| (FLOOR + f.error / slice.square[1].max(1e-300)).ln() / views.len() as f64)
+        let error = |whole: &Slice| {
+            let slice = whole.less(diffuse);
+            let steps = if kind.stretched { SOME } else { refine::STEPS };
+            let fit = refine::search(&slice, kind, 1, steps).pop();
+            let part = |of: f64, e: f64| (FLOOR + e / of.max(1e-300)).ln() / views.len() as f64;
+            fit.map_or(0.0, |f| {
+                let [own, all] = slice.square.map(|of| part(of, f.error));
+                if kind.stretched { 0.5 * (own + all) } else { all }
+            })
         };
-        let mean = views.map(error).iter().sum();
+        let mean = wholes.each_ref().map(error).iter().sum();
         // A larger one must be worth it.
         if mean < best.0 - 0.05 {
             best = (mean, diffuse);
@@ -37,20 +48,15 @@ pub(super) fn diffuse(brdf: &dyn Brdf, lobes: usize, keep: bool) -> [f64; 3] {
 }
 
 /// Minima at every slice: from its own moments, and from the neighbours' on the way there and back.
-pub(super) fn candidates(
-    slices: &[Slice],
-    lobes: usize,
-    keep: bool,
-    task: &Task,
-) -> Result<Vec<Vec<Fitted>>, Cancelled> {
+pub(super) fn candidates(slices: &[Slice], kind: Kind, task: &Task) -> Result<Vec<Vec<Fitted>>, Cancelled> {
     let mut found: Vec<Vec<Fitted>> = Vec::with_capacity(slices.len());
     task.begin("fitting", 2 * slices.len() as u64);
     let mut forth: Option<Fitted> = None;
     for slice in slices {
         task.check()?;
-        let mut all = refine::search(slice, lobes, keep, 3);
+        let mut all = refine::search(slice, kind, 3, refine::STEPS);
         forth = match forth {
-            Some(before) => Some(refine::follow(slice, &before, keep)),
+            Some(before) => Some(refine::follow(slice, &before, kind)),
             None => least(all.clone()),
         };
         all.extend(forth.clone());
@@ -61,14 +67,63 @@ pub(super) fn candidates(
     for (slice, all) in slices.iter().zip(&mut found).rev() {
         task.check()?;
         back = match back {
-            Some(after) => Some(refine::follow(slice, &after, keep)),
+            Some(after) => Some(refine::follow(slice, &after, kind)),
             None => least(all.clone()),
         };
         all.extend(back.clone());
         task.advance(1);
     }
     task.end();
+    if kind.stretched {
+        found.iter_mut().for_each(distinct);
+    }
     Ok(found)
+}
+
+/// Drops minima that are found twice, and those with more than twice the least error (norm).
+fn distinct(all: &mut Vec<Fitted>) {
+    let least = all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
+    all.retain(|f| f.error <= 4.0 * least);
+    let mut kept: Vec<Fitted> = Vec::with_capacity(all.len());
+    for fit in all.drain(..) {
+        let same = |k: &Fitted| {
+            let ordered = order::after(&k.lobes, &fit.lobes);
+            let close = |(a, b): (&GaussianLobe, &GaussianLobe)| {
+                let (narrow, long) = (a.sigma.min(b.sigma), a.along().min(b.along()));
+                (a.angle - b.angle).abs() < 0.05 * long
+                    && (a.sigma - b.sigma).abs() < 0.03 * narrow
+                    && (a.along() - b.along()).abs() < 0.03 * long
+            };
+            (k.error - fit.error).abs() < 0.02 * fit.error && k.lobes.iter().zip(&ordered).all(close)
+        };
+        if !kept.iter().any(same) {
+            kept.push(fit);
+        }
+    }
+    *all = kept;
+}
+
+/// Adds, where what is interpolated errs much more than what it lies between, the minima that searches from the neighbour on
+/// the path find. Is there any?
+pub(super) fn mend(
+    slices: &[Slice],
+    found: &mut [Vec<Fitted>],
+    between: &[Slice],
+    path: &[usize],
+    kind: Kind,
+) -> bool {
+    let mut any = false;
+    for i in 1..slices.len() {
+        let (a, b) = (found[i - 1][path[i - 1]].clone(), found[i][path[i]].clone());
+        let norm = |k: usize, f: &Fitted| (f.error / slices[k].square[0].max(1e-300)).sqrt();
+        let worse = norm(i - 1, &a).max(norm(i, &b));
+        if midway(&between[i - 1], &a, &b) > 1.2 * worse {
+            found[i].push(refine::follow(&slices[i], &a, kind));
+            found[i - 1].push(refine::follow(&slices[i - 1], &b, kind));
+            any = true;
+        }
+    }
+    any
 }
 
 /// The candidate of least error; of equals the first.
@@ -77,8 +132,8 @@ pub(super) fn least(all: Vec<Fitted>) -> Option<Fitted> {
 }
 
 /// One candidate of every slice, so that the sum of the relative errors (norms) at the slices and midway between them is least
-/// (Viterbi 1967): their places in `found`. `between` are the slices midway.
-pub(super) fn smoothest(slices: &[Slice], found: &[Vec<Fitted>], between: &[Slice]) -> Vec<usize> {
+/// (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in `found`. `between` are the slices midway.
+pub(super) fn smoothest(slices: &[Slice], found: &[Vec<Fitted>], between: &[Slice], jump: f64) -> Vec<usize> {
     let own = |i: usize, f: &Fitted| (f.error / slices[i].square[0].max(1e-300)).sqrt();
     let mut costs: Vec<f64> = found[0].iter().map(|f| own(0, f)).collect();
     let mut from: Vec<Vec<usize>> = Vec::new();
@@ -86,7 +141,13 @@ pub(super) fn smoothest(slices: &[Slice], found: &[Vec<Fitted>], between: &[Slic
         let mut next = Vec::with_capacity(found[i].len());
         let mut came = Vec::with_capacity(found[i].len());
         for fit in &found[i] {
-            let cost = |k: usize| costs[k] + midway(&between[i - 1], &found[i - 1][k], fit);
+            let cost = |k: usize| {
+                let before = &found[i - 1][k];
+                let middle = midway(&between[i - 1], before, fit);
+                // Beyond a quarter more than at the worse of the two it is a jump.
+                let excess = middle - 1.25 * own(i - 1, before).max(own(i, fit));
+                costs[k] + middle + jump * excess.max(0.0)
+            };
             let all = (0..found[i - 1].len()).map(|k| (k, cost(k)));
             let (k, cost) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
             next.push(cost + own(i, fit));

@@ -28,8 +28,9 @@ pub(super) fn after(before: &[GaussianLobe], lobes: &[GaussianLobe]) -> Vec<Gaus
 
 /// How different two lobes are: of width, of place in widths, counted by the weight that moves.
 fn difference(a: &GaussianLobe, b: &GaussianLobe) -> f64 {
-    let width = (a.sigma / b.sigma).ln().abs();
-    let place = (a.angle - b.angle).abs() / (a.sigma + b.sigma);
+    let stretch = (a.along() / a.sigma * b.sigma / b.along()).ln().abs();
+    let width = (a.sigma / b.sigma).ln().abs() + 0.5 * stretch;
+    let place = (a.angle - b.angle).abs() / (a.along() + b.along());
     let weight = |l: &GaussianLobe| l.weight.iter().sum::<f64>();
     (width + place) * (weight(a) + weight(b)) + (weight(a) - weight(b)).abs()
 }
@@ -57,7 +58,7 @@ mod tests {
 
     #[test]
     fn lobes_keep_their_places() {
-        let lobe = |sigma: f64, w: f64| GaussianLobe { angle: 0.0, sigma, weight: [w; 3] };
+        let lobe = |sigma: f64, w: f64| GaussianLobe { angle: 0.0, sigma, sweep: 0.0, weight: [w; 3] };
         let fit = |lobes: Vec<GaussianLobe>| Fitted { lobes, error: 0.0, converged: true };
         let (a, b, c) = (lobe(0.1, 0.5), lobe(0.3, 0.2), lobe(0.9, 0.1));
         let mut fits = [fit(vec![c, a, b]), fit(vec![b, c, a]), fit(vec![a, c, b])];

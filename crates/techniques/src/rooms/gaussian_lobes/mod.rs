@@ -7,7 +7,7 @@
 //!
 //! The light is a chain of cubes: level 0 the light itself, then L convolved with spherical Gaussians, σ_{j+1} = 2σ_j; it
 //! depends on no material. The reflectance is the fit of [`steradian_brdf::fit::gaussian`], about a kilobyte: N elevations
-//! of K lobes, whose logarithms of σ, angles and weights are linear in between. A lobe's width lies between two levels, mixed
+//! of K lobes, round or stretched along the plane of incidence, whose logarithms of widths, angles and weights are linear in between. A lobe's width lies between two levels, mixed
 //! so that the mean cosine about its axis is its own: the second moment, exactly also where lobes are wide. The diffuse
 //! part, split off before the fit, is looked up in a map of E/π. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic
 //! reflectance, point lights.
@@ -105,8 +105,8 @@ impl Technique for GaussianLobes {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, _: &Params, _: &Task) -> Result<(Views, Report), BakeError> {
-        Ok(bake::link(parts.light, parts.material))
+    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<(Views, Report), BakeError> {
+        Ok(bake::link(parts.light, parts.material, p))
     }
 
     fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {

@@ -31,6 +31,36 @@ fn mean(p: &Point, sine: f32, angle: f32) -> [f32; 3] {
     std::array::from_fn(|k| (c + s * p.cos_o) * p.r[k] - s * p.n[k])
 }
 
+/// Lookups: one, or three at least.
+#[inline(always)]
+fn number(taps: f32) -> usize {
+    if taps > 1.001 { (taps - 1e-3).ceil().max(3.0) as usize } else { 1 }
+}
+
+/// Where lookup k of `taps` lies, of −1 … 1.
+#[inline(always)]
+fn place(k: usize, taps: usize) -> f32 {
+    (2 * k + 1) as f32 / taps as f32 - 1.0
+}
+
+/// Its weight.
+#[inline(always)]
+fn tap(at: f32) -> f32 {
+    (-2.0 * at * at).exp()
+}
+
+/// The sum of the weights, and by what places are multiplied so that their variance is 1.
+#[inline(always)]
+fn spread(taps: usize) -> [f32; 2] {
+    let (mut all, mut square) = (0.0, 0.0);
+    for k in 0..taps {
+        let at = place(k, taps);
+        all += tap(at);
+        square += at * at * tap(at);
+    }
+    [all, (all / square.max(1e-6)).sqrt()]
+}
+
 pub(super) fn shade(light: &Light, v: &Views, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let (chain, count) = (&light.chain, v.count());
     batch::shade(q, out, |p: Point| {
@@ -40,12 +70,18 @@ pub(super) fn shade(light: &Light, v: &Views, turn: &LightRotation, q: &Points<'
         let e = light.irradiance.sample(turn.apply(p.n));
         let mut sum = [0, 1, 2].map(|c| v.diffuse[c] * e[c]);
         for i in 0..v.lobes {
-            let [angle, level, ..] = row(&v.means, i * count, count, x);
+            let [angle, level, sweep, taps] = row(&v.means, i * count, count, x);
             let weight = row(&v.weights, i * count, count, x);
-            let d = turn.apply(mean(&p, sine, angle));
             let (near, far, w) = chain.around(level);
-            let (l0, l1) = (near.sample(d), far.sample(d));
-            (0..3).for_each(|c| sum[c] += weight[c] * (l0[c] + (l1[c] - l0[c]) * w));
+            let taps = number(taps);
+            let [all, scale] = spread(taps);
+            for k in 0..taps {
+                let at = place(k, taps);
+                let share = tap(at) / all;
+                let d = turn.apply(mean(&p, sine, angle + sweep * scale * at));
+                let (l0, l1) = (near.sample(d), far.sample(d));
+                (0..3).for_each(|c| sum[c] += weight[c] * share * (l0[c] + (l1[c] - l0[c]) * w));
+            }
         }
         sum
     });

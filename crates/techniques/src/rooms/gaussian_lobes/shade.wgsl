@@ -9,6 +9,33 @@ fn mean_direction(n: vec3<f32>, r: vec3<f32>, cosine: f32, sine: f32, angle: f32
     return (cos(angle) + s * cosine) * r - s * n;
 }
 
+// Lookups: one, or three at least.
+fn number(taps: f32) -> f32 {
+    return select(1.0, max(ceil(taps - 1e-3), 3.0), taps > 1.001);
+}
+
+// Where lookup k of `taps` lies, of -1 ... 1.
+fn place(k: f32, taps: f32) -> f32 {
+    return (2.0 * k + 1.0) / taps - 1.0;
+}
+
+// Its weight.
+fn tap(at: f32) -> f32 {
+    return exp(-2.0 * at * at);
+}
+
+// The sum of the weights, and by what places are multiplied so that their variance is 1.
+fn spread(taps: f32) -> vec2<f32> {
+    var all = 0.0;
+    var square = 0.0;
+    for (var k = 0.0; k < taps; k += 1.0) {
+        let at = place(k, taps);
+        all += tap(at);
+        square += at * at * tap(at);
+    }
+    return vec2<f32>(all, sqrt(all / max(square, 1e-6)));
+}
+
 fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     let d = dot(n, wo);
     if !(d > 0.0) {
@@ -22,8 +49,14 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     for (var i = 0.0; i < technique.counts.x; i += 1.0) {
         let at = view(i, x);
         let lobe = fetch_means(at);
-        let o = technique.turn * mean_direction(n, r, cosine, sine, lobe.x);
-        sum += fetch_weights(at).rgb * fetch_chain(o, lobe.y);
+        let weight = fetch_weights(at).rgb;
+        let taps = number(lobe.w);
+        let even = spread(taps);
+        for (var k = 0.0; k < taps; k += 1.0) {
+            let along = place(k, taps);
+            let o = technique.turn * mean_direction(n, r, cosine, sine, lobe.x + lobe.z * even.y * along);
+            sum += tap(along) / even.x * weight * fetch_chain(o, lobe.y);
+        }
     }
     return sum;
 }

@@ -1,11 +1,12 @@
 use super::light::moment;
 use super::*;
 use crate::{AnyBake, PointsBuf, find};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use steradian_base::{ParamValues, Progress};
-use steradian_brdf::fit::gaussian::{GaussianFit, Plan};
+use steradian_brdf::fit::gaussian::{GaussianFit, GaussianLobe, Plan};
 use steradian_brdf::model::lobes::Lobes;
 use steradian_brdf::parse;
 
@@ -19,13 +20,18 @@ fn params() -> Params {
     Params::read(&ParamValues::default()).expect("defaults")
 }
 
+/// Normal, tangent and view of point k.
+fn point(k: usize) -> [Vec3; 3] {
+    let n = steradian_prefilter::probe::direction(k, 64).as_vec3();
+    let t = n.any_orthonormal_vector();
+    let c = [1.0, 0.9, 0.6, 0.3][k % 4];
+    [n, t, n * c + t * (1.0f32 - c * c).sqrt()]
+}
+
 fn points() -> PointsBuf {
     let mut q = PointsBuf::default();
-    for k in 0..64 {
-        let n = steradian_prefilter::probe::direction(k, 64).as_vec3();
-        let t = n.any_orthonormal_vector();
-        let c = [1.0, 0.9, 0.6, 0.3][k % 4];
-        q.push(n, t, n * c + t * (1.0f32 - c * c).sqrt(), Vec3::ZERO);
+    for [n, t, wo] in (0..64).map(point) {
+        q.push(n, t, wo, Vec3::ZERO);
     }
     q
 }
@@ -136,6 +142,41 @@ fn views_follow_each_other_without_steps() {
     let largest = rgb[1].iter().copied().fold(0.0, f32::max);
     let step = rgb[1].windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
     assert!(step < 0.03 * largest, "{step} of {largest}");
+}
+
+/// Lookups along a stretched lobe against the integral of the lobe's closed form over the light.
+#[test]
+fn stretched_lobes_are_sums_of_lookups() {
+    let (light, task) = (lights::smooth(), Task::quiet());
+    let sky = light.environment.as_ref().expect("a sky");
+    let n = 40_000;
+    let all: Vec<(DVec3, [f64; 3])> = (0..n)
+        .map(|k| steradian_prefilter::probe::direction(k, n))
+        .map(|d| (d, sky.radiance(d).map(|l| f64::from(l) * 4.0 * PI / n as f64)))
+        .collect();
+    let mut errors = Vec::new();
+    for (sweep, taps) in [(0.0, 16.0), (0.1, 16.0), (0.4, 16.0), (0.4, 6.0), (0.4, 1.0)] {
+        let lobe = GaussianLobe { angle: -0.2, sigma: 0.05, sweep, weight: [1.0, 0.7, 0.2] };
+        let fit = GaussianFit { diffuse: [0.0; 3], views: vec![vec![lobe]; 2], report: Vec::new() };
+        let brdf = Arc::new(Lobes::new("lobes:a".into(), fit.clone()));
+        let values: ParamValues = [("taps", taps)].into_iter().collect();
+        let t = find("gaussian-lobes").expect("registered");
+        let b = t.bake(&light, &Material::new(brdf), None, &values, &task).expect("baked");
+        let want = (0..64).map(|k| {
+            let [n, t, wo] = point(k).map(|v| v.as_dvec3());
+            let local = |d: DVec3| DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n));
+            let mut sum = [0.0; 3];
+            for (d, l) in &all {
+                let f = fit.f_cos(local(*d), local(wo));
+                (0..3).for_each(|c| sum[c] += f[c] * l[c]);
+            }
+            sum
+        });
+        errors.push(steradian_prefilter::probe::relative_rms(shade(&*b).into_iter().zip(want)));
+    }
+    println!("{errors:.5?}");
+    assert!(errors[..3].iter().all(|e| *e < 5e-3) && errors[3] < 0.01, "{errors:?}");
+    assert!(errors[4] > 2.0 * errors[2], "one lookup is none of a stretched lobe: {errors:?}");
 }
 
 #[test]
