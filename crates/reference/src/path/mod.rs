@@ -6,9 +6,12 @@
 //! mean comes with the variance of that mean. Texels are constant over their exact lat-long cells. Surfaces
 //! seen from behind (n·wo ≤ 0) are black.
 
+mod probes;
 mod random;
 mod sampler;
 mod tracer;
+
+pub use probes::{ProbeEstimate, trace_probes};
 
 use glam::DVec3;
 use random::Random;

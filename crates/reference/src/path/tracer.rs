@@ -5,7 +5,7 @@ use super::random::Random;
 use super::sampler::Sampler;
 use glam::DVec3;
 use steradian_brdf::Brdf;
-use steradian_scene::Ray;
+use steradian_scene::{Ray, Surface};
 use steradian_sphere::Frame;
 
 /// A point that reflects.
@@ -40,9 +40,22 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Radiance of the surface that a ray meets, `None` where it meets none; and whether it is met from behind.
+    pub fn arriving(&self, ray: &Ray, bounces: u32, random: &mut Random) -> (Option<[f64; 3]>, bool) {
+        let Some(hit) = self.scene.bvh.closest(ray, f32::INFINITY) else { return (None, false) };
+        let surface = self.scene.mesh.surface(&hit);
+        let behind = surface.geometric_normal.dot(ray.direction) > 0.0;
+        let light = self.vertex(ray, &surface).map_or([0.0; 3], |v| self.reflected(v, bounces, random));
+        (Some(light), behind)
+    }
+
     fn hit(&self, ray: &Ray) -> Option<Vertex<'a>> {
         let hit = self.scene.bvh.closest(ray, f32::INFINITY)?;
-        let s = self.scene.mesh.surface(&hit);
+        self.vertex(ray, &self.scene.mesh.surface(&hit))
+    }
+
+    /// What a ray meets there; `None` where nothing reflects.
+    fn vertex(&self, ray: &Ray, s: &Surface) -> Option<Vertex<'a>> {
         let frame =
             Frame::from_normal_tangent(s.normal.as_dvec3().normalize(), s.tangent.truncate().as_dvec3());
         let materials = self.scene.materials;
@@ -53,7 +66,7 @@ impl<'a> Tracer<'a> {
             wo: frame.to_local(-ray.direction.as_dvec3()),
             frame,
             brdf: brdf.as_ref(),
-            tint: self.scene.tint.map_or([1.0; 3], |tint| tint(&s)),
+            tint: self.scene.tint.map_or([1.0; 3], |tint| tint(s)),
         })
     }
 
