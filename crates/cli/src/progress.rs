@@ -7,11 +7,11 @@ use steradian_base::Progress;
 /// One bar at a time on standard error; over a batch one bar for all of it.
 pub struct Bars {
     target: fn() -> ProgressDrawTarget,
-    shown: Mutex<Shown>,
+    shown: Mutex<Current>,
 }
 
 #[derive(Default)]
-struct Shown {
+struct Current {
     bar: Option<ProgressBar>,
     /// What is being made of a batch.
     batch: Option<String>,
@@ -46,7 +46,7 @@ impl Bars {
         self.end();
     }
 
-    fn with(&self, f: impl FnOnce(&mut Shown)) {
+    fn with(&self, f: impl FnOnce(&mut Current)) {
         // A worker that panicked while drawing leaves nothing that matters half done.
         f(&mut self.shown.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
     }

@@ -115,7 +115,7 @@ fn report(gpu: &Gpu, refilter: &Refilter, times: &Times, tree: &Tree) -> Result<
             let exact = level.kernel.zonal().filter(|_| level.size <= 64).map(|kernel| {
                 EdgeCube::from_fn(level.size as usize, |d| angular::convolve_at(tree, &*kernel, d))
             });
-            let name = format!("{:?}-{k}.png", refilter.plan().way()).to_lowercase();
+            let name = format!("{:?}-{k}.png", refilter.plan().method()).to_lowercase();
             keep(&Path::new(&folder).join(name), [Some(cube), exact.as_ref()]);
         }
     }

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
-use steradian_scene::surface::{Maps, Texture};
+use steradian_scene::surface::{SurfaceMaps, Texture};
 use steradian_scene::{Camera, Mesh};
 use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::{BrdfShader, Direct};
@@ -83,7 +83,7 @@ pub struct Object {
     /// Multiplies the radiance.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals and roughness that vary over the surface.
-    pub maps: Maps,
+    pub maps: SurfaceMaps,
     /// Object → world.
     pub transform: Affine3A,
 }

@@ -108,7 +108,7 @@ impl Lit {
 }
 
 fn surface(shader: Arc<dyn steradian_render::Shader>) -> Surface {
-    Surface { shader, base_colour: None, maps: steradian_render::Maps::default() }
+    Surface { shader, base_colour: None, maps: steradian_render::SurfaceMaps::default() }
 }
 
 fn film(p: &Picture) -> Film {

@@ -16,7 +16,7 @@ use steradian_gpu::{ComputeTechnique, Renderer};
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{
-    Background, BakeShader, Develop, Film, Maps, NormalFiltering, NormalMap, Settings, Stage, Surface,
+    Background, BakeShader, Develop, Film, NormalFiltering, NormalMap, Settings, Stage, Surface, SurfaceMaps,
     Texture, ToneMapper,
 };
 use steradian_scene::{Bvh, Mesh, shapes};
@@ -127,7 +127,7 @@ fn pictures(
     spec: &str,
     (mesh, map): (Mesh, Affine3A),
     base_colour: Option<Arc<Texture>>,
-    maps: &Maps,
+    maps: &SurfaceMaps,
 ) -> Result<(), Failed> {
     let gpu = gpu()?;
     // The studio's edges, mirrored by bumps, show where each renderer places its samples: there the overcast sky is the light.
@@ -184,7 +184,8 @@ fn pictures(
 fn ball(slug: &str, spec: &str, filtering: NormalFiltering) -> Result<(), Failed> {
     let mut mesh = shapes::sphere(64);
     mesh.uvs.iter_mut().for_each(|uv| *uv *= glam::Vec2::new(1024.0, 512.0));
-    let maps = Maps { normal: Some(normals([Wrap::Repeat; 2], 1.0)), filtering, ..Maps::default() };
+    let maps =
+        SurfaceMaps { normal: Some(normals([Wrap::Repeat; 2], 1.0)), filtering, ..SurfaceMaps::default() };
     let name = format!("ball-{slug}-{filtering:?}");
     pictures(&name, slug, spec, (mesh, Affine3A::IDENTITY), None, &maps)
 }
@@ -201,10 +202,10 @@ fn everything() -> Result<(), Failed> {
         [Wrap::Mirror, Wrap::Clamp],
     );
     let alpha2 = texture(|x, _| [(0.1 + 0.3 * x as f32 / 31.0f32).powi(2); 3], [Wrap::Mirror, Wrap::Repeat]);
-    let maps = Maps {
+    let maps = SurfaceMaps {
         normal: Some(normals([Wrap::Repeat, Wrap::Mirror], 0.3)),
         alpha2: Some(alpha2),
-        ..Maps::default()
+        ..SurfaceMaps::default()
     };
     pictures("everything", "split_sum", "ggx:alpha=0.15,f0=1.0/0.77/0.34", (mesh, map), Some(checks), &maps)
 }
@@ -213,7 +214,7 @@ fn everything() -> Result<(), Failed> {
 fn colours() -> Result<(), Failed> {
     let mut mesh = shapes::sphere(48);
     mesh.colors = mesh.positions.iter().map(|p| (*p * 0.5 + 0.5).clamp(Vec3::ZERO, Vec3::ONE)).collect();
-    let maps = Maps::default();
+    let maps = SurfaceMaps::default();
     pictures("colours", "sh_irradiance", "lambert:albedo=0.8", (mesh, Affine3A::IDENTITY), None, &maps)
 }
 

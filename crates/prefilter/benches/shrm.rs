@@ -13,7 +13,7 @@ use std::hint::black_box;
 use std::time::Instant;
 use steradian_base::Task;
 use steradian_prefilter::shrm::resolution::Frequencies;
-use steradian_prefilter::shrm::{Grid, Maps, Plan, Term, explicit, global, pairs};
+use steradian_prefilter::shrm::{CoefficientMaps, Grid, Plan, Term, explicit, global, pairs};
 use steradian_prefilter::{Lobe, Zonal};
 use steradian_sphere::SphereImage;
 use steradian_sphere::sh::{self, ColumnsRgb, Precision, ShTransform};
@@ -71,7 +71,7 @@ impl Bench {
         columns
     }
 
-    fn maps(&self, light: &ColumnsRgb) -> Maps {
+    fn maps(&self, light: &ColumnsRgb) -> CoefficientMaps {
         let terms: Vec<Term<'_>> = self.terms.iter().map(|(q, k)| Term { q: *q, k: [k; 3] }).collect();
         self.plan.maps(light, &terms, &Task::quiet()).expect("nobody cancels")
     }

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 use std::hint::black_box;
 use steradian_base::Task;
 use steradian_brdf::central::{Centre, Lpq};
-use steradian_prefilter::shrm::{Grid, Maps, Plan, Term, explicit, frame, pairs};
+use steradian_prefilter::shrm::{CoefficientMaps, Grid, Plan, Term, explicit, frame, pairs};
 use steradian_sphere::sh::{self, ColumnsRgb, ShTransform};
 use steradian_sphere::{Layout, SphereImage};
 
@@ -59,7 +59,7 @@ fn line(image: &SphereImage, (sigma, f, p, paper): (f64, usize, usize, [f64; 3])
     let transform = ShTransform::new(f, 2 * ROWS, ROWS, sh::Grid::Equirectangular);
     let plan = Plan::new(f, p, Grid::new(ROWS, ROWS));
     let set = explicit::set(T);
-    let shrm = || -> Maps {
+    let shrm = || -> CoefficientMaps {
         let mut light = ColumnsRgb::default();
         transform.analyze_columns(image.planes.each_ref().map(Vec::as_slice), &mut light);
         plan.maps(&light, &terms, &Task::quiet()).expect("nobody cancels")

@@ -15,8 +15,8 @@ pub mod shrm;
 mod small;
 
 pub use cube::{
-    CubeMethod, CubeStack, EdgeCube, Filtered, Size, angular, edge_cube, filter, filter::filter, stack,
+    CubeArray, CubeMethod, EdgeCube, Filtered, Size, angular, cube_array, edge_cube, filter, filter::filter,
 };
 pub use image::{Deviation, FilteredImage, deviation, filter_image, map, mirror_image};
-pub use kernel::{ConeKernel, Cosine, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};
+pub use kernel::{Cosine, FibreKernel, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};
 pub use light::{Cell, Pursuit, Sampled, SmallLight, Source, Tree, source};

@@ -20,5 +20,5 @@ pub use picture::{
 };
 pub use scenefile::{SceneError, SceneFile};
 pub use sheet::{Cell, Row, Sheet};
-pub use steradian_scene::surface::{Maps, NormalFiltering, NormalMap, Texture};
+pub use steradian_scene::surface::{NormalFiltering, NormalMap, SurfaceMaps, Texture};
 pub use tone::{Develop, ToneMapper};

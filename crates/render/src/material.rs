@@ -8,7 +8,7 @@ use std::sync::Arc;
 use steradian_brdf::{SharedBrdf, SpecError, parse};
 use steradian_formats::mesh::{MaterialData, TextureRef, TextureSource};
 use steradian_formats::{FormatError, Limits, Raster};
-use steradian_scene::surface::{self, Colours, Maps, NormalMap, Texture};
+use steradian_scene::surface::{self, Colours, NormalMap, SurfaceMaps, Texture};
 
 /// A material of a mesh file.
 #[derive(Clone)]
@@ -73,13 +73,13 @@ impl FileMaterial {
     }
 
     /// The maps; those of roughness and colours only with the material's `own` reflectance.
-    pub fn maps(&self, own: bool) -> Maps {
-        Maps {
+    pub fn maps(&self, own: bool) -> SurfaceMaps {
+        SurfaceMaps {
             normal: self.normal.clone(),
             alpha2: self.alpha2.clone().filter(|_| own),
             colours: self.colours.clone().filter(|_| own),
             emission: self.emission.clone(),
-            ..Maps::default()
+            ..SurfaceMaps::default()
         }
     }
 

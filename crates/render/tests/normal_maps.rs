@@ -5,7 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_render::{
-    Background, BakeShader, Film, Maps, NormalFiltering, NormalMap, Settings, Shader, Stage, Surface, render,
+    Background, BakeShader, Film, NormalFiltering, NormalMap, Settings, Shader, Stage, Surface, SurfaceMaps,
+    render,
 };
 use steradian_scene::{Bvh, Camera, Mesh, shapes};
 use steradian_techniques::shared::lights;
@@ -66,7 +67,7 @@ fn picture(
     filtering: NormalFiltering,
     samples: usize,
 ) -> Film {
-    let maps = Maps { normal: Some(map.clone()), filtering, ..Maps::default() };
+    let maps = SurfaceMaps { normal: Some(map.clone()), filtering, ..SurfaceMaps::default() };
     let surfaces = [Surface { shader: shader.clone(), base_colour: None, maps }];
     let background = Background::Colour([0.0; 3]);
     let stage =

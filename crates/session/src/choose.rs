@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 use steradian_base::{Evidence, Task};
 use steradian_brdf::Brdf;
 use steradian_reference::{Lookup, Reference};
-use steradian_render::{Background, Film, Maps, ReferenceShader, Settings, Stage, Surface, errors, render};
+use steradian_render::{
+    Background, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, errors, render,
+};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
@@ -96,7 +98,7 @@ impl<'a> Sample<'a> {
                 let reference = Arc::new(reference.with_budget(SAMPLE_EVALUATIONS));
                 let shader =
                     Arc::new(ReferenceShader::new(reference, material.brdf.clone(), SAMPLE_TOLERANCE));
-                sample.film(&Surface { shader, base_colour: None, maps: Maps::default() }, &task)
+                sample.film(&Surface { shader, base_colour: None, maps: SurfaceMaps::default() }, &task)
             },
         );
         sample.truth = match truth {
@@ -112,7 +114,7 @@ impl<'a> Sample<'a> {
 
     /// Radiance of a surface at the points, without its textures: the reference knows no maps.
     fn film(&self, surface: &Surface, task: &Task) -> Result<Film, Error> {
-        let plain = Surface { base_colour: None, maps: Maps::default(), ..surface.clone() };
+        let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
         let s = &self.scene.settings;
         let longest = s.width.max(s.height).max(1);
         let side = |n: usize| (n * SAMPLE).div_ceil(longest).max(1);

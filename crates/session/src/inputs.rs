@@ -13,7 +13,7 @@ use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files
 use steradian_light::{Lamp, Lights, adjust as placed};
 use steradian_prefilter::source::add_small_lights;
 use steradian_prefilter::{Cosine, SmallLight, Zonal};
-use steradian_render::{MIN_ALPHA, Maps, NormalMap, Texture};
+use steradian_render::{MIN_ALPHA, NormalMap, SurfaceMaps, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_techniques::{AnyTechnique, SavedBake};
@@ -417,16 +417,19 @@ impl Session {
     }
 
     /// Loads a tangent-space normal map (glTF's: green up).
-    pub fn normal_map(&mut self, path: &Path, scale: f32) -> Result<Maps, Error> {
+    pub fn normal_map(&mut self, path: &Path, scale: f32) -> Result<SurfaceMaps, Error> {
         let (w, h, planes) = self.data(path)?;
-        Ok(Maps { normal: NormalMap::new(w, h, &planes, scale).map(Arc::new), ..Maps::default() })
+        Ok(SurfaceMaps {
+            normal: NormalMap::new(w, h, &planes, scale).map(Arc::new),
+            ..SurfaceMaps::default()
+        })
     }
 
     /// Loads a map of perceptual roughness: the green channel (as in glTF's), or the only one.
-    pub fn roughness_map(&mut self, path: &Path) -> Result<Maps, Error> {
+    pub fn roughness_map(&mut self, path: &Path) -> Result<SurfaceMaps, Error> {
         let (w, h, planes) = self.data(path)?;
         let alpha2 = steradian_scene::surface::alpha2(w, h, &planes[1], 1.0, MIN_ALPHA);
-        Ok(Maps { alpha2: alpha2.map(Arc::new), ..Maps::default() })
+        Ok(SurfaceMaps { alpha2: alpha2.map(Arc::new), ..SurfaceMaps::default() })
     }
 }
 

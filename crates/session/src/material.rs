@@ -8,7 +8,7 @@ use steradian_base::{Cancelled, Certificate, ParamValues, Task};
 use steradian_brdf::{Form, SharedBrdf};
 use steradian_light::Lights;
 use steradian_reference::{Lookup, Reference};
-use steradian_render::{BakeShader, DirectShader, Maps, ReferenceShader, Shader, Surface, Texture};
+use steradian_render::{BakeShader, DirectShader, ReferenceShader, Shader, Surface, SurfaceMaps, Texture};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
@@ -33,14 +33,14 @@ pub struct Material {
     /// Multiplies the net reflectance.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals and roughness that vary over the surface.
-    pub maps: Maps,
+    pub maps: SurfaceMaps,
 }
 
 impl Material {
     /// A plain material whose technique is chosen by the session.
     pub fn new(brdf: SharedBrdf) -> Self {
         let params = ParamValues::default();
-        Self { brdf, method: None, params, local: None, base_colour: None, maps: Maps::default() }
+        Self { brdf, method: None, params, local: None, base_colour: None, maps: SurfaceMaps::default() }
     }
 
     /// The same material shaded by `method`.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Certificate, Evidence};
 use steradian_reference::path::{PathEstimate, PathOptions, PathPoint, PathScene, trace_points};
-use steradian_render::{Background, Film, Maps, PathShader, PathStage, Settings, Stage, Surface};
+use steradian_render::{Background, Film, PathShader, PathStage, Settings, Stage, Surface, SurfaceMaps};
 use steradian_scene::{Bvh, Camera};
 use steradian_sphere::Frame;
 
@@ -84,7 +84,7 @@ impl Session {
             shader: Arc::new(PathShader { stage: stage.clone(), brdf: m.brdf.clone() }),
             base_colour: m.base_colour.clone(),
             // Of what varies over a surface paths know normals and base colours.
-            maps: Maps { normal: m.maps.normal.clone(), ..Maps::default() },
+            maps: SurfaceMaps { normal: m.maps.normal.clone(), ..SurfaceMaps::default() },
         };
         let surfaces: Vec<Surface> = scene.materials.iter().map(surface).collect();
         let picture = Stage { mesh: &stage.mesh, bvh: &stage.bvh, surfaces: &surfaces, background, camera };

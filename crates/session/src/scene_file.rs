@@ -9,7 +9,7 @@ use steradian_brdf::Files;
 use steradian_formats::{file_below, read_text};
 use steradian_light::Lights;
 use steradian_render::scenefile::{At, MeshSource, SceneMaterial, SceneMesh};
-use steradian_render::{Maps, SceneFile, Settings};
+use steradian_render::{SceneFile, Settings, SurfaceMaps};
 use steradian_scene::Mesh;
 
 /// A thousand meshes with materials of their own take a tenth of it.
@@ -133,12 +133,12 @@ fn material(
         located(file, t, loaded)
     });
     let image = |name: &At<String>,
-                 make: &dyn Fn(&Path, &mut Session) -> Result<Maps, Error>,
+                 make: &dyn Fn(&Path, &mut Session) -> Result<SurfaceMaps, Error>,
                  session: &mut Session| {
         let loaded = below(folder, &name.value).and_then(|p| make(&p, session));
         located(file, name, loaded)
     };
-    let mut maps = Maps { filtering: file.output.normal_filtering, ..Maps::default() };
+    let mut maps = SurfaceMaps { filtering: file.output.normal_filtering, ..SurfaceMaps::default() };
     if let Some(name) = &m.normal {
         let scale = m.normal_scale;
         maps.normal = image(name, &|p, c| c.normal_map(p, scale), session)?.normal;

@@ -14,13 +14,13 @@ pub mod laws;
 mod light;
 mod measure;
 mod model;
+pub mod orientation;
 mod report;
 mod rings;
 mod samples;
 mod scale;
 mod search;
 mod texture;
-pub mod turn;
 
 pub use kernel::{Family, Kernel};
 pub use light::{Alteration, Reading};

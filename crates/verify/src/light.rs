@@ -1,10 +1,10 @@
 //! The light as hypotheses have it: as it is, reduced, or clipped; its texels read as cells, points or bilinearly.
 
 use crate::kernel::Kernel;
+use crate::orientation::Orientation;
 use crate::rings::Rings;
 use crate::samples::Samples;
 use crate::scale::{Column, Moments};
-use crate::turn::Turn;
 use glam::DVec3;
 use std::collections::HashMap;
 use steradian_base::{Cancelled, Task};
@@ -106,7 +106,7 @@ fn between(image: &SphereImage, low: f64, high: f64) -> SphereImage {
 pub struct View<'a> {
     pub levels: &'a [SphereImage],
     pub samples: &'a [Samples],
-    pub turn: Turn,
+    pub orientation: Orientation,
     /// In the world.
     directions: Vec<Vec<DVec3>>,
     /// Per level, the angle below which the light need not be known: a part of the widths of kernels.
@@ -117,14 +117,20 @@ pub struct View<'a> {
 const FINEST: (f64, f64) = (5e-3, 0.06);
 
 impl<'a> View<'a> {
-    pub fn new(levels: &'a [SphereImage], samples: &'a [Samples], kernels: &[Kernel], turn: Turn) -> Self {
+    pub fn new(
+        levels: &'a [SphereImage],
+        samples: &'a [Samples],
+        kernels: &[Kernel],
+        orientation: Orientation,
+    ) -> Self {
         let width = |k: &Kernel| k.zonal().map(|z| 0.5 * z.width());
         let least = kernels.iter().filter_map(width).fold(1.0, f64::min);
         let finest = kernels.iter().map(|k| width(k).unwrap_or(least).clamp(FINEST.0, FINEST.1)).collect();
-        let placed =
-            |(l, s): (&SphereImage, &Samples)| s.directions.iter().map(|d| turn.world(l, *d)).collect();
+        let placed = |(l, s): (&SphereImage, &Samples)| {
+            s.directions.iter().map(|d| orientation.world(l, *d)).collect()
+        };
         let directions = levels.iter().zip(samples).map(placed).collect();
-        Self { levels, samples, turn, directions, finest }
+        Self { levels, samples, orientation, directions, finest }
     }
 
     /// World directions of a level's samples.
@@ -256,7 +262,7 @@ fn mirrors(image: &SphereImage, suns: &[SmallLight], view: &View<'_>, m: usize) 
         directions.iter().map(|d| of(image.bicubic(*d))).collect(),
         supersampled(image, view, m),
     ];
-    if !view.turn.interpolates() {
+    if !view.orientation.interpolates() {
         let (w, h) = (level.width, level.height);
         let mut whole = vec![image.resample(level.layout, w, h)];
         if level.layout == Layout::Cube {
@@ -291,7 +297,7 @@ fn supersampled(image: &SphereImage, view: &View<'_>, m: usize) -> Column {
             let part = |k: usize| (k as f64 + 0.5) / n as f64;
             let at = Position { face, x: i as f64 + part(k % n), y: j as f64 + part(k / n) };
             let d = level.layout.direction(w, h, at).unwrap_or(DVec3::Y);
-            let v = image.bilinear(view.turn.world(level, d));
+            let v = image.bilinear(view.orientation.world(level, d));
             (0..3).for_each(|c| sum[c] += f64::from(v[c]));
         }
         sum.map(|s| s / (n * n) as f64)
@@ -313,7 +319,7 @@ fn sun_shares(suns: &[SmallLight], view: &View<'_>, m: usize) -> Vec<(usize, [f6
             let r = if n == 1 { 0.0 } else { b.radius * ((k as f64 + 0.5) / (4 * n * n) as f64).sqrt() };
             let (s, c) = (2.399_963_229_728_653 * k as f64).sin_cos();
             let d = (b.direction + r.tan() * (c * side + s * up)).normalize();
-            let texel = level.texel_of(view.turn.file(level, d));
+            let texel = level.texel_of(view.orientation.file(level, d));
             if let Some(&sample) = at.get(&texel) {
                 let (face, i, j) = texel;
                 let omega = level.layout.solid_angle(level.width, level.height, face, i, j);

@@ -3,9 +3,9 @@
 use crate::kernel::Kernel;
 use crate::laws::Rule;
 use crate::light::Alteration;
+use crate::orientation::Orientation;
 use crate::report::{Encoding, Fault};
 use crate::scale::{Scale, Score};
-use crate::turn::Turn;
 
 /// Which kernels the levels hold.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub enum List {
 /// A hypothesis with its score.
 #[derive(Debug, Clone)]
 pub struct Hypothesis {
-    pub turn: Turn,
+    pub orientation: Orientation,
     pub channels: [usize; 3],
     pub light: Alteration,
     pub list: List,
@@ -77,7 +77,7 @@ impl Kinds {
 impl Hypothesis {
     /// How much there is to believe and what is left unexplained; residuals below `floor` are alike.
     pub fn cost(&self, floor: f64) -> f64 {
-        let faces = if matches!(self.turn, Turn::Faces(_)) { 1.0 } else { 0.0 };
+        let faces = if matches!(self.orientation, Orientation::Faces(_)) { 1.0 } else { 0.0 };
         self.score.residual.hypot(floor).ln()
             + PER_FAULT * (self.kinds().count() + faces)
             + PER_NUMBER * self.free as f64
@@ -86,7 +86,7 @@ impl Hypothesis {
     /// What sets it apart.
     pub fn kinds(&self) -> Kinds {
         Kinds {
-            turned: !self.turn.is_identity(),
+            turned: !self.orientation.is_identity(),
             channels: self.channels != [0, 1, 2],
             kernels: match self.list {
                 List::Expected => 0,
@@ -106,8 +106,8 @@ impl Hypothesis {
     /// Its faults, beside levels that should hold `expected`.
     pub fn faults(&self, expected: &[Kernel], conventions: Vec<&'static str>) -> Vec<Fault> {
         let mut out = Vec::new();
-        if !self.turn.is_identity() {
-            out.push(Fault::Turned(self.turn.clone(), conventions));
+        if !self.orientation.is_identity() {
+            out.push(Fault::Turned(self.orientation.clone(), conventions));
         }
         if self.channels != [0, 1, 2] {
             out.push(Fault::Channels(self.channels));

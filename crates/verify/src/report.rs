@@ -4,15 +4,15 @@ use crate::kernel::Kernel;
 use crate::laws::Rule;
 use crate::light::{Alteration, Reading};
 use crate::measure::Error;
+use crate::orientation::Orientation;
 use crate::scale::Scale;
-use crate::turn::Turn;
 use steradian_sphere::Layout;
 
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
     /// Every level is turned; names of conventions of the light that it comes of.
-    Turned(Turn, Vec<&'static str>),
+    Turned(Orientation, Vec<&'static str>),
     /// Channel c of the file holds channel `.0[c]` of the light.
     Channels([usize; 3]),
     /// The levels follow another curve.
@@ -108,7 +108,7 @@ pub struct Report {
     /// Level by level.
     pub levels: Vec<Level>,
     /// How all are turned.
-    pub turn: Turn,
+    pub orientation: Orientation,
     /// What is wrong; empty where all is as expected.
     pub faults: Vec<Fault>,
     /// How the light's texels were read, where that is clear.

@@ -15,7 +15,7 @@ use steradian_formats::{linear_to_srgb, srgb_to_linear};
 use steradian_light::load::Profile;
 use steradian_sphere::SphereImage;
 use steradian_verify::laws::{Law, Rule, Slip};
-use steradian_verify::turn::Turn;
+use steradian_verify::orientation::Orientation;
 use steradian_verify::{Alteration, Encoding, Family, Fault, Input, Kernel, Report, Scale, check};
 
 const SIDE: usize = 16;
@@ -287,7 +287,9 @@ fn of_texels(good: &[SphereImage]) -> Vec<Plant> {
 fn of_turns(good: &[SphereImage], light: &SphereImage) -> Vec<Plant> {
     let mut out = Vec::new();
     let axes = |g: DMat3| {
-        move |f: &[Fault]| one(f, |f| matches!(f, Fault::Turned(Turn::Axes(h), _) if h.abs_diff_eq(g, 1e-6)))
+        move |f: &[Fault]| {
+            one(f, |f| matches!(f, Fault::Turned(Orientation::Axes(h), _) if h.abs_diff_eq(g, 1e-6)))
+        }
     };
     for (name, g) in [
         ("turned by 90", DMat3::from_rotation_y(0.5 * PI)),
@@ -305,7 +307,7 @@ fn of_turns(good: &[SphereImage], light: &SphereImage) -> Vec<Plant> {
         let degrees = columns as f64 * 360.0 / light.width as f64;
         out.push(plant(format!("turned by {degrees}"), levels, move |f| {
             let near = |h: &DMat3| (h.transpose() * g).x_axis.angle_between(DVec3::X) < f64::to_radians(0.5);
-            one(f, |f| matches!(f, Fault::Turned(Turn::Axes(h), _) if near(h)))
+            one(f, |f| matches!(f, Fault::Turned(Orientation::Axes(h), _) if near(h)))
         }));
     }
     let mut faces = good.to_vec();
@@ -331,7 +333,7 @@ fn of_turns(good: &[SphereImage], light: &SphereImage) -> Vec<Plant> {
     let levels = values(&moved(good, g), |_, v| v.map(|v| v * PI as f32));
     out.push(plant("mirrored in z, times pi", levels, move |f| {
         f.len() == 2
-            && f.iter().any(|f| matches!(f, Fault::Turned(Turn::Axes(h), _) if h.abs_diff_eq(g, 1e-6)))
+            && f.iter().any(|f| matches!(f, Fault::Turned(Orientation::Axes(h), _) if h.abs_diff_eq(g, 1e-6)))
             && f.iter().any(|f| matches!(f, Fault::Scale(Scale::Gain(x), _) if (x / PI - 1.0).abs() < 0.01))
     }));
     out

@@ -12,7 +12,7 @@ use steradian_base::ParamValues;
 use steradian_brdf::SharedBrdf;
 use steradian_light::{Lamp, Lights};
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Maps, Settings, ToneMapper};
+use steradian_render::{Settings, SurfaceMaps, ToneMapper};
 use steradian_session::compare::{Answer, Plan};
 use steradian_session::comparison::{
     Finding, Kept, Sweep, Swept, csv, digest, document, drawing, html, latex, mark as file_mark, sheet, table,
@@ -341,7 +341,7 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
                     materials.iter().map(|m| material(brdf.clone(), &params, m.tint(false), m.maps(false)));
                 let mut all: Vec<_> = of_file.collect();
                 if all.is_empty() {
-                    all.push(material(brdf, &params, None, Maps::default()));
+                    all.push(material(brdf, &params, None, SurfaceMaps::default()));
                 }
                 let mut name = short(&spec);
                 if let (Some(s), Some(v)) = (o.sweep.as_ref().filter(|s| s.of == Swept::Param), value) {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use steradian_formats::{Raster, WriteOptions};
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
-use steradian_render::{Maps, NormalFiltering, ToneMapper};
+use steradian_render::{NormalFiltering, SurfaceMaps, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
     Backend, DEFAULT_SKY, FOV, Local, Material, Method, Model, Picture, Prepared, Renderer, Scene,
@@ -346,8 +346,8 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         model.mesh.materials.clear();
     }
     let lights = lights(o, file.as_deref(), context)?;
-    let material = |brdf, base_colour, file: Maps| {
-        let maps = Maps {
+    let material = |brdf, base_colour, file: SurfaceMaps| {
+        let maps = SurfaceMaps {
             normal: given_maps.normal.clone().or(file.normal),
             alpha2: given_maps.alpha2.clone().or(file.alpha2),
             ..file
@@ -367,7 +367,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     if materials.is_empty() {
         let usual = if texture.is_some() { "lambert" } else { "lambert:albedo=0.6" };
         let brdf = given.clone().map_or_else(|| context.brdf(usual), Ok)?;
-        materials.push(material(brdf, texture.clone(), Maps::default()));
+        materials.push(material(brdf, texture.clone(), SurfaceMaps::default()));
     }
     say_materials(o, &model, given.is_some(), texture.is_some(), context);
     Ok(Scene::new(model.mesh, materials, lights))
@@ -399,8 +399,8 @@ fn lights(o: &Options, file: Option<&SavedBake>, context: &mut Context) -> Resul
 }
 
 /// The maps of the command line.
-fn maps(o: &Options, mesh: &Mesh, context: &mut Context) -> Result<Maps, Failure> {
-    let mut out = Maps::default();
+fn maps(o: &Options, mesh: &Mesh, context: &mut Context) -> Result<SurfaceMaps, Failure> {
+    let mut out = SurfaceMaps::default();
     for (name, option) in [(&o.normal_map, "--normal-map"), (&o.roughness_map, "--roughness-map")] {
         if name.is_some() && mesh.uvs.is_empty() {
             let why = format!("{}: has no texture coordinates for {option}", o.input);

@@ -324,7 +324,7 @@ impl Refilter {
     ) -> Result<(), GpuError> {
         let lit = self.finished()?;
         if !self.plan.has_harmonics() {
-            return Err(GpuError::Scene(format!("{:?} leaves no spherical harmonics", self.plan.way())));
+            return Err(GpuError::Scene(format!("{:?} leaves no spherical harmonics", self.plan.method())));
         }
         let place =
             |name| technique.uniform(name).ok_or_else(|| GpuError::Scene(format!("no uniform '{name}'")));
@@ -372,7 +372,7 @@ impl Refilter {
     pub fn harmonics(&self, gpu: &Gpu) -> Result<ShRgb, GpuError> {
         let lit = self.finished()?;
         let Some(bands) = self.plan.bands() else {
-            return Err(GpuError::Scene(format!("{:?} leaves no spherical harmonics", self.plan.way())));
+            return Err(GpuError::Scene(format!("{:?} leaves no spherical harmonics", self.plan.method())));
         };
         let rows = read_back(gpu, &self.settled, bands * bands)?;
         let suns = lit.light.coefficients(bands - 1);

@@ -166,8 +166,8 @@ impl Plan {
         [width, self.height]
     }
 
-    /// The way.
-    pub fn way(&self) -> Method {
+    /// How it filters.
+    pub fn method(&self) -> Method {
         self.way
     }
 

@@ -10,7 +10,7 @@ use steradian_brdf::SharedBrdf;
 use steradian_gpu::scene::{Backdrop, Disk, Level, Object, Scene, Triangles};
 use steradian_gpu::{Gpu, GpuError};
 use steradian_light::{Environment, Lights};
-use steradian_render::{BakeShader, Display, Film, Maps, Settings, Stage, Surface};
+use steradian_render::{BakeShader, Display, Film, Settings, Stage, Surface, SurfaceMaps};
 use steradian_scene::{Bvh, Camera, Mesh, shapes};
 use steradian_techniques::{AnyBake, GpuTechnique, View};
 
@@ -21,7 +21,7 @@ pub fn gpu() -> Result<&'static Gpu, GpuError> {
 }
 
 /// A scene of the demo.
-pub struct Shown {
+pub struct TestScene {
     pub shape: &'static str,
     pub sky: &'static str,
     pub brdf: &'static str,
@@ -29,21 +29,26 @@ pub struct Shown {
     pub view: (f32, f32, f32),
 }
 
-pub const SCENES: [Shown; 4] = [
-    Shown {
+pub const SCENES: [TestScene; 4] = [
+    TestScene {
         shape: "teapot",
         sky: "sky:elevation=38,azimuth=15,turbidity=2.5,ground=0.2/0.17/0.13",
         brdf: "lambert:albedo=0.65/0.4/0.28",
         view: (75.0, 4.0, 2.5),
     },
-    Shown { shape: "knot", sky: "studio", brdf: "ggx:alpha=0.15,f0=1.0/0.77/0.34", view: (75.0, 10.0, 2.3) },
-    Shown {
+    TestScene {
+        shape: "knot",
+        sky: "studio",
+        brdf: "ggx:alpha=0.15,f0=1.0/0.77/0.34",
+        view: (75.0, 10.0, 2.3),
+    },
+    TestScene {
         shape: "knot",
         sky: "overcast:ground=0.25/0.22/0.18",
         brdf: "phong:n=30,scale=0.25/0.4/1",
         view: (75.0, 6.0, 2.3),
     },
-    Shown {
+    TestScene {
         shape: "teapot",
         sky: "sky:elevation=7,azimuth=140,turbidity=4,ground=0.16/0.14/0.12",
         brdf: "ggx:alpha=0.04,f0=0.9/0.92/0.94",
@@ -98,7 +103,7 @@ pub fn scene(case: &Case, technique: GpuTechnique) -> Scene {
             brdf: None,
             folds_suns: false,
             base_colour: None,
-            maps: Maps::default(),
+            maps: SurfaceMaps::default(),
             transform: Affine3A::IDENTITY,
         }],
         direct: Default::default(),
@@ -135,7 +140,7 @@ pub fn cpu_of(case: &Case, techniques: Vec<Look>, settings: &Settings) -> Film {
     let surface = |(bake, base_colour)| Surface {
         shader: Arc::new(BakeShader(bake)),
         base_colour,
-        maps: Maps::default(),
+        maps: SurfaceMaps::default(),
     };
     let surfaces: Vec<_> = techniques.into_iter().map(surface).collect();
     let background = steradian_render::Background::Sky(case.backdrop.clone());

@@ -1,6 +1,6 @@
 //! How far a filtered image is from the integral over all texels of the light.
 
-use super::texels::{Scratch, Texels};
+use super::texel_sums::{Scratch, TexelSums};
 use crate::Zonal;
 use crate::light::sampled::{Sampled, small_lights_at};
 use glam::DVec3;
@@ -33,7 +33,7 @@ struct Pick {
 /// the texels' values and a third by their squares: errors are largest where the map is bright, around a sun, and few
 /// texels are there.
 pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: usize) -> Deviation {
-    let sums = Texels::new(&light.image);
+    let sums = TexelSums::new(&light.image);
     let compare = |scratch: &mut Scratch, p: &Pick| {
         let (sum, suns) =
             (sums.all(kernel, p.direction, scratch), small_lights_at(light.suns(), kernel, p.direction));
@@ -123,7 +123,7 @@ mod tests {
                 Lobe::gaussian(1e-4),
             ] {
                 let light = Sampled::new(&lights, &[], 1e-3, &task).unwrap();
-                let sums = Texels::new(&light.image);
+                let sums = TexelSums::new(&light.image);
                 for d in [DVec3::Y, DVec3::new(0.3, -0.5, 0.7), DVec3::new(-1.0, 0.02, 0.0)] {
                     let d = d.normalize();
                     let got = sums.all(&kernel, d, &mut Scratch::default());

@@ -6,10 +6,10 @@
 //! the series would ring. Where neither is sure to meet the tolerance all texels are summed, if they are few.
 
 use super::measure::finish;
+use super::plan::{self, Frequency, Near, Plan};
 use super::rows::for_rows;
 use super::synthesize;
-use super::texels::{Scratch, Texels};
-use super::ways::{self, Frequency, Near, Plan};
+use super::texel_sums::{Scratch, TexelSums};
 use crate::light::sampled::{Sampled, small_lights_at};
 use crate::{SmallLight, Zonal};
 use glam::DVec3;
@@ -96,8 +96,8 @@ pub fn filter_image(
 ) -> Result<FilteredImage, Cancelled> {
     task.check()?;
     let (layout, width, height) = shape;
-    let k = ways::coefficients(kernel);
-    let plan = ways::plan(light, kernel, &k, layout.faces() * width * height, tolerance);
+    let k = plan::coefficients(kernel);
+    let plan = plan::plan(light, kernel, &k, layout.faces() * width * height, tolerance);
     task.check()?;
     let (mut image, way, predicted) = match plan {
         Plan::Frequency(p) => by_frequency(light, kernel, &k, p, shape, tolerance),
@@ -159,7 +159,7 @@ fn by_parts(
     let far = &plan.far[..=plan.order.min(plan.far.len() - 1)];
     let mut image = synthesize(&light.spectrum(plan.order, plan.merged), far, shape, 0.1 * tolerance);
     task.check()?;
-    let near = Texels::new(&light.image);
+    let near = TexelSums::new(&light.image);
     let direct: &[SmallLight] = if plan.merged { &[] } else { light.bright_texels() };
     let scale = 0.25 * plan.split.reach();
     for_texels(&mut image, |scratch, d, texel| {
@@ -178,7 +178,7 @@ fn by_parts(
 
 fn by_sums(light: &Sampled, kernel: &dyn Zonal, shape: Shape, task: &Task) -> Result<SphereImage, Cancelled> {
     let mut image = SphereImage::new(shape.0, shape.1, shape.2);
-    let sums = Texels::new(&light.image);
+    let sums = TexelSums::new(&light.image);
     for_texels(&mut image, |scratch, d, texel| {
         if task.check().is_ok() {
             let (sum, suns) = (sums.all(kernel, d, scratch), small_lights_at(light.suns(), kernel, d));

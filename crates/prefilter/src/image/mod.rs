@@ -4,10 +4,10 @@ mod bands;
 mod deviation;
 pub mod map;
 pub(crate) mod measure;
+mod plan;
 pub(crate) mod rows;
 mod synthesis;
-mod texels;
-mod ways;
+mod texel_sums;
 
 pub(crate) use rows::Row;
 pub(crate) use synthesis::{at_points, precision, synthesize};

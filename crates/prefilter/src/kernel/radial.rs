@@ -1,7 +1,7 @@
 //! A kernel of any shape, given by its values: of a measured reflectance, say.
 
-use super::cells::Cells;
 use super::legendre;
+use super::octaves::Octaves;
 use super::zonal::Zonal;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_sphere::quadrature::gauss_legendre;
@@ -22,7 +22,7 @@ pub struct Radial {
     /// Legendre coefficients of each panel, scaled.
     terms: Vec<[f64; NODES]>,
     /// The same for single precision.
-    cells: Cells,
+    cells: Octaves,
     width: f64,
     accuracy: f64,
 }
@@ -63,7 +63,7 @@ impl Radial {
             edges.push(b * FRAC_PI_2);
             terms.push(c);
         }
-        let mut made = Self { edges, terms, cells: Cells::default(), width: 1.0, accuracy: 0.0 };
+        let mut made = Self { edges, terms, cells: Octaves::default(), width: 1.0, accuracy: 0.0 };
         let all = made.coefficients(0)[0];
         if !(all.is_finite() && all > 0.0) {
             return None;
@@ -71,7 +71,7 @@ impl Radial {
         made.terms.iter_mut().flatten().for_each(|c| *c /= all);
         made.accuracy = lost / all;
         made.width = made.half_width(peak / all);
-        made.cells = Cells::new(|s2| made.at(angle(s2)), peak / all);
+        made.cells = Octaves::new(|s2| made.at(angle(s2)), peak / all);
         Some(made)
     }
 

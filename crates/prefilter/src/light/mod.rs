@@ -1,15 +1,15 @@
 //! Distant light prepared for filtering: its spectrum, its hierarchy, and what is bright and small apart.
 
 pub(crate) mod cell;
+mod matching_pursuit;
 pub(crate) mod polar;
-mod pursuit;
 pub(crate) mod sampled;
 pub(crate) mod small_light;
 pub mod source;
 mod tree;
 
 pub use cell::Cell;
-pub use pursuit::Pursuit;
+pub use matching_pursuit::Pursuit;
 pub use sampled::Sampled;
 pub use small_light::SmallLight;
 pub use source::Source;

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, Vec3Swizzles};
 use steradian_parallel::prelude::*;
 use steradian_sphere::sh::{self, Basis, ShRgb};
 
-/// Beams that are summed together.
+/// Small lights that are summed together.
 const BLOCK: usize = 16;
 
 /// Adds flux · b_l · Y_lm(x, z, y) of every disk, with b_l its spread, and exact integrals over cells.

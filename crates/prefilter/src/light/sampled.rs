@@ -283,7 +283,12 @@ struct Capped {
 }
 
 impl Statistics {
-    fn without(&self, image: &SphereImage, bright_texels: &[source::Spark], whole: &[[f32; 3]]) -> Capped {
+    fn without(
+        &self,
+        image: &SphereImage,
+        bright_texels: &[source::BrightTexel],
+        whole: &[[f32; 3]],
+    ) -> Capped {
         let mut left = Capped { flux: self.flux, energy: self.energy };
         for (s, whole) in bright_texels.iter().zip(whole) {
             let omega = image.layout.solid_angle(image.width, image.height, 0, 0, s.k / image.width);

@@ -15,11 +15,11 @@ use steradian_sphere::{Layout, SphereImage};
 /// Rows of the image that filters see at most: they blur, so larger images are first reduced, area-exact.
 pub const MAX_HEIGHT: usize = 1024;
 /// At most this many texels become small lights.
-const MAX_BEAMS: usize = 256;
+const MAX_SMALL_LIGHTS: usize = 256;
 /// A texel becomes a small light where it holds more than this part of all flux …
-const BEAM_FLUX: f64 = 1e-4;
+const SMALL_LIGHT_FLUX: f64 = 1e-4;
 /// … and is this many times brighter than the mean.
-const BEAM_CONTRAST: f64 = 32.0;
+const SMALL_LIGHT_CONTRAST: f64 = 32.0;
 
 /// Distant light, prepared.
 pub struct Source {
@@ -152,9 +152,9 @@ pub(crate) fn energy(image: &SphereImage) -> f64 {
 
 /// Caps the brightest texels of `image`; their excess is appended to `small lights`.
 pub(crate) fn split(mut image: SphereImage, small_lights: &mut Vec<SmallLight>) -> SphereImage {
-    for spark in bright_texels(&image, &Statistics::of(&image)) {
-        spark.cap(&mut image);
-        small_lights.push(spark.small_light);
+    for bright in bright_texels(&image, &Statistics::of(&image)) {
+        bright.cap(&mut image);
+        small_lights.push(bright.small_light);
     }
     image
 }
@@ -250,7 +250,7 @@ impl Statistics {
 }
 
 /// A bright texel.
-pub(crate) struct Spark {
+pub(crate) struct BrightTexel {
     /// Its index.
     pub k: usize,
     /// What stays in the image.
@@ -259,7 +259,7 @@ pub(crate) struct Spark {
     pub small_light: SmallLight,
 }
 
-impl Spark {
+impl BrightTexel {
     /// Takes the excess off; the texel as it was.
     pub(crate) fn cap(&self, image: &mut SphereImage) -> [f32; 3] {
         std::array::from_fn(|c| std::mem::replace(&mut image.planes[c][self.k], self.kept[c]))
@@ -267,33 +267,33 @@ impl Spark {
 }
 
 /// The brightest texels.
-pub(crate) fn bright_texels(image: &SphereImage, s: &Statistics) -> Vec<Spark> {
+pub(crate) fn bright_texels(image: &SphereImage, s: &Statistics) -> Vec<BrightTexel> {
     let width = image.width;
-    let dimmest = BEAM_CONTRAST * s.positive / (4.0 * PI);
+    let dimmest = SMALL_LIGHT_CONTRAST * s.positive / (4.0 * PI);
     let omega = |j: usize| image.layout.solid_angle(width, image.height, 0, 0, j);
     let value = |k: usize| image.planes.iter().map(|p| f64::from(p[k]).max(0.0)).sum::<f64>();
     let mut bright: Vec<(usize, f64)> = Vec::new();
     for j in (0..image.height).filter(|&j| f64::from(s.peaks[j]) > dimmest * 0.999) {
-        let needed = dimmest.max(BEAM_FLUX * s.positive / omega(j));
+        let needed = dimmest.max(SMALL_LIGHT_FLUX * s.positive / omega(j));
         let texels = (j * width..(j + 1) * width).map(|k| (k, value(k)));
         bright.extend(texels.filter(|&(_, v)| v > needed));
     }
     bright.sort_by(|a, b| {
         (b.1 * omega(b.0 / width)).total_cmp(&(a.1 * omega(a.0 / width))).then(a.0.cmp(&b.0))
     });
-    bright.truncate(MAX_BEAMS);
-    bright.into_iter().map(|(k, v)| spark(image, k, dimmest / v)).collect()
+    bright.truncate(MAX_SMALL_LIGHTS);
+    bright.into_iter().map(|(k, v)| bright_texel(image, k, dimmest / v)).collect()
 }
 
 /// The texel at `k`, of which the part `keep` stays.
-fn spark(image: &SphereImage, k: usize, keep: f64) -> Spark {
+fn bright_texel(image: &SphereImage, k: usize, keep: f64) -> BrightTexel {
     let (i, j) = (k % image.width, k / image.width);
     let cell = Cell::texel(i, j, image.width, image.height);
     let omega = image.layout.solid_angle(image.width, image.height, 0, 0, j);
     let l = image.texel(0, i, j);
     let kept = l.map(|l| if l > 0.0 { (f64::from(l) * keep) as f32 } else { l });
     let flux = std::array::from_fn(|c| f64::from(l[c] - kept[c]) * omega);
-    Spark { k, kept, small_light: SmallLight::cell(cell, flux) }
+    BrightTexel { k, kept, small_light: SmallLight::cell(cell, flux) }
 }
 
 #[cfg(test)]

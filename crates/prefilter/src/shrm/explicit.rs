@@ -5,7 +5,7 @@
 
 use super::combine::{combine, least_squares};
 use super::global::{Global, harmonics, is_complete, local_maps, places};
-use super::{Grid, Key, Maps};
+use super::{CoefficientMaps, Grid, Key};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_sphere::sh;
@@ -55,7 +55,7 @@ pub fn from_views(grid: Grid, views: &[[Vec<f32>; 3]], directions: &[DVec3], p: 
 
 /// Reflection maps of a set of local directions (θ_o, φ_o), each the same about every texel's frame (5.10). `None`
 /// unless the maps are those of [`super::pairs`] of `p`.
-pub fn local(maps: &Maps, p: usize, directions: &[[f64; 2]]) -> Option<Planes> {
+pub fn local(maps: &CoefficientMaps, p: usize, directions: &[[f64; 2]]) -> Option<Planes> {
     is_complete(maps, p).then(|| combine(&local_matrix(p, directions), &maps.planes))
 }
 
@@ -77,14 +77,14 @@ pub fn from_local(
     directions: &[[f64; 2]],
     weights: Option<&[f64]>,
     p: usize,
-) -> Option<Maps> {
+) -> Option<CoefficientMaps> {
     let matrix: Vec<Vec<f64>> = directions.iter().map(|d| harmonics(p, direction(*d))).collect();
     Some(local_maps(grid, p, combine(&fit(grid, planes, &matrix, weights)?, planes)))
 }
 
 /// Kautz & McCool's texture of elevations θ_o (5.25): Σ_p B_p0 f_p0(θ_o), without what depends on azimuth. `None`
 /// unless the first maps are those with q = 0 of p = 0 … P.
-pub fn texture_3d(maps: &Maps, p: usize, elevations: &[f64]) -> Option<Planes> {
+pub fn texture_3d(maps: &CoefficientMaps, p: usize, elevations: &[f64]) -> Option<Planes> {
     let zonal = (0..=p).all(|term| maps.keys.get(term) == Some(&Key { term, q: 0 }));
     (zonal && maps.planes.len() > p).then(|| combine(&zonal_matrix(p, elevations), &maps.planes[..=p]))
 }
@@ -100,9 +100,13 @@ pub fn from_texture_3d(
     elevations: &[f64],
     weights: Option<&[f64]>,
     p: usize,
-) -> Option<Maps> {
+) -> Option<CoefficientMaps> {
     let fit = fit(grid, planes, &zonal_matrix(p, elevations), weights)?;
-    Some(Maps { grid, keys: (0..=p).map(|term| Key { term, q: 0 }).collect(), planes: combine(&fit, planes) })
+    Some(CoefficientMaps {
+        grid,
+        keys: (0..=p).map(|term| Key { term, q: 0 }).collect(),
+        planes: combine(&fit, planes),
+    })
 }
 
 /// The fit's matrix, if the planes are what it takes.

@@ -28,10 +28,10 @@ pub(super) struct Buffers {
 pub(super) struct Fourier {
     order: usize,
     columns: usize,
-    way: Way,
+    transform: Transform,
 }
 
-enum Way {
+enum Transform {
     /// cos mβ of even m, of odd m, sin mβ of even m, of odd m: rows of a padded quarter.
     Direct { quarter: usize, tables: [Vec<f64>; 4] },
     /// The inverse transform and e^{im(π/columns − π)}.
@@ -51,7 +51,7 @@ impl Fourier {
     }
 
     fn with_limit(order: usize, columns: usize, direct: usize) -> Self {
-        let way = if columns.is_multiple_of(4) && order <= direct {
+        let transform = if columns.is_multiple_of(4) && order <= direct {
             let quarter = (columns / 4).next_multiple_of(PAD);
             let table = |sine: bool, odd: usize| {
                 let angle = |m: usize, t: usize| 2.0 * PI / columns as f64 * m as f64 * (t as f64 + 0.5);
@@ -61,15 +61,15 @@ impl Fourier {
                     .flat_map(|m| (0..quarter).map(move |t| if t < columns / 4 { of(m, t) } else { 0.0 }))
                     .collect()
             };
-            Way::Direct {
+            Transform::Direct {
                 quarter,
                 tables: [table(false, 0), table(false, 1), table(true, 0), table(true, 1)],
             }
         } else {
             let phase = |m: usize| Complex::cis(m as f64 * (PI / columns as f64 - PI));
-            Way::Fast { fft: Fft::new(columns), phases: (0..=order).map(phase).collect() }
+            Transform::Fast { fft: Fft::new(columns), phases: (0..=order).map(phase).collect() }
         };
-        Self { order, columns, way }
+        Self { order, columns, transform }
     }
 
     /// Texels from cells: `cell(m)` are the cosine's north and south, then the sine's, over the block's rings, each
@@ -80,9 +80,9 @@ impl Fourier {
         target: Target<'_>,
         buffers: &mut Buffers,
     ) {
-        match &self.way {
-            Way::Direct { quarter, tables } => self.direct(*quarter, tables, cell, target, buffers),
-            Way::Fast { fft, phases } => self.fast(fft, phases, cell, target, buffers),
+        match &self.transform {
+            Transform::Direct { quarter, tables } => self.direct(*quarter, tables, cell, target, buffers),
+            Transform::Fast { fft, phases } => self.fast(fft, phases, cell, target, buffers),
         }
     }
 

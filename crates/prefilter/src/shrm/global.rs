@@ -4,7 +4,7 @@
 //! with the frame, B̂_pq is one function of the sphere, of the band of the light plus p: it fits any layout.
 
 use super::combine::combine;
-use super::{Grid, Key, Maps, Plan, Term, pairs};
+use super::{CoefficientMaps, Grid, Key, Plan, Term, pairs};
 use crate::EdgeCube;
 use glam::{DMat3, DVec3};
 use steradian_base::{Cancelled, Task};
@@ -40,31 +40,31 @@ pub(super) fn places(p: usize) -> Vec<usize> {
 }
 
 /// Are these maps complete up to P?
-pub(super) fn is_complete(maps: &Maps, p: usize) -> bool {
+pub(super) fn is_complete(maps: &CoefficientMaps, p: usize) -> bool {
     maps.keys == keys(p) && maps.planes.len() == maps.keys.len()
 }
 
 /// Complete local maps from planes in the order p² + p + q.
-pub(super) fn local_maps(grid: Grid, p: usize, mut planes: Vec<[Vec<f32>; 3]>) -> Maps {
+pub(super) fn local_maps(grid: Grid, p: usize, mut planes: Vec<[Vec<f32>; 3]>) -> CoefficientMaps {
     let planes = places(p).into_iter().map(|at| std::mem::take(&mut planes[at])).collect();
-    Maps { grid, keys: keys(p), planes }
+    CoefficientMaps { grid, keys: keys(p), planes }
 }
 
 /// Global from local maps (5.14). `None` unless the maps are those of the terms of [`pairs`] of `p`.
-pub fn from_local(maps: &Maps, p: usize) -> Option<Global> {
+pub fn from_local(maps: &CoefficientMaps, p: usize) -> Option<Global> {
     if !is_complete(maps, p) {
         return None;
     }
     let places = places(p);
     let mut planes: Vec<&[Vec<f32>; 3]> = vec![&maps.planes[0]; places.len()];
     places.iter().zip(&maps.planes).for_each(|(at, plane)| planes[*at] = plane);
-    Some(Global { grid: maps.grid, p, planes: Turn::new(p).apply(maps.grid, &planes, false) })
+    Some(Global { grid: maps.grid, p, planes: FrameRotation::new(p).apply(maps.grid, &planes, false) })
 }
 
 /// Local from global maps.
-pub fn to_local(global: &Global) -> Maps {
+pub fn to_local(global: &Global) -> CoefficientMaps {
     let planes: Vec<&[Vec<f32>; 3]> = global.planes.iter().collect();
-    local_maps(global.grid, global.p, Turn::new(global.p).apply(global.grid, &planes, true))
+    local_maps(global.grid, global.p, FrameRotation::new(global.p).apply(global.grid, &planes, true))
 }
 
 /// A grid on which functions of a band are known exactly by their samples.
@@ -140,13 +140,13 @@ pub fn image(columns: &ColumnsRgb, (layout, width, height): (Layout, usize, usiz
 const ERROR: f64 = 1e-6;
 
 /// Turns coefficients of each texel between its frame and the world.
-struct Turn {
+struct FrameRotation {
     p: usize,
     /// Of each band, row-major: the exchange of y and z.
     exchange: Vec<Vec<f64>>,
 }
 
-impl Turn {
+impl FrameRotation {
     fn new(p: usize) -> Self {
         let mirror = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
         let rotation = Rotation::new(p, mirror);
@@ -181,7 +181,7 @@ impl Turn {
                 let matrices: Vec<Vec<f64>> = (0..=self.p).map(|l| row_matrix(l, grid.alpha(i))).collect();
                 let ins: Vec<&[f32]> = planes.iter().map(|p| &p[c][i * n..(i + 1) * n]).collect();
                 let mut out = vec![0.0; planes.len() * n];
-                let row = TurnRow { turn: self, matrices: &matrices, turns: &turns, ins: &ins, back };
+                let row = RotatedRow { rotation: self, matrices: &matrices, turns: &turns, ins: &ins, back };
                 steradian_simd::run(WithBuffers { row, buffers, out: &mut out });
                 out
             })
@@ -200,8 +200,8 @@ impl Turn {
 }
 
 /// One row and channel of all planes.
-struct TurnRow<'a> {
-    turn: &'a Turn,
+struct RotatedRow<'a> {
+    rotation: &'a FrameRotation,
     matrices: &'a [Vec<f64>],
     /// cos mβ and sin mβ by m.
     turns: &'a [[Vec<f64>; 2]],
@@ -210,7 +210,7 @@ struct TurnRow<'a> {
 }
 
 struct WithBuffers<'a, 'b> {
-    row: TurnRow<'a>,
+    row: RotatedRow<'a>,
     buffers: &'b mut [Vec<f64>; 2],
     out: &'b mut [f32],
 }
@@ -222,9 +222,9 @@ impl Kernel for WithBuffers<'_, '_> {
     fn run<A: Arch>(self) {
         let Self { row, buffers: [now, next], out } = self;
         let n = row.turns[0][0].len();
-        now.resize((2 * row.turn.p + 1) * n, 0.0);
+        now.resize((2 * row.rotation.p + 1) * n, 0.0);
         next.resize(now.len(), 0.0);
-        for l in 0..=row.turn.p {
+        for l in 0..=row.rotation.p {
             let side = 2 * l + 1;
             for k in 0..side {
                 let (to, from) = (&mut now[k * n..(k + 1) * n], &row.ins[l * l + k][..n]);
@@ -234,9 +234,9 @@ impl Kernel for WithBuffers<'_, '_> {
             }
             // All three steps are orthogonal; the middle one is its own inverse.
             let [first, last] = if row.back {
-                [(&row.turn.exchange[l], false), (&row.matrices[l], true)]
+                [(&row.rotation.exchange[l], false), (&row.matrices[l], true)]
             } else {
-                [(&row.matrices[l], false), (&row.turn.exchange[l], true)]
+                [(&row.matrices[l], false), (&row.rotation.exchange[l], true)]
             };
             multiply(first, side, n, now, next);
             for m in 1..=l {

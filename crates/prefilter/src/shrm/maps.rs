@@ -14,7 +14,7 @@ pub struct Key {
 
 /// B_q(α, β) of every term, in the order of the terms, +q before −q: planes of linear RGB, row-major over [`Grid`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct CoefficientMaps {
     /// Where the texels stand.
     pub grid: Grid,
     /// What each map is.
@@ -23,7 +23,7 @@ pub struct Maps {
     pub planes: Vec<[Vec<f32>; 3]>,
 }
 
-impl Maps {
+impl CoefficientMaps {
     /// The place of the map of a term and signed q.
     pub fn place(&self, term: usize, q: i32) -> Option<usize> {
         self.keys.iter().position(|k| *k == Key { term, q })

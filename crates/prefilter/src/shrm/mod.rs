@@ -11,7 +11,7 @@
 //! with y the real orthonormal basis about z', in local coordinates; |q| ≤ min(l, p). Slices at an elevation θ_o are
 //! the same with κ_l|q|(θ_o) for ρ̂ and a_q(φ_o) = 1, √2 cos qφ_o, √2 sin |q|φ_o ([`azimuth`]) for y: their kernels are
 //! Σ_p ρ̂_lpq f_pq(θ_o), y_pq = f_pq a_q. A [`Term`] is one such product and knows nothing of reflectance; [`Plan`]
-//! makes the [`Maps`] of many.
+//! makes the [`CoefficientMaps`] of many.
 
 mod combine;
 pub mod error;
@@ -28,7 +28,7 @@ mod sums;
 mod tests;
 
 pub use grid::{Grid, angles_in, frame, frame_at};
-pub use maps::{Key, Maps, azimuth};
+pub use maps::{CoefficientMaps, Key, azimuth};
 pub use plan::{Plan, Term};
 
 /// The pairs (p, q), 0 ≤ q ≤ p ≤ P, in the order that complete local maps are kept in: by q, then by p. The terms of

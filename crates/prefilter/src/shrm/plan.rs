@@ -3,7 +3,7 @@
 use super::fourier::{Buffers, Fourier, Target};
 use super::recursion::{Column, Fill, RINGS, Rings, steps};
 use super::sums::{Accumulate, CELL};
-use super::{Grid, Key, Maps};
+use super::{CoefficientMaps, Grid, Key};
 use std::mem::take;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -75,9 +75,14 @@ impl Plan {
         self.grid
     }
 
-    /// The maps of all terms (see [`Term`] and [`Maps`]). Coefficients over world axes become columns by
+    /// The maps of all terms (see [`Term`] and [`CoefficientMaps`]). Coefficients over world axes become columns by
     /// [`ColumnsRgb::from_world`].
-    pub fn maps(&self, light: &ColumnsRgb, terms: &[Term<'_>], task: &Task) -> Result<Maps, Cancelled> {
+    pub fn maps(
+        &self,
+        light: &ColumnsRgb,
+        terms: &[Term<'_>],
+        task: &Task,
+    ) -> Result<CoefficientMaps, Cancelled> {
         let keys: Vec<Key> = terms
             .iter()
             .enumerate()
@@ -100,7 +105,7 @@ impl Plan {
             self.texels(&buffer, blocks, &mut planes);
         }
         *self.cells.lock().unwrap_or_else(PoisonError::into_inner) = buffer;
-        Ok(Maps { grid: self.grid, keys, planes })
+        Ok(CoefficientMaps { grid: self.grid, keys, planes })
     }
 
     /// Cells [m][map][number][ring] of blocks of rings.

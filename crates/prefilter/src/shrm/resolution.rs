@@ -164,7 +164,7 @@ pub fn azimuths(bands: &[[f64; 3]], terms: &[Term<'_>], tolerance: f64) -> usize
 #[cfg(test)]
 mod tests {
     use super::super::tests::noise;
-    use super::super::{Maps, Plan};
+    use super::super::{CoefficientMaps, Plan};
     use super::*;
     use glam::DVec3;
     use steradian_base::Task;
@@ -188,7 +188,7 @@ mod tests {
     }
 
     /// RMS of what bilinear lookup adds, over directions, relative.
-    fn measured(coarse: &Maps, fine: &Maps) -> f64 {
+    fn measured(coarse: &CoefficientMaps, fine: &CoefficientMaps) -> f64 {
         let (mut error, mut signal) = (0.0, 0.0);
         for k in 0..6000 {
             let c: DVec3 = crate::probe::direction(k, 6000);

@@ -78,13 +78,13 @@ fn terms_of(rows: &[[Vec<f64>; 3]], p: usize) -> Vec<Term<'_>> {
     both.map(|((_, q), k)| Term { q, k: k.each_ref().map(Vec::as_slice) }).collect()
 }
 
-fn complete(order: usize, p: usize, grid: Grid) -> Maps {
+fn complete(order: usize, p: usize, grid: Grid) -> CoefficientMaps {
     let (light, rows) = ring_of(order, p);
     Plan::new(order, p, grid).maps(&light, &terms_of(&rows, p), &Task::quiet()).expect("nobody cancels")
 }
 
 /// Σ B_pq y_pq(R⁻¹wo) at a texel.
-fn local_value(maps: &Maps, p: usize, (i, j): (usize, usize), wo: DVec3) -> [f64; 3] {
+fn local_value(maps: &CoefficientMaps, p: usize, (i, j): (usize, usize), wo: DVec3) -> [f64; 3] {
     let grid = maps.grid;
     let y = global::harmonics(p, DVec3::from_array(grid.frame(i, j).map(|axis| axis.dot(wo))));
     let pairs = pairs(p);
@@ -238,7 +238,7 @@ fn light_of_one_harmonic_gives_one_harmonic() {
 
 #[test]
 fn the_thread_count_does_not_change_a_bit() {
-    let made: Vec<Maps> = [1, 2, 5]
+    let made: Vec<CoefficientMaps> = [1, 2, 5]
         .map(|n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads start");
             pool.install(|| complete(30, 2, Grid::new(40, 64)))

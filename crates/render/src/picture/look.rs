@@ -2,7 +2,7 @@
 
 use super::hits::{Found, facing, tangent};
 use glam::Vec3;
-use steradian_scene::surface::{Maps, NormalFiltering};
+use steradian_scene::surface::{NormalFiltering, SurfaceMaps};
 use steradian_techniques::PointLobe;
 
 /// Normal, tangent and lobe of a point.
@@ -17,7 +17,7 @@ const LEAST_Z: f32 = 0.1;
 
 /// The look of a point whose sample covers a square of side `uv` in texture coordinates and of `length` metres on
 /// the surface; `angle` is what it covers of the view, radians.
-pub fn look(f: &Found, maps: &Maps, uv: f32, length: f32, angle: f32) -> ShadingPoint {
+pub fn look(f: &Found, maps: &SurfaceMaps, uv: f32, length: f32, angle: f32) -> ShadingPoint {
     let t = tangent(f.along, f.outward);
     let b = f.outward.cross(t) * if f.along.w < 0.0 { -1.0 } else { 1.0 };
     let (mean, spread) = match &maps.normal {

@@ -19,7 +19,7 @@ pub use shader::{BakeShader, DirectShader, ReferenceShader, Shader};
 #[cfg(test)]
 mod tests;
 
-use crate::{Background, Film, Maps, Texture};
+use crate::{Background, Film, SurfaceMaps, Texture};
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
@@ -34,7 +34,7 @@ pub struct Surface {
     /// Multiplies the radiance.
     pub base_colour: Option<Arc<Texture>>,
     /// Normals and roughness that vary over the surface.
-    pub maps: Maps,
+    pub maps: SurfaceMaps,
 }
 
 impl Surface {

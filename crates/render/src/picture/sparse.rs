@@ -68,19 +68,19 @@ impl Seen<'_> {
         &self,
         mut shade: impl FnMut(&PointsBuf) -> Result<[Vec<f32>; 3], Cancelled>,
     ) -> Result<[Vec<f32>; 3], Cancelled> {
-        let mut known = Known { rgb: vec![None; self.points.len()], wanted: vec![true; self.points.len()] };
-        self.whole.iter().flatten().for_each(|p| known.wanted[*p as usize] = false);
+        let mut shaded = Shaded { rgb: vec![None; self.points.len()], wanted: vec![true; self.points.len()] };
+        self.whole.iter().flatten().for_each(|p| shaded.wanted[*p as usize] = false);
         let width = self.size.0;
         let mut good = Vec::new();
         let mut open = self.cells(SIDES[0]);
         for side in SIDES {
             let even: Vec<bool> = open.iter().map(|c| self.is_even(*c)).collect();
             for (cell, _) in open.iter().zip(&even).filter(|(_, even)| **even) {
-                self.want(&mut known, cell.corners(width).into_iter().chain([cell.centre(width)]));
+                self.want(&mut shaded, cell.corners(width).into_iter().chain([cell.centre(width)]));
             }
-            known.shade(self.points, &mut shade)?;
+            shaded.shade(self.points, &mut shade)?;
             let (kept, failed): (Vec<_>, Vec<_>) =
-                open.iter().zip(even).partition(|(c, even)| *even && self.is_predicted(&known, **c));
+                open.iter().zip(even).partition(|(c, even)| *even && self.is_predicted(&shaded, **c));
             good.extend(kept.into_iter().map(|(c, _)| *c));
             open = failed.into_iter().map(|(c, _)| *c).collect();
             if side != SIDES[SIDES.len() - 1] {
@@ -89,11 +89,11 @@ impl Seen<'_> {
             }
         }
         for cell in &open {
-            self.want(&mut known, self.around(*cell).pixels(width));
+            self.want(&mut shaded, self.around(*cell).pixels(width));
         }
-        known.shade(self.points, &mut shade)?;
-        self.interpolate(&mut known, &good);
-        Ok(std::array::from_fn(|c| known.rgb.iter().map(|v| v.map_or(0.0, |v| v[c])).collect()))
+        shaded.shade(self.points, &mut shade)?;
+        self.interpolate(&mut shaded, &good);
+        Ok(std::array::from_fn(|c| shaded.rgb.iter().map(|v| v.map_or(0.0, |v| v[c])).collect()))
     }
 
     /// The tile's cells of a size; neighbours share a line of pixels.
@@ -119,17 +119,17 @@ impl Seen<'_> {
         cell.pixels(self.size.0).all(|i| self.whole[i].is_some_and(|p| normal(p).dot(first) > BENT))
     }
 
-    fn want(&self, known: &mut Known, pixels: impl Iterator<Item = usize>) {
+    fn want(&self, shaded: &mut Shaded, pixels: impl Iterator<Item = usize>) {
         for p in pixels.filter_map(|i| self.whole[i]) {
-            known.wanted[p as usize] = true;
+            shaded.wanted[p as usize] = true;
         }
     }
 
     /// Do the corners tell the centre?
-    fn is_predicted(&self, known: &Known, cell: Cell) -> bool {
+    fn is_predicted(&self, shaded: &Shaded, cell: Cell) -> bool {
         let width = self.size.0;
-        let at = |i: usize| self.whole[i].and_then(|p| known.rgb[p as usize]);
-        let (Some(want), Some(got)) = (at(cell.centre(width)), self.mean(known, cell, cell.centre(width)))
+        let at = |i: usize| self.whole[i].and_then(|p| shaded.rgb[p as usize]);
+        let (Some(want), Some(got)) = (at(cell.centre(width)), self.mean(shaded, cell, cell.centre(width)))
         else {
             return false;
         };
@@ -138,22 +138,22 @@ impl Seen<'_> {
     }
 
     /// The corners' weighted mean at a pixel.
-    fn mean(&self, known: &Known, cell: Cell, pixel: usize) -> Option<[f32; 3]> {
+    fn mean(&self, shaded: &Shaded, cell: Cell, pixel: usize) -> Option<[f32; 3]> {
         let weights = cell.weights(pixel, self.size.0);
         let mut sum = [0.0; 3];
         for (corner, w) in cell.corners(self.size.0).into_iter().zip(weights) {
-            let v = known.rgb[self.whole[corner]? as usize]?;
+            let v = shaded.rgb[self.whole[corner]? as usize]?;
             (0..3).for_each(|c| sum[c] += w * v[c]);
         }
         Some(sum)
     }
 
-    fn interpolate(&self, known: &mut Known, cells: &[Cell]) {
+    fn interpolate(&self, shaded: &mut Shaded, cells: &[Cell]) {
         for cell in cells {
             for pixel in cell.pixels(self.size.0) {
                 let Some(p) = self.whole[pixel].map(|p| p as usize) else { continue };
-                if known.rgb[p].is_none() {
-                    known.rgb[p] = self.mean(known, *cell, pixel);
+                if shaded.rgb[p].is_none() {
+                    shaded.rgb[p] = self.mean(shaded, *cell, pixel);
                 }
             }
         }
@@ -161,13 +161,13 @@ impl Seen<'_> {
 }
 
 /// What has been shaded.
-struct Known {
+struct Shaded {
     rgb: Vec<Option<[f32; 3]>>,
     wanted: Vec<bool>,
 }
 
-impl Known {
-    /// Shades what is wanted and not known.
+impl Shaded {
+    /// Shades what is wanted and not yet shaded.
     fn shade(
         &mut self,
         points: &PointsBuf,

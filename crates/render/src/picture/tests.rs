@@ -22,8 +22,11 @@ impl Shader for Normals {
 fn picture(width: usize, height: usize, settings: impl Fn(&mut Settings), texture: Option<Texture>) -> Film {
     let mesh = shapes::sphere(256);
     let bvh = Bvh::build(&mesh);
-    let surfaces =
-        [Surface { shader: Arc::new(Normals), base_colour: texture.map(Arc::new), maps: Maps::default() }];
+    let surfaces = [Surface {
+        shader: Arc::new(Normals),
+        base_colour: texture.map(Arc::new),
+        maps: SurfaceMaps::default(),
+    }];
     let camera =
         Camera::Orthographic { from: Vec3::new(0.0, 0.0, 5.0), at: Vec3::ZERO, up: Vec3::Y, height: 4.0 };
     let background = Background::Colour([0.25; 3]);
@@ -104,7 +107,8 @@ fn every_shaded_point_knows_its_site_and_texture_coordinates() {
     let moved = glam::Affine3A::from_translation(Vec3::new(1.5, 0.2, 0.0));
     let mesh = Mesh::merged(&[shapes::sphere(24), shapes::sphere(16).transformed(&moved).with_material(1)]);
     let bvh = Bvh::build(&mesh);
-    let surface = Surface { shader: Arc::new(Sites(mesh.clone())), base_colour: None, maps: Maps::default() };
+    let surface =
+        Surface { shader: Arc::new(Sites(mesh.clone())), base_colour: None, maps: SurfaceMaps::default() };
     let surfaces = [surface.clone(), surface];
     let background = Background::Colour([0.0; 3]);
     let camera = Camera::Orthographic { from: Vec3::Z * 5.0, at: Vec3::X, up: Vec3::Y, height: 4.0 };
@@ -123,7 +127,7 @@ fn a_cancelled_picture_ends() {
     let flag = Arc::new(std::sync::atomic::AtomicBool::new(true));
     let mesh = shapes::sphere(16);
     let bvh = Bvh::build(&mesh);
-    let surfaces = [Surface { shader: Arc::new(Normals), base_colour: None, maps: Maps::default() }];
+    let surfaces = [Surface { shader: Arc::new(Normals), base_colour: None, maps: SurfaceMaps::default() }];
     let background = Background::Colour([0.0; 3]);
     let camera = Camera::Orthographic { from: Vec3::Z * 3.0, at: Vec3::ZERO, up: Vec3::Y, height: 3.0 };
     let stage = Stage { mesh: &mesh, bvh: &bvh, surfaces: &surfaces, background: &background, camera };

@@ -28,7 +28,7 @@ impl NormalFiltering {
 
 /// The maps of a surface, beside what multiplies its radiance.
 #[derive(Debug, Clone, Default)]
-pub struct Maps {
+pub struct SurfaceMaps {
     /// Normals.
     pub normal: Option<Arc<NormalMap>>,
     /// alpha² in every channel, in place of the material's: variances of slopes are what averages linearly.
@@ -62,7 +62,7 @@ impl Colours {
     }
 }
 
-impl Maps {
+impl SurfaceMaps {
     /// Is every point's reflectance the same, about the mesh's own normals?
     pub fn is_empty(&self) -> bool {
         self.normal.is_none() && self.alpha2.is_none() && self.colours.is_none()

@@ -7,7 +7,7 @@ mod normal_map;
 mod planes;
 mod texture;
 
-pub use maps::{Colours, Maps, NormalFiltering, alpha2};
+pub use maps::{Colours, NormalFiltering, SurfaceMaps, alpha2};
 pub use normal_map::{NormalMap, Normals};
 pub use planes::Planes;
 pub use steradian_formats::mesh::Wrap;

@@ -5,11 +5,11 @@ use crate::kernel::Kernel;
 use crate::light::{Alteration, Reading};
 use crate::measure::{self, Error};
 use crate::model::Hypothesis;
+use crate::orientation::{self, Orientation};
 use crate::report::{Encoding, Fault, Level, Report};
 use crate::samples::Samples;
 use crate::scale::{Column, Moments};
 use crate::texture;
-use crate::turn::{self, Turn};
 use glam::DMat3;
 use std::borrow::Cow;
 use steradian_base::{Cancelled, Task};
@@ -128,7 +128,7 @@ impl<'a> Bench<'a> {
                     error_as_found: Error::between(image, reference, [0, 1, 2], gain),
                 };
             };
-            let mut back = h.turn.undo(image);
+            let mut back = h.orientation.undo(image);
             if h.encoding != Encoding::Linear {
                 let f = function(h.encoding);
                 back.planes.iter_mut().flatten().for_each(|v| *v = f(f64::from(*v)) as f32);
@@ -146,10 +146,10 @@ impl<'a> Bench<'a> {
                 error_as_found: Error::between(&back, &exact[m], h.channels, h.score.factors[m]),
             }
         };
-        let turn = found.map_or(Turn::Axes(DMat3::IDENTITY), |f| f.0.turn.clone());
+        let orientation = found.map_or(Orientation::Axes(DMat3::IDENTITY), |f| f.0.orientation.clone());
         Report {
             levels: (0..self.input.levels.len()).into_par_iter().map(level).collect(),
-            turn,
+            orientation,
             faults,
             reading,
         }
@@ -189,7 +189,7 @@ impl<'a> Bench<'a> {
         let file = small(level);
         let like = |reference: &SphereImage, r: f64| {
             let least = LIKENESS.into_iter().find(|(most, _)| r < *most).map_or(f64::INFINITY, |l| l.1);
-            turn::detail(&file, &small(reference)).map(|l| l >= least)
+            orientation::detail(&file, &small(reference)).map(|l| l >= least)
         };
         let seen: Vec<bool> = levels.filter_map(|k| like(&self.references[k], roughness(k))).collect();
         if seen.is_empty() || seen.contains(&true) {
@@ -209,7 +209,7 @@ impl<'a> Bench<'a> {
 
 /// The image with a few times the texels that its detail is looked at in, where it has more.
 fn small(image: &SphereImage) -> Cow<'_, SphereImage> {
-    let rows = 4 * turn::SIDE;
+    let rows = 4 * orientation::SIDE;
     match image.layout {
         Layout::Cube if image.width > rows => Cow::Owned(image.resample(Layout::Cube, rows, rows)),
         Layout::LatLong if image.height > 2 * rows => {

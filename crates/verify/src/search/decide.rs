@@ -4,9 +4,9 @@ use super::Search;
 use super::bench::SMALL;
 use crate::measure;
 use crate::model::{Hypothesis, Kinds};
+use crate::orientation::Orientation;
 use crate::report::{Fault, Nearest, Report};
 use crate::texture;
-use crate::turn::Turn;
 use glam::DMat3;
 use steradian_base::{Cancelled, Task};
 use steradian_light::load::{PROFILES, Profile};
@@ -49,7 +49,8 @@ impl Search<'_, '_> {
         let level_off = |m: usize, r: f64| r > SMALL.max(1.2 * self.open[m]).hypot(1.3 * bench.rounding[m]);
         let off = |h: &Hypothesis| h.score.levels.iter().enumerate().any(|(m, r)| level_off(m, *r));
         if !none && self.clear(best, as_it_is.score.residual, &ranked) {
-            faults.extend(best.faults(bench.input.expected, conventions(&best.turn, bench.input.read)));
+            faults
+                .extend(best.faults(bench.input.expected, conventions(&best.orientation, bench.input.read)));
             if off(best) {
                 faults.push(Fault::Remains(best.score.residual));
             }
@@ -93,8 +94,8 @@ impl Search<'_, '_> {
 }
 
 /// Conventions by which the light would have to be read to undo a turn.
-fn conventions(turn: &Turn, read: &Profile) -> Vec<&'static str> {
-    let Turn::Axes(g) = turn else { return Vec::new() };
+fn conventions(orientation: &Orientation, read: &Profile) -> Vec<&'static str> {
+    let Orientation::Axes(g) = orientation else { return Vec::new() };
     // World w of another tool is our direction p w, and found at w = pᵀ d.
     let same = |p: &&Profile| (p.latlong().transpose() * read.latlong() - *g).abs_diff_eq(DMat3::ZERO, 1e-9);
     PROFILES.iter().filter(same).map(|p| p.name).collect()

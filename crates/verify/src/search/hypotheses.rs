@@ -214,7 +214,7 @@ impl Search<'_, '_> {
             for (form, numbers) in FORMS.map(|f| f(kernels.len())) {
                 let Some(score) = Score::new(form, &halves, channels, &lobes) else { continue };
                 self.tried.push(Hypothesis {
-                    turn: view.turn.clone(),
+                    orientation: view.orientation.clone(),
                     channels,
                     light,
                     list: list.clone(),

@@ -8,10 +8,10 @@ use crate::Input;
 use crate::light::{Alteration, Prepared, READINGS, Reading, View};
 use crate::measure;
 use crate::model::{Hypothesis, List};
+use crate::orientation::{self, Orientation};
 use crate::report::{Encoding, Fault, Report};
 use crate::samples::Samples;
 use crate::scale::{Column, Form, Moments, Score};
-use crate::turn::{self, Turn};
 use bench::Bench;
 use glam::DMat3;
 use std::collections::HashMap;
@@ -63,7 +63,8 @@ impl<'a, 'b> Search<'a, 'b> {
     fn new(bench: &'b Bench<'a>, task: &Task) -> Result<Self, Cancelled> {
         task.begin("comparing hypotheses", 3);
         let (n, expected) = (bench.input.levels.len(), bench.input.expected);
-        let view = View::new(bench.input.levels, &bench.samples, expected, Turn::Axes(DMat3::IDENTITY));
+        let view =
+            View::new(bench.input.levels, &bench.samples, expected, Orientation::Axes(DMat3::IDENTITY));
         let mut out = Self {
             bench,
             tried: Vec::new(),
@@ -129,10 +130,10 @@ impl<'a, 'b> Search<'a, 'b> {
     fn all(&mut self, task: &Task) -> Result<(), Cancelled> {
         let (levels, expected) = (self.bench.input.levels, self.bench.input.expected);
         let samples = &self.bench.samples;
-        let mut views = vec![View::new(levels, samples, expected, Turn::Axes(DMat3::IDENTITY))];
+        let mut views = vec![View::new(levels, samples, expected, Orientation::Axes(DMat3::IDENTITY))];
         let turns = if self.explained() { Vec::new() } else { self.turns() };
-        for turn in turns {
-            let view = View::new(levels, samples, expected, self.refined(turn, task)?);
+        for orientation in turns {
+            let view = View::new(levels, samples, expected, self.refined(orientation, task)?);
             let light = Prepared::new(
                 &Alteration::None.of(self.bench.input.lights),
                 Reading::Cells,
@@ -172,42 +173,44 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 
     /// Turns that suit the levels better than none.
-    fn turns(&self) -> Vec<Turn> {
+    fn turns(&self) -> Vec<Orientation> {
         let bench = self.bench;
         let pairs = || bench.input.levels.iter().zip(&bench.references);
-        let mut found: Vec<Turn> = Vec::new();
+        let mut found: Vec<Orientation> = Vec::new();
         for (l, r) in pairs() {
-            let f = turn::find(l, r);
-            if f.certain && !f.turn.is_identity() && !found.contains(&f.turn) && found.len() < 4 {
-                found.push(f.turn);
+            let f = orientation::find(l, r);
+            if f.certain && !f.orientation.is_identity() && !found.contains(&f.orientation) && found.len() < 4
+            {
+                found.push(f.orientation);
             }
         }
         let cubes = bench.input.levels.iter().all(|l| l.layout == steradian_sphere::Layout::Cube);
-        found.retain(|t| cubes || !matches!(t, Turn::Faces(_)));
-        let misfit = |t: &Turn| pairs().map(|(l, r)| turn::residual(t, l, r)).sum::<f64>();
-        let straight = misfit(&Turn::Axes(DMat3::IDENTITY));
-        let mut known: Vec<(f64, Turn)> = found.into_iter().map(|t| (misfit(&t), t)).collect();
+        found.retain(|t| cubes || !matches!(t, Orientation::Faces(_)));
+        let misfit = |t: &Orientation| pairs().map(|(l, r)| orientation::residual(t, l, r)).sum::<f64>();
+        let straight = misfit(&Orientation::Axes(DMat3::IDENTITY));
+        let mut known: Vec<(f64, Orientation)> = found.into_iter().map(|t| (misfit(&t), t)).collect();
         known.retain(|k| k.0 < 0.8 * straight);
         known.sort_by(|a, b| a.0.total_cmp(&b.0));
         known.into_iter().take(2).map(|k| k.1).collect()
     }
 
     /// A turn about +Y with its angle found from the samples.
-    fn refined(&self, turn: Turn, task: &Task) -> Result<Turn, Cancelled> {
-        let Turn::Axes(g) = turn else { return Ok(turn) };
-        if !turn.interpolates() {
-            return Ok(turn);
+    fn refined(&self, orientation: Orientation, task: &Task) -> Result<Orientation, Cancelled> {
+        let Orientation::Axes(g) = orientation else { return Ok(orientation) };
+        if !orientation.interpolates() {
+            return Ok(orientation);
         }
         let bench = self.bench;
         let plain = Alteration::None.of(bench.input.lights);
-        let at = |degrees: f64| -> Result<(f64, Turn), Cancelled> {
-            let turn = Turn::Axes(DMat3::from_rotation_y(degrees.to_radians()) * g);
-            let view = View::new(bench.input.levels, &bench.samples, bench.input.expected, turn.clone());
+        let at = |degrees: f64| -> Result<(f64, Orientation), Cancelled> {
+            let orientation = Orientation::Axes(DMat3::from_rotation_y(degrees.to_radians()) * g);
+            let view =
+                View::new(bench.input.levels, &bench.samples, bench.input.expected, orientation.clone());
             let direct = |m: usize| bench.input.expected[m].zonal().is_none();
             let light = Prepared::new(&plain, Reading::Cells, &view, &direct, task)?;
             let columns = light.columns(bench.input.expected, &bench.samples);
             let score = Score::new(Form::PerLevel, &halves(&bench.samples, &columns), [0, 1, 2], &[]);
-            Ok((score.map_or(f64::INFINITY, |s| s.residual), turn))
+            Ok((score.map_or(f64::INFINITY, |s| s.residual), orientation))
         };
         let mut best = (at(0.0)?, 0.0);
         for step in [0.3, 0.1, 0.03, 0.01] {

@@ -118,9 +118,9 @@ fn noise(width: usize, height: usize) -> Lights {
 }
 
 /// Techniques: title, slug, parameters, tolerance.
-type Way = (&'static str, &'static str, &'static [(&'static str, f64)], Option<f64>);
+type Variant = (&'static str, &'static str, &'static [(&'static str, f64)], Option<f64>);
 
-const WAYS: [Way; 5] = [
+const VARIANTS: [Variant; 5] = [
     ("split_sum", "split_sum", &[], None),
     ("lobe_maps", "lobe_maps", &[], None),
     ("reflection_space_ibr", "reflection_space_ibr", &[], None),
@@ -136,7 +136,7 @@ fn radiance(name: &str, lights: &Lights, brdf: &SharedBrdf) -> Result<()> {
         truth.push(reference.radiance_batch(&**brdf, p, 1e-3, &Task::quiet())?);
     }
     say(&format!("{}{:>11}", head(&format!("radiance under {name}")), "bytes"));
-    for (title, slug, params, tolerance) in WAYS {
+    for (title, slug, params, tolerance) in VARIANTS {
         let bake = match baked(slug, brdf, lights, params, tolerance) {
             Ok(bake) => bake,
             Err(e) => {

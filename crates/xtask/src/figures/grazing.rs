@@ -26,7 +26,7 @@ pub fn run(o: &Options) -> Result<()> {
     say(&format!("Figure 5.9: under {name}, relative RMS error on a ball"));
     let mut rows = Vec::new();
     let above = parse(spec)?;
-    let cabral = Way { title: "Cabral", slug: "reflection_space_ibr", params: &[] };
+    let cabral = Variant { title: "Cabral", slug: "reflection_space_ibr", params: &[] };
     rows.extend(pair(o, spec, &above, &lights, &reference, 5.0, Some(&cabral))?);
     let below = parse(STRANDS)?;
     rows.extend(pair(o, STRANDS, &below, &lights, &reference, 8.0, None)?);
@@ -41,7 +41,7 @@ pub fn run(o: &Options) -> Result<()> {
 }
 
 /// A technique and its parameters.
-struct Way {
+struct Variant {
     title: &'static str,
     slug: &'static str,
     params: &'static [(&'static str, f64)],
@@ -55,7 +55,7 @@ fn pair(
     lights: &Lights,
     reference: &Reference,
     p: f64,
-    cabral: Option<&Way>,
+    cabral: Option<&Variant>,
 ) -> Result<[Row; 2]> {
     let ball = Ball::seen(o.side.unwrap_or(160));
     let truth = ball.truth(reference, &**brdf)?;
@@ -77,10 +77,10 @@ fn pair(
         }
     }
     match cabral {
-        Some(way) => {
-            let mut b = bake(way.slug, brdf, lights, way.params)?;
+        Some(variant) => {
+            let mut b = bake(variant.slug, brdf, lights, variant.params)?;
             let film = ball.shaded(&mut *b);
-            films.push((way.title.into(), film, Some(b.bytes()), certified(b.certificate())));
+            films.push((variant.title.into(), film, Some(b.bytes()), certified(b.certificate())));
         }
         None => {
             films.push(("twelve views, blended".into(), blended(&ball, reference, brdf)?, None, "-".into()))

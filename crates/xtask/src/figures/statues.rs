@@ -12,8 +12,8 @@ use steradian_formats::Limits;
 use steradian_light::Lights;
 use steradian_render::tone::auto_exposure;
 use steradian_render::{
-    Background, BakeShader, Cell, Develop, Display, Maps, Row, Settings, Sheet, Stage, Surface, ToneMapper,
-    render,
+    Background, BakeShader, Cell, Develop, Display, Row, Settings, Sheet, Stage, Surface, SurfaceMaps,
+    ToneMapper, render,
 };
 use steradian_scene::{Bvh, Camera, Framing, Mesh, shapes};
 use steradian_techniques::{AnyBake, Geometry, Material, Sites, View, find};
@@ -76,7 +76,8 @@ fn picture(mesh: &Mesh, mut bake: Box<dyn AnyBake>, side: usize) -> Result<Displ
     let camera = framing.camera(&mesh.positions).context("an empty mesh")?;
     let (Camera::Pinhole { from, .. } | Camera::Orthographic { from, .. }) = camera;
     bake.frame(&View { eye: from, forward: camera.axes()[2], ..View::default() });
-    let surfaces = [Surface { shader: Arc::new(BakeShader(bake)), base_colour: None, maps: Maps::default() }];
+    let surfaces =
+        [Surface { shader: Arc::new(BakeShader(bake)), base_colour: None, maps: SurfaceMaps::default() }];
     let stage = Stage {
         mesh,
         bvh: &Bvh::build(mesh),

@@ -16,12 +16,12 @@ const VELVET: &str = "lafortune:@felt";
 const BELTS: [[f64; 2]; 3] = [[0.0, 60.0], [60.0, 80.0], [80.0, 90.0]];
 
 /// Columns: title, technique, parameters.
-type Way = (&'static str, &'static str, &'static [(&'static str, f64)]);
+type Variant = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
 /// The error asked of slices.
 const SLICES: f64 = 0.03;
 
-const WAYS: [Way; 5] = [
+const VARIANTS: [Variant; 5] = [
     ("SHRM, P = 5", "shrm", &[("p", 5.0), ("order", 30.0), ("size", 128.0), ("plain", 1.0), ("centre", 1.0)]),
     ("the same, fitted", "shrm", &[("p", 5.0), ("order", 30.0), ("size", 128.0)]),
     ("slices, 3 % asked", "shrm_slices", &[]),
@@ -42,7 +42,7 @@ pub fn run(o: &Options) -> Result<()> {
         "", "all", "to 60°", "60-80°", "80-90°", "bytes", "certificate"
     ));
     let (mut pictures, mut differences) = (vec![show.cell(&truth, vec!["integral".into()])], vec![None]);
-    for (title, slug, params) in WAYS {
+    for (title, slug, params) in VARIANTS {
         let tolerance = (slug == "shrm_slices").then_some(SLICES);
         let mut bake = baked(slug, &brdf, &lights, params, tolerance)?;
         let film = ball.shaded(&mut *bake);
@@ -54,7 +54,7 @@ pub fn run(o: &Options) -> Result<()> {
         pictures.push(show.cell(&film, vec![format!("error {}", percent(error))]));
         differences.push(show.difference(&film, 1.0));
     }
-    let columns = std::iter::once("integral".into()).chain(WAYS.map(|w| w.0.to_string())).collect();
+    let columns = std::iter::once("integral".into()).chain(VARIANTS.map(|w| w.0.to_string())).collect();
     let sheet = Sheet {
         title: format!("{spec}: azimuthal dependence"),
         subtitle: format!(

@@ -5,7 +5,7 @@ use glam::DMat3;
 use serde_json::{Value, json};
 use steradian_session::prefiltered::Verified;
 use steradian_verify::laws::Consumer;
-use steradian_verify::turn::{FACES, TURNS, Turn, map_name};
+use steradian_verify::orientation::{FACES, Orientation, TURNS, map_name};
 use steradian_verify::{Error, Fault, Kernel, Level, Reading};
 
 /// Everything that is said of a file.
@@ -29,12 +29,12 @@ fn kernel_json(k: Kernel) -> Value {
 }
 
 /// Where the light of world direction (x, y, z) is found.
-fn turn_json(turn: &Turn) -> Value {
+fn turn_json(turn: &Orientation) -> Value {
     match turn {
-        Turn::Axes(g) => {
+        Orientation::Axes(g) => {
             json!({"name": turn.name(), "map": map_name(*g), "matrix": g.transpose().to_cols_array()})
         }
-        Turn::Faces(from) => {
+        Orientation::Faces(from) => {
             let face = |(f, (world, q)): (usize, &(usize, usize))| json!({"face": FACES[f], "holds": FACES[*world], "turned": TURNS[*q]});
             let faces: Vec<Value> = from.iter().enumerate().map(face).collect();
             json!({"name": turn.name(), "faces": faces})
@@ -46,7 +46,7 @@ fn gain(l: &Level) -> f64 {
     l.scale.iter().sum::<f64>() / 3.0
 }
 
-fn level_json(m: usize, l: &Level, turn: &Turn) -> Value {
+fn level_json(m: usize, l: &Level, turn: &Orientation) -> Value {
     json!({
         "level": m,
         "width": l.width,
@@ -99,7 +99,7 @@ impl Summary<'_> {
         json!({
             "file": self.found.file,
             "profile": self.consumer.name,
-            "levels": r.levels.iter().enumerate().map(|(m, l)| level_json(m, l, &r.turn)).collect::<Vec<_>>(),
+            "levels": r.levels.iter().enumerate().map(|(m, l)| level_json(m, l, &r.orientation)).collect::<Vec<_>>(),
             "irradiance_coefficients": self.found.irradiance.map(|s| json!({
                 "scale": s.scale, "scale_name": factor(s.scale), "rms": s.rms, "rms_as_found": s.fitted_rms,
             })),
@@ -134,8 +134,8 @@ impl Summary<'_> {
                 f.rms
             ));
         }
-        if self.found.report.turn != Turn::Axes(DMat3::IDENTITY) {
-            out.push_str(&format!("orientation: {}\n", self.found.report.turn.name()));
+        if self.found.report.orientation != Orientation::Axes(DMat3::IDENTITY) {
+            out.push_str(&format!("orientation: {}\n", self.found.report.orientation.name()));
         }
         if let Some(sh) = self.found.irradiance {
             out.push_str(&format!("irradiance coefficients: x {:.4}, {:.2e} off\n", sh.scale, sh.rms));

@@ -1,4 +1,4 @@
-//! The stack of maps.
+//! The array of cubes.
 
 use super::BanksEnv;
 use super::fibre::Fibre;
@@ -13,7 +13,7 @@ use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Form;
 use steradian_brdf::model::strand::Kind;
 use steradian_parallel::prelude::*;
-use steradian_prefilter::stack;
+use steradian_prefilter::cube_array;
 
 /// Tolerance where the user gives none.
 const TOLERANCE: f64 = 0.01;
@@ -42,7 +42,7 @@ pub struct Cones {
     pub sign: f32,
 }
 
-/// The stack, how it was planned, and the flux that clipping added to it, relative to all.
+/// The cubes, how it was planned, and the flux that clipping added to it, relative to all.
 pub fn make(
     light: &DistantLight,
     fibre: &Fibre,
@@ -63,12 +63,12 @@ pub fn make(
         k.into_iter().enumerate().map(|(l, k)| k * plan.window(l)).collect()
     };
     let kernels: Vec<Vec<f64>> = (0..plan.slices).into_par_iter().map(kernel).collect();
-    let made = stack(light.source(), &kernels, plan.size, task)?;
+    let made = cube_array(light.source(), &kernels, plan.size, task)?;
     let maps = Chain::new(made.cubes).ok_or_else(|| BakeError::Light { slug, why: "no slices".into() })?;
     Ok((Cones { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 }, plan, made.clipped))
 }
 
-/// Makes the stack.
+/// Makes the cubes.
 pub fn link(
     light: &DistantLight,
     m: &Reflectance,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_brdf::Form;
 use steradian_brdf::model::strand::Kind;
-use steradian_prefilter::ConeKernel;
+use steradian_prefilter::FibreKernel;
 
 /// Intervals over α of the table of what stays outside.
 const TABLE: usize = 256;
@@ -34,8 +34,8 @@ impl Fibre {
         Self { n, sign, scale, mean_cosine: kind == Kind::Banks && mean_cosine }
     }
 
-    fn cone(&self, alpha: f64) -> ConeKernel {
-        ConeKernel { n: self.n, alpha }
+    fn cone(&self, alpha: f64) -> FibreKernel {
+        FibreKernel { n: self.n, alpha }
     }
 
     /// What stays outside the integral: ∫ K ⟨n·wi⟩₊ / ∫ K, where ∫ ⟨n·wi⟩₊ dφ = 2 sin θ_i about the tangent and ∫ dφ = 2π.

@@ -1,4 +1,4 @@
-//! Maps of a chosen expansion.
+//! CoefficientMaps of a chosen expansion.
 
 use super::Expansion;
 use crate::BakeError;
@@ -7,7 +7,7 @@ use crate::shared::harmonics;
 use crate::shared::spectrum::Spectrum;
 use std::f64::consts::PI;
 use steradian_base::Task;
-use steradian_prefilter::shrm::{self, Maps, Plan, Term, global};
+use steradian_prefilter::shrm::{self, CoefficientMaps, Plan, Term, global};
 use steradian_sphere::sh::{self, ColumnsRgb, ShRgb, count, zonal};
 
 /// Intervals from pole to pole of the diffuse part's map, and its highest band.
@@ -21,7 +21,7 @@ pub fn columns(light: &Spectrum, order: usize) -> ColumnsRgb {
 }
 
 /// The bundle of prefiltered maps.
-pub fn bundle(slug: &'static str, maps: &Maps) -> Result<Bundle, BakeError> {
+pub fn bundle(slug: &'static str, maps: &CoefficientMaps) -> Result<Bundle, BakeError> {
     let grid = Grid::Globe { rows: maps.grid.rows(), columns: maps.grid.columns() };
     let planes: Vec<[&[f32]; 3]> =
         maps.planes.iter().map(|p| [p[0].as_slice(), p[1].as_slice(), p[2].as_slice()]).collect();

@@ -21,7 +21,7 @@ const SMOOTH: f64 = 16.0;
 
 /// cosⁿ(θ − α)₊ about a direction, 0 ≤ α ≤ π.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ConeKernel {
+pub struct FibreKernel {
     /// Exponent, ≥ 0.
     pub n: f64,
     /// Angle of the highlight from the direction, radians.
@@ -33,7 +33,7 @@ fn rule() -> &'static (Vec<f64>, Vec<f64>) {
     RULE.get_or_init(|| gauss_legendre(NODES))
 }
 
-impl ConeKernel {
+impl FibreKernel {
     /// The angle over which the kernel varies across the highlight, radians.
     pub fn width(&self) -> f64 {
         self.n.max(1.0).sqrt().recip()
@@ -114,7 +114,7 @@ mod tests {
     use steradian_sphere::sh::zonal;
 
     /// The midpoint rule, whose points know nothing of the kernel.
-    fn midpoint(cone: &ConeKernel, g: impl Fn(f64) -> f64) -> f64 {
+    fn midpoint(cone: &FibreKernel, g: impl Fn(f64) -> f64) -> f64 {
         let n = 40_000;
         let theta = |k: i32| PI * (f64::from(k) + 0.5) / f64::from(n);
         (0..n).map(|k| cone.value(theta(k)) * g(theta(k))).sum::<f64>() * PI / f64::from(n)
@@ -130,7 +130,7 @@ mod tests {
     fn coefficients_are_the_integrals() {
         for n in [0.0, 0.3, 1.0, 7.5, 30.0, 1000.0] {
             for alpha in [0.0, 0.4, FRAC_PI_2, 2.5, PI] {
-                let cone = ConeKernel { n, alpha };
+                let cone = FibreKernel { n, alpha };
                 let k = cone.coefficients(60);
                 for l in [0, 1, 2, 60] {
                     let exact = 2.0 * PI * midpoint(&cone, |t| legendre_at(l, t.cos()) * t.sin());
@@ -146,11 +146,11 @@ mod tests {
     #[test]
     fn known_cases() {
         use crate::{Power, Zonal};
-        let phong = ConeKernel { n: 12.0, alpha: 0.0 }.coefficients(40);
+        let phong = FibreKernel { n: 12.0, alpha: 0.0 }.coefficients(40);
         for (a, b) in phong.iter().zip(Power { n: 12.0 }.coefficients(40)) {
             assert!((a - b).abs() < 1e-13, "{a} {b}");
         }
-        let (a, b) = (ConeKernel { n: 9.0, alpha: 0.7 }, ConeKernel { n: 9.0, alpha: PI - 0.7 });
+        let (a, b) = (FibreKernel { n: 9.0, alpha: 0.7 }, FibreKernel { n: 9.0, alpha: PI - 0.7 });
         for (l, (a, b)) in a.coefficients(30).iter().zip(b.coefficients(30)).enumerate() {
             let sign = if l % 2 == 0 { 1.0 } else { -1.0 };
             assert!((a - sign * b).abs() < 1e-13, "{l}: {a} {b}");
@@ -162,7 +162,7 @@ mod tests {
     fn sharp_cones_are_circles() {
         let (n, alpha) = (1e6, 0.8_f64);
         let scale = (2.0 * PI / n).sqrt() * 2.0 * PI * alpha.sin();
-        let sharp = ConeKernel { n, alpha };
+        let sharp = FibreKernel { n, alpha };
         for (l, k) in sharp.coefficients(12).iter().enumerate() {
             assert!((k / scale - legendre_at(l, alpha.cos())).abs() < 1e-4, "{l}");
         }
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn integrals_are_those_of_the_midpoint_rule() {
         for n in [0.0, 2.0, 50.0] {
-            let cone = ConeKernel { n, alpha: 1.1 };
+            let cone = FibreKernel { n, alpha: 1.1 };
             let exact = midpoint(&cone, |t| t.sin().powi(2));
             assert!((cone.integral(|t| t.sin().powi(2)) - exact).abs() < 1e-4, "{n}");
         }

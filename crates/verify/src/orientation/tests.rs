@@ -21,8 +21,8 @@ fn every_symmetry_is_recognised_and_undone() {
         let back = g.transpose();
         let file = SphereImage::from_fn(Layout::Cube, 32, 32, |d| world.nearest(back * d));
         let found = find(&file, &world);
-        assert_eq!(found.turn, Turn::Axes(g), "{} {}", found.turn.name(), axes_name(g));
-        assert_eq!(found.turn.undo(&file), world);
+        assert_eq!(found.orientation, Orientation::Axes(g), "{} {}", found.orientation.name(), axes_name(g));
+        assert_eq!(found.orientation.undo(&file), world);
     }
 }
 
@@ -34,7 +34,7 @@ fn lat_long_images_turn_too() {
         let file = SphereImage::from_fn(Layout::LatLong, 128, 64, |d| light(back * d));
         let found = find(&file, &world);
         let want = if degrees == 0.0 { "identity".into() } else { format!("turned by {degrees}° about +Y") };
-        let name = found.turn.name();
+        let name = found.orientation.name();
         let got: f64 = name.split(&[' ', '°'][..]).find_map(|w| w.parse().ok()).unwrap_or(0.0);
         assert!(name == want || (degrees == 37.0 && (got - 37.0).abs() < 1.5), "{name} {want}");
     }
@@ -50,21 +50,25 @@ fn faces_that_changed_places_are_named() {
         a[2 * n..].swap_with_slice(&mut b[..n]);
     }
     let found = find(&file, &world);
-    assert_eq!(found.turn.name(), "faces +Y and -Y swapped");
-    assert_eq!(found.turn.undo(&file), world);
+    assert_eq!(found.orientation.name(), "faces +Y and -Y swapped");
+    assert_eq!(found.orientation.undo(&file), world);
     let mut file = world.clone();
     file.planes.iter_mut().for_each(|p| p.chunks_exact_mut(32).for_each(|r| r.reverse()));
     let found = find(&file, &world);
-    assert_eq!(found.turn.name(), "every face mirrored left to right");
-    assert_eq!(found.turn.undo(&file), world);
+    assert_eq!(found.orientation.name(), "every face mirrored left to right");
+    assert_eq!(found.orientation.undo(&file), world);
     // One face by a quarter.
     let mut file = world.clone();
     for k in 0..n {
         (0..3).for_each(|c| file.planes[c][2 * n + k] = world.planes[c][2 * n + (31 - k % 32) * 32 + k / 32]);
     }
     let found = find(&file, &world);
-    assert!(found.turn.name().starts_with("face +Y turned by a quarter"), "{}", found.turn.name());
-    assert_eq!(found.turn.undo(&file), world);
+    assert!(
+        found.orientation.name().starts_with("face +Y turned by a quarter"),
+        "{}",
+        found.orientation.name()
+    );
+    assert_eq!(found.orientation.undo(&file), world);
 }
 
 #[test]

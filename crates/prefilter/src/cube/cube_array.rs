@@ -1,4 +1,4 @@
-//! One light, many kernels: a stack of cubes from one spectrum, as three-dimensional prefiltered maps need them (Kautz &
+//! One light, many kernels: an array of cubes from one spectrum, as three-dimensional prefiltered maps need them (Kautz &
 //! McCool 2000; Kautz, Vázquez, Heidrich & Seidel 2000).
 
 use super::edge_cube::{self, EdgeCube};
@@ -14,7 +14,7 @@ const SYNTHESIS: f64 = 1e-5;
 
 /// Convolutions of one light with several kernels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CubeStack {
+pub struct CubeArray {
     /// One map per kernel, all of one size.
     pub cubes: Vec<EdgeCube>,
     /// Flux added by clipping negative values to zero, relative to all.
@@ -24,12 +24,12 @@ pub struct CubeStack {
 /// ∫ L(wi) K_j(d·wi) dwi over d for every kernel j, given by its coefficients k_0 … k_F; F is at most the source's
 /// order. Small lights are part of the spectrum: kernels that bands up to F hold do not ring about them. Negative sums
 /// are set to zero where the light has none.
-pub fn stack(
+pub fn cube_array(
     source: &Source,
     kernels: &[Vec<f64>],
     size: usize,
     task: &Task,
-) -> Result<CubeStack, Cancelled> {
+) -> Result<CubeArray, Cancelled> {
     let size = size.max(1);
     let order = kernels.iter().map(|k| k.len().saturating_sub(1)).max().unwrap_or(0).min(source.order());
     task.check()?;
@@ -61,7 +61,7 @@ pub fn stack(
         task.advance(1);
     }
     task.end();
-    Ok(CubeStack { cubes, clipped: if all > 0.0 { added / all } else { 0.0 } })
+    Ok(CubeArray { cubes, clipped: if all > 0.0 { added / all } else { 0.0 } })
 }
 
 #[cfg(test)]
@@ -84,7 +84,7 @@ mod tests {
         let source = Source::new(&lights, 60, &task).unwrap();
         let tree = Tree::new(source.base.as_ref(), &source.small_lights, &task).unwrap();
         let kernels = [Power { n: 10.0 }, Power { n: 80.0 }];
-        let made = stack(&source, &kernels.map(|k| k.coefficients(60)), 10, &task).unwrap();
+        let made = cube_array(&source, &kernels.map(|k| k.coefficients(60)), 10, &task).unwrap();
         for (k, cube) in kernels.iter().zip(&made.cubes) {
             let one = filter(&source, &tree, k, Size::Fixed(10), 1e-4, &task).unwrap().cube;
             let peak = one.texels().iter().map(|t| t[0]).fold(0.0, f32::max);

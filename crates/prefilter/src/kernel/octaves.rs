@@ -18,14 +18,14 @@ const FINE: f64 = 1e-9;
 
 /// The table.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Cells {
+pub(crate) struct Octaves {
     /// Which power of two an octave is divided into.
     power: u32,
     /// Cubics; not a number where none is close.
     cubics: Vec<[f32; 4]>,
 }
 
-impl Cells {
+impl Octaves {
     /// The table of `f`(s²), 0 ≤ s² < ½, whose largest magnitude is `peak`. An octave is divided until few cells are
     /// left that no cubic fits.
     pub(crate) fn new(f: impl Fn(f64) -> f64, peak: f64) -> Self {
@@ -86,7 +86,7 @@ fn cubic(f: &dyn Fn(f64) -> f64, peak: f64) -> [f32; 4] {
 }
 
 struct Lookup<'a> {
-    cells: &'a Cells,
+    cells: &'a Octaves,
     s2: &'a [f32],
     out: &'a mut [f32],
 }
@@ -126,7 +126,7 @@ mod tests {
             let smooth = 1e4 / (1.0 + 1e5 * s2).powi(2) + (-40.0 * s2).exp();
             if s2 < 0.2 { smooth } else { 3.0 * (0.5 - s2).max(0.0) }
         };
-        let cells = Cells::new(f, 1e4);
+        let cells = Octaves::new(f, 1e4);
         let s2: Vec<f32> = (0..20_000).map(|k| (k as f32 / 20_000.0).powi(6)).collect();
         let mut out = vec![0.0; s2.len()];
         cells.fill(&s2, &mut out, |s2| f(f64::from(s2)) as f32);

@@ -17,7 +17,7 @@ pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
 
 /// What happened to the directions of a map: the light of world direction d is found at …
 #[derive(Debug, Clone, PartialEq)]
-pub enum Turn {
+pub enum Orientation {
     /// g d for an orthogonal g; a symmetry of the cube or a turn about +Y, perhaps mirrored.
     Axes(DMat3),
     /// On face `from[f].0` of the world, after one of eight turns and flips, for each face f of the file.
@@ -28,7 +28,7 @@ pub enum Turn {
 #[derive(Debug, Clone)]
 pub struct Found {
     /// The turn.
-    pub turn: Turn,
+    pub orientation: Orientation,
     /// 1 − correlation with it undone.
     pub residual: f64,
     /// The residual of the map as it is.
@@ -87,7 +87,12 @@ pub fn find(file: &SphereImage, world: &SphereImage) -> Found {
     let varies = |v: &[f64]| norm(v) / (v.len() as f64).sqrt();
     if scale == 0.0 || varies(&w) < 1e-3 || varies(&f) < 1e-4 {
         let residual = (varies(&f) - varies(&w)).abs();
-        return Found { turn: Turn::Axes(DMat3::IDENTITY), residual, straight: residual, certain: false };
+        return Found {
+            orientation: Orientation::Axes(DMat3::IDENTITY),
+            residual,
+            straight: residual,
+            certain: false,
+        };
     }
     let shape = SphereImage::new(Layout::Cube, side, side);
     let directions = directions(side);
@@ -101,30 +106,30 @@ pub fn find(file: &SphereImage, world: &SphereImage) -> Found {
     let scores: Vec<(DMat3, f64)> = symmetries().into_par_iter().map(|g| (g, score(g))).collect();
     let straight = scores[0].1;
     let better = |a: f64, b: f64| a < BETTER * b && b > NOISE;
-    let mut best = (Turn::Axes(DMat3::IDENTITY), straight);
+    let mut best = (Orientation::Axes(DMat3::IDENTITY), straight);
     let lowest = scores.iter().fold(scores[0], |a, b| if b.1 < a.1 - 1e-6 { *b } else { a });
     if better(lowest.1, best.1) {
-        best = (Turn::Axes(lowest.0), lowest.1);
+        best = (Orientation::Axes(lowest.0), lowest.1);
     }
     if file.layout == Layout::Cube && side > 2 {
         let (faces, residual) = by_faces(&f, &w, side, scale);
         if better(residual, best.1) && best.1 > 5e-3 {
-            best = (Turn::Faces(faces), residual);
+            best = (Orientation::Faces(faces), residual);
         }
     }
     if best.1 > 0.02 && side > 2 {
         let (g, residual) = about_y(file, &w, &directions, side);
         if better(residual, best.1) {
-            best = (Turn::Axes(g), residual);
+            best = (Orientation::Axes(g), residual);
         }
     }
-    Found { turn: best.0, residual: best.1, straight, certain: true }
+    Found { orientation: best.0, residual: best.1, straight, certain: true }
 }
 
 /// 1 − correlation of a map, after a turn is undone, with the world.
-pub fn residual(turn: &Turn, file: &SphereImage, world: &SphereImage) -> f64 {
+pub fn residual(orientation: &Orientation, file: &SphereImage, world: &SphereImage) -> f64 {
     let side = SIDE.min(world.height).max(1);
-    let (f, w) = (features(&turn.undo(file), side), features(world, side));
+    let (f, w) = (features(&orientation.undo(file), side), features(world, side));
     let scale = norm(&f) * norm(&w);
     if scale > 0.0 { 1.0 - f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / scale } else { 0.0 }
 }
@@ -140,13 +145,13 @@ pub fn detail(file: &SphereImage, world: &SphereImage) -> Option<f64> {
     if norm(&w) < 0.02 * (w.len() as f64).sqrt() {
         return None;
     }
-    let fine = |turn: &Turn| without(&features(&turn.undo(file), side), &smooth);
+    let fine = |orientation: &Orientation| without(&features(&orientation.undo(file), side), &smooth);
     let likeness = |f: &[f64]| {
         let all = norm(f) * norm(&w);
         if all > 0.0 { f.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>() / all } else { 0.0 }
     };
-    let found = find(file, world).turn;
-    let turns = symmetries().into_iter().map(Turn::Axes).chain([found]);
+    let found = find(file, world).orientation;
+    let turns = symmetries().into_iter().map(Orientation::Axes).chain([found]);
     turns.map(|t| likeness(&fine(&t))).reduce(f64::max)
 }
 
@@ -286,7 +291,7 @@ fn about_y(file: &SphereImage, w: &[f64], directions: &[DVec3], side: usize) -> 
     (turned(best.0, best.1), best.2)
 }
 
-impl Turn {
+impl Orientation {
     /// Is it undone by interpolation, not by moving texels? True of turns that are no symmetry of the cube.
     pub fn interpolates(&self) -> bool {
         let Self::Axes(g) = self else { return false };

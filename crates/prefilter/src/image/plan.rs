@@ -1,7 +1,7 @@
 //! Which way an image is filtered: the cheapest within the tolerance, and the most exact where none is.
 
 use super::bands::{self, cost, with_bright_texels};
-use super::texels::Texels;
+use super::texel_sums::TexelSums;
 use crate::Zonal;
 use crate::kernel::split::Split;
 use crate::light::sampled::{MAX_ORDER, Sampled, TAIL};
@@ -100,7 +100,7 @@ pub(crate) fn plan<'a>(
 /// Reaches of the near part and their costs, the cheapest first.
 fn splits<'a>(light: &Sampled, kernel: &'a dyn Zonal, texels: usize) -> Vec<(f64, Split<'a>)> {
     let top = light.order();
-    let (mut all, sums) = (Vec::new(), Texels::new(&light.image));
+    let (mut all, sums) = (Vec::new(), TexelSums::new(&light.image));
     for order in (0..5).map(|k| top >> k).filter(|&o| o >= 32) {
         for turns in [10.0, 14.0, 20.0, 30.0, 40.0] {
             let split = Split::new(kernel, order, turns);

@@ -25,7 +25,7 @@ const CORE: f64 = 4.0;
 const MOST: usize = 24;
 
 /// An image and its rows.
-pub(crate) struct Texels<'a> {
+pub(crate) struct TexelSums<'a> {
     image: &'a SphereImage,
     /// sin θ and cos θ of each row's middle, and its texels' solid angle.
     rows: Vec<[f64; 3]>,
@@ -84,7 +84,7 @@ struct Place {
     beyond: f64,
 }
 
-impl<'a> Texels<'a> {
+impl<'a> TexelSums<'a> {
     pub(crate) fn new(image: &'a SphereImage) -> Self {
         let (width, height) = (image.width, image.height);
         let row = |j: usize| {
