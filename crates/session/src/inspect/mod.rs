@@ -1,12 +1,15 @@
 //! What inputs are.
 
+mod bake;
 mod brdf;
 mod light;
 mod mesh;
 mod plot;
 mod rti;
 mod texture;
+mod transfer;
 
+pub use bake::{BakeFacts, TableFacts, TensorFacts, is_bake};
 pub use brdf::{BrdfFacts, brdf_models};
 pub use light::{Advice, EnvironmentFacts};
 pub use mesh::{MeshFacts, is_mesh};
@@ -14,3 +17,4 @@ pub use plot::polar_plot;
 pub use rti::{LightPositionFacts, PtmFacts, is_lp, is_ptm};
 pub use steradian_brdf::Domain;
 pub use texture::{LevelFacts, TextureFacts};
+pub use transfer::TransferFacts;

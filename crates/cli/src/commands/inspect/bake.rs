@@ -1,49 +1,31 @@
 //! What a saved bake is.
 
-use super::{Report, file_name};
+use super::{Line, Report, file_name};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::report::{elevations_json, params_json, points_json};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::path::Path;
 use steradian_base::Elevation;
-use steradian_formats::read_ktx2_array;
-use steradian_session::Adjust;
-use steradian_techniques::IN_FOLDER;
-
-/// Is this the name of tensors, or a folder that holds a bake?
-pub fn is_bake(what: &str) -> bool {
-    what.to_lowercase().ends_with(".safetensors") || Path::new(what).join(IN_FOLDER).is_file()
-}
+use steradian_session::inspect::TensorFacts;
 
 /// The report on a texture that holds a table of a bake; `None` where `what` is something else.
-pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failure> {
-    let path = Path::new(what);
-    if !what.to_lowercase().ends_with(".ktx2") || !path.is_file() {
-        return Ok(None);
-    }
-    // What cannot be read as an array is a map of light, or says so there.
-    let Ok(array) = read_ktx2_array(path, &context.limits()) else { return Ok(None) };
-    let (Some(technique), Some(name)) = (array.get("steradian.technique"), array.get("steradian.table"))
-    else {
-        return Ok(None);
-    };
-    context.note_input(path);
-    let head: Map<String, Value> = array.metadata.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+pub fn table(what: &str, context: &mut Context) -> Option<Report> {
+    let f = context.inspect_table(Path::new(what))?;
     let json = json!({
         "kind": "table of a bake",
         "name": file_name(what),
-        "technique": technique,
-        "table": name,
-        "width": array.width,
-        "height": array.height,
-        "layers": array.layers,
-        "metadata": head,
+        "technique": f.technique,
+        "table": f.table,
+        "width": f.width,
+        "height": f.height,
+        "layers": f.layers,
+        "metadata": f.metadata,
     });
     let mut lines = vec![
         ("name", file_name(what)),
-        ("technique", technique.into()),
-        ("table", format!("{name}: {} x {} texels, layers {}", array.width, array.height, array.layers)),
+        ("technique", f.technique.clone()),
+        ("table", format!("{}: {} x {} texels, layers {}", f.table, f.width, f.height, f.layers)),
     ];
     let said = [
         ("lookup", "table.shape"),
@@ -52,23 +34,15 @@ pub fn table(what: &str, context: &mut Context) -> Result<Option<Report>, Failur
         ("reflectance", "brdf"),
         ("error", "error"),
     ];
-    let value = |key: &str| array.get(&format!("steradian.{key}")).map(String::from);
-    lines.extend(said.into_iter().filter_map(|(label, key)| Some((label, value(key)?))));
-    Ok(Some(Report { json, lines }))
+    lines.extend(said.into_iter().filter_map(|(label, key)| Some((label, f.get(key)?.into()))));
+    Some(Report { json, lines })
 }
 
 /// The report on a saved bake.
 pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let file = context.saved_bake(Path::new(what), &Adjust::default())?;
-    let bake = file.open()?;
-    let (card, c, made) = (bake.card(), bake.certificate(), &file.made);
-    let details: Map<String, Value> = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
-    let tensors: Vec<Value> = file
-        .tensors
-        .tensors
-        .iter()
-        .map(|(name, t)| json!({"name": name, "shape": t.shape, "bytes": t.data.bytes()}))
-        .collect();
+    let f = context.inspect_bake(Path::new(what))?;
+    let (c, card, made) = (&f.certificate, f.card, &f.made);
+    let details: Value = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let json = json!({
         "kind": "bake",
         "name": file_name(what),
@@ -77,8 +51,8 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "citation": card.citation,
         "brdf": made.brdf,
         "environment": made.environment,
-        "parameters": params_json(&bake.params()),
-        "bytes": bake.bytes(),
+        "parameters": params_json(&f.params),
+        "bytes": f.bytes,
         "error": c.error,
         "error_known": c.known.word(),
         "metric": c.metric,
@@ -87,20 +61,18 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "missing_energy": c.missing_energy,
         "details": details,
         "points": points_json(c),
-        "tensors": tensors,
-        "metadata": file.tensors.metadata,
+        "tensors": tensors_json(&f.tensors),
+        "metadata": f.metadata,
     });
+    let params: Vec<String> = f.params.0.iter().map(|(k, v)| format!("{k} {v}")).collect();
     let mut lines = vec![
         ("name", file_name(what)),
         ("technique", format!("{}: {}", card.slug, card.title)),
         ("source", card.citation.into()),
         ("light", made.environment.clone()),
         ("reflectance", made.brdf.clone()),
-        (
-            "parameters",
-            bake.params().0.iter().map(|(k, v)| format!("{k} {v}")).collect::<Vec<_>>().join(", "),
-        ),
-        ("shading reads", format!("{} bytes", bake.bytes())),
+        ("parameters", params.join(", ")),
+        ("shading reads", format!("{} bytes", f.bytes)),
         ("error", format!("{:.3e} ({}): {}", c.error, c.known.word(), c.metric)),
     ];
     lines.extend(c.spread.map(|s| ("error", s.to_string())));
@@ -108,11 +80,16 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
     lines.extend(c.elevations.iter().map(|e| ("error", at(e))));
     lines.extend(c.missing_energy.map(|e| ("figure", format!("missing energy of the reflectance {e}"))));
     lines.extend(c.details.iter().map(|(k, v)| ("figure", format!("{k} {v}"))));
-    lines.extend(
-        file.tensors
-            .tensors
-            .iter()
-            .map(|(name, t)| ("tensor", format!("{name} {:?}, {} bytes", t.shape, t.data.bytes()))),
-    );
+    lines.extend(tensor_lines(&f.tensors));
     Ok(Report { json, lines })
+}
+
+/// Names, shapes and sizes of tensors.
+pub fn tensors_json(tensors: &[TensorFacts]) -> Value {
+    tensors.iter().map(|t| json!({"name": t.name, "shape": t.shape, "bytes": t.bytes})).collect()
+}
+
+/// The same, a line each.
+pub fn tensor_lines(tensors: &[TensorFacts]) -> impl Iterator<Item = Line> {
+    tensors.iter().map(|t| ("tensor", format!("{} {:?}, {} bytes", t.name, t.shape, t.bytes)))
 }

@@ -13,7 +13,7 @@ use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use steradian_session::inspect::{is_lp, is_mesh, is_ptm};
+use steradian_session::inspect::{is_bake, is_lp, is_mesh, is_ptm};
 
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
@@ -55,9 +55,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         rti::lp(&o.what, context)?
     } else if let Some(report) = transfer::report(&o.what, context)? {
         report
-    } else if bake::is_bake(&o.what) {
+    } else if is_bake(&o.what) {
         bake::report(&o.what, context)?
-    } else if let Some(table) = bake::table(&o.what, context)? {
+    } else if let Some(table) = bake::table(&o.what, context) {
         table
     } else {
         light::report(&o.what, &o.adjust.get(), o.level, context)?

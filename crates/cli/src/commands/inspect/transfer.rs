@@ -1,28 +1,16 @@
 //! What a file of transfer is.
 
+use super::bake::{tensor_lines, tensors_json};
 use super::{Report, file_name};
 use crate::context::Context;
 use crate::failure::Failure;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
 
 /// The report on a file of transfer; `None` where `what` is something else.
 pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failure> {
-    let path = Path::new(what);
-    if !what.to_lowercase().ends_with(".safetensors") || !path.is_file() {
-        return Ok(None);
-    }
-    let Some((saved, file)) = context.saved_transfer(path)? else { return Ok(None) };
-    let x = &saved.transfer;
-    let [t, v] = x.worst_error();
-    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / x.len().max(1) as f64;
-    let ao = mean(&mut x.ao.iter().map(|a| f64::from(*a)));
-    let rms = mean(&mut x.error.iter().map(|e| f64::from(e[0]).powi(2))).sqrt();
-    let tensors: Vec<Value> = file
-        .tensors
-        .iter()
-        .map(|(name, t)| json!({"name": name, "shape": t.shape, "bytes": t.data.bytes()}))
-        .collect();
+    let Some(f) = context.inspect_transfer(Path::new(what))? else { return Ok(None) };
+    let (saved, x, [t, v]) = (&f.saved, &f.saved.transfer, f.worst);
     let json = json!({
         "kind": "transfer",
         "name": file_name(what),
@@ -36,32 +24,27 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
         "tolerance": saved.tolerance,
         "offset": saved.offset,
         "mesh_digest": saved.mesh,
-        "mean_ao": ao,
+        "mean_ao": f.mean_ao,
         "error_t": t,
-        "error_t_rms": rms,
+        "error_t_rms": f.rms,
         "error_v": v,
-        "tensors": tensors,
-        "metadata": file.metadata,
+        "tensors": tensors_json(&f.tensors),
+        "metadata": f.metadata,
     });
+    let reflections = match x.bounces {
+        1 => "none: direct light".into(),
+        n => format!("{n} scattering events, albedo {:?}", saved.albedo),
+    };
+    let error = format!("t: at most {t:.1e}, RMS {:.1e}; v: at most {v:.1e} (estimated)", f.rms);
     let mut lines = vec![
         ("name", file_name(what)),
         ("transfer", format!("{} {}, {} bands, {} channels", x.len(), saved.sites, x.bands, x.channels)),
         ("visibility", format!("{} bands", x.wide)),
-        (
-            "reflections",
-            match x.bounces {
-                1 => "none: direct light".into(),
-                n => format!("{} scattering events, albedo {:?}", n, saved.albedo),
-            },
-        ),
-        ("ambient occlusion", format!("mean {ao:.5}")),
-        ("error", format!("t: at most {t:.1e}, RMS {rms:.1e}; v: at most {v:.1e} (estimated)")),
+        ("reflections", reflections),
+        ("ambient occlusion", format!("mean {:.5}", f.mean_ao)),
+        ("error", error),
         ("mesh", format!("digest {}", saved.mesh)),
     ];
-    lines.extend(
-        file.tensors
-            .iter()
-            .map(|(name, t)| ("tensor", format!("{name} {:?}, {} bytes", t.shape, t.data.bytes()))),
-    );
+    lines.extend(tensor_lines(&f.tensors));
     Ok(Some(Report { json, lines }))
 }

@@ -1,0 +1,109 @@
+//! What saved bakes and their tables are.
+
+use crate::{Adjust, Error, Session};
+use std::collections::BTreeMap;
+use std::path::Path;
+use steradian_base::{Certificate, ParamValues};
+use steradian_formats::{TensorFile, read_ktx2_array};
+use steradian_techniques::{Card, IN_FOLDER, Made};
+
+/// A tensor of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TensorFacts {
+    /// Its name.
+    pub name: String,
+    /// Its shape, slowest dimension first.
+    pub shape: Vec<usize>,
+    /// Its size in bytes.
+    pub bytes: usize,
+}
+
+/// What a saved bake is.
+#[derive(Debug, Clone)]
+pub struct BakeFacts {
+    /// The technique.
+    pub card: &'static Card,
+    /// What it was made of.
+    pub made: Made,
+    /// Parameters that hold, the default ones too.
+    pub params: ParamValues,
+    /// Bytes that shading reads.
+    pub bytes: usize,
+    /// The error, and how it is known.
+    pub certificate: Certificate,
+    /// What the file holds.
+    pub tensors: Vec<TensorFacts>,
+    /// What it says of itself.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// What a texture is that holds one table of a bake.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableFacts {
+    /// The technique's slug.
+    pub technique: String,
+    /// The table's name, as in the technique's shader.
+    pub table: String,
+    /// Texels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Layers.
+    pub layers: usize,
+    /// What it says of itself.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl TableFacts {
+    /// What it says under `steradian.KEY`.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.metadata.get(&format!("steradian.{key}")).map(String::as_str)
+    }
+}
+
+/// Is this the name of tensors, or a folder that holds a bake?
+pub fn is_bake(what: &str) -> bool {
+    what.to_lowercase().ends_with(".safetensors") || Path::new(what).join(IN_FOLDER).is_file()
+}
+
+/// The tensors of a file.
+pub(super) fn tensors(file: &TensorFile) -> Vec<TensorFacts> {
+    let facts = |(name, t): (&String, &steradian_formats::Tensor)| TensorFacts {
+        name: name.clone(),
+        shape: t.shape.clone(),
+        bytes: t.data.bytes(),
+    };
+    file.tensors.iter().map(facts).collect()
+}
+
+impl Session {
+    /// What a saved bake is.
+    pub fn inspect_bake(&mut self, path: &Path) -> Result<BakeFacts, Error> {
+        let file = self.saved_bake(path, &Adjust::default())?;
+        let bake = file.open()?;
+        Ok(BakeFacts {
+            card: bake.card(),
+            params: bake.params(),
+            bytes: bake.bytes(),
+            certificate: bake.certificate().clone(),
+            tensors: tensors(&file.tensors),
+            metadata: file.tensors.metadata.clone(),
+            made: file.made,
+        })
+    }
+
+    /// What a texture is that holds a table of a bake; `None` where it holds something else, or cannot be read as an array.
+    pub fn inspect_table(&mut self, path: &Path) -> Option<TableFacts> {
+        let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2"));
+        if !named || !path.is_file() {
+            return None;
+        }
+        let array = read_ktx2_array(path, &self.limits()).ok()?;
+        let said = |key: &str| array.get(key).map(String::from);
+        let (technique, table) = (said("steradian.technique")?, said("steradian.table")?);
+        self.note_input(path);
+        let (width, height, layers) = (array.width, array.height, array.layers);
+        let metadata = array.metadata.into_iter().collect();
+        Some(TableFacts { technique, table, width, height, layers, metadata })
+    }
+}
