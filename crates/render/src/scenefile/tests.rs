@@ -156,3 +156,20 @@ fn hostile_files_end_soon() {
         assert!(read.err().is_none_or(|e| e.to_string().len() < 2000));
     }
 }
+
+/// The page for users: its example is a scene, and it names every key.
+#[test]
+fn the_page_on_scene_files_is_true() {
+    let page = include_str!("../../../../docs/scenes.md");
+    let example = page.split("```toml").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+    let scene = SceneFile::parse("still-life.toml", example, Files::None).expect("it is a scene");
+    assert_eq!((scene.meshes.len(), scene.materials.len(), scene.light.points.len()), (2, 3, 1));
+    // Fields of the schema are keys; tables have sections of their own.
+    let fields = include_str!("schema.rs").lines().filter_map(|l| l.trim().strip_prefix("pub "));
+    let keys: Vec<&str> = fields.filter_map(|f| f.split_once(": ")).map(|f| f.0).collect();
+    assert!(keys.len() > 40, "{keys:?}");
+    for key in keys {
+        let forms = ["`KEY`", "[KEY]", "[[KEY]]", ".KEY]]", "[KEY."].map(|f| f.replace("KEY", key));
+        assert!(forms.iter().any(|f| page.contains(f)), "{key} is not on the page");
+    }
+}
