@@ -58,11 +58,35 @@ pub fn filter(
     tolerance: f64,
     task: &Task,
 ) -> Result<Filtered, Cancelled> {
+    filter_within(source, tree, kernel, (size, usize::MAX), tolerance, task)
+}
+
+/// [`filter`] with at most `direct` directions summed one by one, each of which may take milliseconds (a kernel of a narrow
+/// peak and a wide foot visits ten thousand parts of the light). Where the angular way is wanted, the map has no more
+/// texels than that; where so few would lose more by interpolation than the bands beyond the spectrum hold, the spectrum
+/// is taken as far as it goes.
+pub fn filter_within(
+    source: &Source,
+    tree: &Tree,
+    kernel: &dyn Zonal,
+    (size, direct): (Size, usize),
+    tolerance: f64,
+    task: &Task,
+) -> Result<Filtered, Cancelled> {
     task.check()?;
     let k = kernel.coefficients(source.order() + 64);
     let (order, tail) = order(source, &k, 0.25 * tolerance);
+    let most = ((direct as f64 / 6.0).sqrt() as usize).saturating_sub(1).max(4);
+    let few = match size {
+        Size::Fixed(n) if n > most => None,
+        Size::Fixed(n) => Some(Size::Fixed(n)),
+        // Sizes are powers of two.
+        Size::UpTo(n) => Some(Size::UpTo(n.min(1 << most.ilog2()))),
+    };
+    let coarse = few.map(|s| resolution(source, &k, s, 0.7 * tolerance));
     let (size, interpolation) = resolution(source, &k, size, 0.7 * tolerance);
-    if tail > tolerance.max(angular::ERROR) {
+    let summed = coarse.filter(|(n, e)| tail > tolerance.max(angular::ERROR) && (*n >= size || *e <= tail));
+    if let Some((size, interpolation)) = summed {
         let cube = EdgeCube::try_from_fn(size, task, |d| angular::convolve_at(tree, kernel, d))?;
         return Ok(Filtered {
             cube,
@@ -210,4 +234,36 @@ pub fn measured(cube: &EdgeCube, tree: &Tree, kernel: &dyn Zonal, n: usize) -> f
     };
     let pairs: Vec<_> = (0..n).into_par_iter().map(pair).collect();
     probe::relative_rms(pairs.into_iter())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Lobe;
+    use steradian_sphere::{Layout, SphereImage};
+
+    /// Light of eight texels round the equator and a lobe far narrower than its bands: direction by direction as long as
+    /// there are few enough of them, and else as far as the spectrum goes.
+    #[test]
+    fn sums_direction_by_direction_have_a_bound() {
+        let image = SphereImage::from_fn(Layout::LatLong, 64, 32, |d| {
+            [if (8.0 * d.z.atan2(d.x)).sin() > 0.5 { 9.0 } else { 1.0 }; 3]
+        });
+        let task = Task::quiet();
+        let tree = Tree::new(Some(&image), &[], &task).expect("nobody cancels");
+        let source = Source::of(Some(image), Vec::new(), 16, &task).expect("nobody cancels");
+        let kernel = Lobe::ggx(0.02);
+        let within = |direct| {
+            let size = (Size::UpTo(8), direct);
+            filter_within(&source, &tree, &kernel, size, 1e-3, &task).expect("nobody cancels")
+        };
+        let all = within(usize::MAX);
+        assert_eq!((all.way, all.cube.size()), (CubeMethod::Angular, 8));
+        // 6 · 5² directions.
+        let fewer = within(200);
+        assert_eq!((fewer.way, fewer.cube.size()), (CubeMethod::Angular, 4));
+        let of_bands = filter_within(&source, &tree, &kernel, (Size::Fixed(8), 200), 1e-3, &task);
+        let of_bands = of_bands.expect("nobody cancels");
+        assert_eq!((of_bands.way, of_bands.cube.size()), (CubeMethod::Frequency { order: 16 }, 8));
+    }
 }

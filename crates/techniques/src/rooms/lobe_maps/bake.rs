@@ -116,15 +116,16 @@ struct Filtering<'a> {
     mirror: OnceCell<EdgeCube>,
     largest: usize,
     size: filter::Size,
-    /// For profiles beyond the spectrum.
-    sharp: filter::Size,
+    /// Directions of a map that are summed one by one at most.
+    direct: usize,
     tolerance: f64,
     task: &'a Task,
 }
 
 impl Filtering<'_> {
     fn filter(&self, k: &Profile, size: filter::Size) -> Result<filter::Filtered, Cancelled> {
-        filter(self.light.source(), &self.light.tree, k, size, self.tolerance, self.task)
+        let size = (size, self.direct);
+        filter::filter_within(self.light.source(), &self.light.tree, k, size, self.tolerance, self.task)
     }
 
     /// Texel means of the light, suns spread over texels.
@@ -135,12 +136,6 @@ impl Filtering<'_> {
     /// Is the profile of this channel a mirror's beside the smallest texels?
     fn is_mirror(&self, rings: &Rings, profile: &[f64]) -> bool {
         rings.radius(profile, 0.9) < 0.5 * edge_cube::spacing(self.largest)
-    }
-
-    /// Does the spectrum of the light end before that of the profile?
-    fn is_sharp(&self, k: &Profile) -> bool {
-        let k = k.coefficients(self.light.source().order());
-        k.last().is_some_and(|last| last.abs() > 0.02 * k[0].abs())
     }
 
     /// The map of a profile per channel; channels of the same profile share a filtering.
@@ -164,7 +159,6 @@ impl Filtering<'_> {
             let profile = Profile::new(rings, &shape[c]);
             let size = match made.first() {
                 Some((_, cube)) => filter::Size::Fixed(cube.size()),
-                None if self.is_sharp(&profile) => self.sharp,
                 None => self.size,
             };
             let f = self.filter(&profile, size)?;
@@ -222,15 +216,15 @@ pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result
     if need > task.max_memory() {
         return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
     }
-    let few = ((DIRECT as f64 / (6.0 * levels as f64)).sqrt() as usize).clamp(8, largest.max(8));
-    let size = |up: usize| p.size.map_or(filter::Size::UpTo(up), |_| filter::Size::Fixed(largest));
+    let size = p.size.map_or(filter::Size::UpTo(largest), |_| filter::Size::Fixed(largest));
+    let direct = p.size.map_or(DIRECT / levels.max(1), |_| usize::MAX);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
     let filtering = Filtering {
         light,
         mirror: OnceCell::new(),
         largest,
-        size: size(largest),
-        sharp: size(few),
+        size,
+        direct,
         tolerance,
         task,
     };
