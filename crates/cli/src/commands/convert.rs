@@ -15,7 +15,8 @@ use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_session::inspect::is_lp;
 use steradian_session::{
-    Adjust, Destinations, IMAGES, MEASUREMENTS, POLYNOMIALS, check_format, check_output, is_sky,
+    Adjust, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
+    check_format, check_output, is_sky,
 };
 use steradian_sphere::SphereImage;
 
@@ -23,8 +24,8 @@ use steradian_sphere::SphereImage;
 #[derive(Debug, Args)]
 pub struct Options {
     /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
-    /// brdf:SPEC, a reflectance that becomes a table of measurements, or a list of light positions (.lp), whose
-    /// photographs become a polynomial texture map
+    /// brdf:SPEC, a reflectance that becomes a table of measurements, a list of light positions (.lp), whose
+    /// photographs become a polynomial texture map, or with --horizons a height map
     #[arg(value_name = "INPUT")]
     input: String,
     /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) or
@@ -53,6 +54,14 @@ pub struct Options {
     /// Write an .exr or a texture in half floats
     #[arg(long)]
     half: bool,
+    /// What the bumps of a height map (its alpha, else its luminance; it repeats) hide of the light, as an array texture
+    /// (.ktx2): elevations of each texel's horizon in radians at N azimuths from the right of the picture to its top, four
+    /// a layer; or `ellipses`, one conic a texel
+    #[arg(long, value_name = "N|ellipses", value_parser = horizon_form)]
+    horizons: Option<HorizonForm>,
+    /// With --horizons: how far white is above black, as a part of the map's width
+    #[arg(long, value_name = "R", value_parser = relief, default_value_t = 0.08)]
+    relief: f64,
     #[arg(long, value_name = "NAME", value_parser = TexelFormat::parse, conflicts_with = "half", help = format!("Texels of a texture: {} [default: 32-bit floats, or 16-bit ones with --half]", names::formats()))]
     format: Option<TexelFormat>,
 }
@@ -63,6 +72,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if is_lp(&o.input) {
         return polynomials(&o, context);
+    }
+    if let Some(form) = o.horizons {
+        return horizons(&o, form, context);
     }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
@@ -142,6 +154,46 @@ fn polynomials(o: &Options, context: &mut Context) -> Outcome {
         x.height,
         x.photographs,
         x.condition
+    ));
+    Ok(())
+}
+
+fn horizon_form(text: &str) -> Result<HorizonForm, String> {
+    let all = 1..=MAX_AZIMUTHS;
+    match text.parse() {
+        Ok(n) if all.contains(&n) => Ok(HorizonForm::Azimuths(n)),
+        _ if text == "ellipses" => Ok(HorizonForm::Ellipses),
+        _ => Err(format!("1 to {MAX_AZIMUTHS} azimuths, or ellipses")),
+    }
+}
+
+fn relief(text: &str) -> Result<f64, String> {
+    let good = text.parse().ok().filter(|r: &f64| *r > 0.0 && *r <= 100.0);
+    good.ok_or_else(|| "above 0 and at most 100".into())
+}
+
+/// A height map as horizons.
+fn horizons(o: &Options, form: HorizonForm, context: &mut Context) -> Outcome {
+    check_output(&o.output, &HORIZONS)?;
+    let mut places = Destinations::default();
+    places.file("--output", &o.output)?;
+    let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
+    let output = (o.output.as_path(), o.format.unwrap_or(usual));
+    let x = context.horizons((Path::new(&o.input), o.relief), form, output)?;
+    if context.common.json {
+        let name = o.output.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({
+            "output": name, "width": x.width, "height": x.height, "layers": x.layers, "open": x.open,
+            "clipped": x.written.clipped, "vanished": x.written.vanished, "lost": x.written.lost,
+        }));
+    }
+    context.say(format_args!(
+        "{}: {} x {} texels, {} layers; {:.1} % of the light of an even sky is left by the bumps",
+        o.output.display(),
+        x.width,
+        x.height,
+        x.layers,
+        100.0 * x.open
     ));
     Ok(())
 }

@@ -219,15 +219,7 @@ pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result
     let size = p.size.map_or(filter::Size::UpTo(largest), |_| filter::Size::Fixed(largest));
     let direct = p.size.map_or(DIRECT / levels.max(1), |_| usize::MAX);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
-    let filtering = Filtering {
-        light,
-        mirror: OnceCell::new(),
-        largest,
-        size,
-        direct,
-        tolerance,
-        task,
-    };
+    let filtering = Filtering { light, mirror: OnceCell::new(), largest, size, direct, tolerance, task };
     let mut found = Found::default();
     task.begin("prefilter", levels as u64);
     let mut cubes = Vec::with_capacity(levels);

@@ -1,0 +1,92 @@
+//! Where a straight line over the surface meets the edges of its triangles: between them the height is linear in the
+//! distance, so the highest slope that is seen from the line's start is that of a crossing.
+
+use super::HeightField;
+use steradian_parallel::prelude::*;
+
+/// Texels of a row that are taken together.
+const BLOCK: usize = 64;
+/// Crossings between looks at whether all texels of a block are done.
+const CHECK: usize = 8;
+/// A line is followed over this many periods at most: what stands further off is below (range of heights)/(4 periods).
+const PERIODS: usize = 4;
+
+/// A crossing of a line from a vertex with an edge: z = (1 − weight) z(first) + weight z(second).
+struct Crossing {
+    /// Columns and rows from the start to the edge's ends, reduced to one period.
+    ends: [(usize, usize); 2],
+    weight: f32,
+    /// 1/distance.
+    inverse: f32,
+}
+
+/// The crossings of lines of azimuth `phi`, by distance.
+fn crossings(field: &HeightField, phi: f64) -> Vec<Crossing> {
+    // Rows count downwards.
+    let (di, dj) = (phi.cos(), -phi.sin());
+    let reach = (PERIODS * field.width.max(field.height)) as f64;
+    let (w, h) = (field.width as i64, field.height as i64);
+    let mut out: Vec<(f64, Crossing)> = Vec::new();
+    let mut add = |s: f64, first: (i64, i64), second: (i64, i64), weight: f64| {
+        let end = |(i, j): (i64, i64)| (i.rem_euclid(w) as usize, j.rem_euclid(h) as usize);
+        let ends = [end(first), end(second)];
+        out.push((s, Crossing { ends, weight: weight as f32, inverse: (1.0 / s) as f32 }));
+    };
+    // Columns, rows and diagonals i − j = n.
+    for (rate, kind) in [(di, 0), (dj, 1), (di - dj, 2)] {
+        if rate.abs() < 1e-12 {
+            continue;
+        }
+        for n in 1..=(reach * rate.abs()) as i64 {
+            let s = n as f64 / rate.abs();
+            let n = if rate < 0.0 { -n } else { n };
+            let (i, j) = (di * s, dj * s);
+            match kind {
+                0 => add(s, (n, j.floor() as i64), (n, j.floor() as i64 + 1), j - j.floor()),
+                1 => add(s, (i.floor() as i64, n), (i.floor() as i64 + 1, n), i - i.floor()),
+                _ => {
+                    let a = i.floor() as i64;
+                    add(s, (a, a - n), (a + 1, a + 1 - n), i - i.floor());
+                }
+            }
+        }
+    }
+    out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    out.into_iter().map(|c| c.1).collect()
+}
+
+/// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth by azimuth.
+pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
+    let (w, h) = (field.width, field.height);
+    // A row and its repetition: what a block of texels looks up is in one piece.
+    let wide = w + BLOCK.max(w);
+    let rows: Vec<f32> = (0..h).flat_map(|j| (0..wide).map(move |i| field.z[j * w + i % w])).collect();
+    let highest = field.range().1;
+    let lines: Vec<Vec<Crossing>> = azimuths.par_iter().map(|phi| crossings(field, *phi)).collect();
+    let mut out = vec![0.0; w * h * azimuths.len()];
+    out.par_chunks_mut(w).enumerate().for_each(|(row, best)| {
+        if !go_on() {
+            return;
+        }
+        let (line, j) = (&lines[row / h], row % h);
+        for (block, best) in best.chunks_mut(BLOCK).enumerate() {
+            let from = block * BLOCK;
+            let start = &rows[j * wide + from..][..best.len()];
+            for (k, c) in line.iter().enumerate() {
+                // Can what is further off still be higher?
+                let open = |(z, best): (&f32, &f32)| (highest - z) * c.inverse > *best;
+                if k % CHECK == 0 && !start.iter().zip(&*best).any(open) {
+                    break;
+                }
+                let [a, b] = c.ends.map(|(i, down)| {
+                    let (i, j) = ((from + i) % w, (j + down) % h);
+                    &rows[j * wide + i..][..best.len()]
+                });
+                for (((best, z), a), b) in best.iter_mut().zip(start).zip(a).zip(b) {
+                    *best = best.max((a + c.weight * (b - a) - z) * c.inverse);
+                }
+            }
+        }
+    });
+    go_on().then_some(out)
+}
