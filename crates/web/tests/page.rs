@@ -6,7 +6,7 @@ use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_gpu::scene::{Backdrop, Level, Object, Scene, Triangles};
 use steradian_light::{Environment, Lights};
-use steradian_scene::surface::Maps;
+use steradian_scene::surface::SurfaceMaps;
 use steradian_scene::{Camera, Mesh};
 use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::direct::{Direct, Suns, split};
@@ -31,7 +31,7 @@ fn object(technique: GpuTechnique, mesh: &Mesh) -> Object {
         brdf: None,
         folds_suns: true,
         base_colour: None,
-        maps: Maps::default(),
+        maps: SurfaceMaps::default(),
         transform: Affine3A::IDENTITY,
     }
 }
