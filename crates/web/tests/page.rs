@@ -67,8 +67,7 @@ fn shaders_of_exact_suns_are_translated() {
     let mesh = Arc::new(steradian_scene::shapes::sphere(6));
     let t = steradian_techniques::find("sh_irradiance").expect("registered");
     let technique = bake(t, "lambert", &mesh).gpu();
-    for spec in ["ggx:alpha=0.2", "ward:ax=0.1,ay=0.4", "ashikhmin-shirley:nu=10,nv=100", "phong:n=20"]
-    {
+    for spec in ["ggx:alpha=0.2", "ward:ax=0.1,ay=0.4", "ashikhmin-shirley:nu=10,nv=100", "phong:n=20"] {
         let brdf = steradian_brdf::parse(spec).expect("a spec").shader();
         let object = Object { brdf, ..object(technique.clone(), &mesh) };
         let module = object_module(&object, "aces").unwrap_or_else(|e| panic!("{spec}: {e}"));
