@@ -1,5 +1,5 @@
 // An object's triangles, pulled by vertex index: three vec4 a vertex hold p u, n v, t and the
-// sign of the bitangent. gpu_vertex_row, gpu_index and gpu_colour read them from buffers or textures.
+// sign of the bitangent. gpu_vertex_row, gpu_index and gpu_colour_value read them from buffers or textures.
 struct GpuObject {
     model: mat4x4<f32>,
     // Cofactors of the model's linear part, times the sign of its determinant.

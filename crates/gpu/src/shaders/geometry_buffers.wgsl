@@ -11,6 +11,6 @@ fn gpu_index(i: u32) -> u32 {
     return gpu_indices[i];
 }
 
-fn gpu_colour(i: u32) -> f32 {
+fn gpu_colour_value(i: u32) -> f32 {
     return gpu_colours[i];
 }

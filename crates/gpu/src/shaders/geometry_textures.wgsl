@@ -11,6 +11,6 @@ fn gpu_index(i: u32) -> u32 {
     return textureLoad(gpu_indices, vec2<u32>(i % 2048u, i / 2048u), 0).x;
 }
 
-fn gpu_colour(i: u32) -> f32 {
+fn gpu_colour_value(i: u32) -> f32 {
     return textureLoad(gpu_colours, vec2<u32>(i % 2048u, i / 2048u), 0).x;
 }

@@ -72,7 +72,7 @@ fn gpu_vertex_colour(v: u32) -> vec3<f32> {
     if gpu_object.counts.z < 4u {
         return vec3<f32>(1.0);
     }
-    return vec3<f32>(gpu_colour(3u * v), gpu_colour(3u * v + 1u), gpu_colour(3u * v + 2u));
+    return vec3<f32>(gpu_colour_value(3u * v), gpu_colour_value(3u * v + 1u), gpu_colour_value(3u * v + 2u));
 }
 
 fn gpu_normal(v: u32) -> vec3<f32> {
