@@ -139,7 +139,7 @@ fn buffer(b: &Buffer, sited: bool, storage: Storage) -> String {
         (Numbers::F32(_), Storage::Buffers) => format!("arrayLength(&buffer_{name}) / {stride}u"),
         (data, _) => format!("{}u", data.len() / stride.max(1)),
     };
-    out += &function(&format!("count_{name}"), "", "u32", &count);
+    out += &format!("fn count_{name}() -> u32 {{\n    return {count};\n}}\n");
     out += &format!(
         "fn fetch_{name}(site: u32, k: u32) -> f32 {{
     let i = site * {stride}u + k;
