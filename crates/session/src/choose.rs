@@ -168,7 +168,6 @@ impl Session {
         bvh: &Bvh,
         camera: Camera,
     ) -> Result<Vec<Prepared>, Error> {
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
         let mut out: Vec<Prepared> = Vec::new();
         for m in &scene.materials {
             if let Some(done) = out.iter().find(|p| m.shades_like(p)) {
@@ -177,20 +176,33 @@ impl Session {
                 out.push(shared);
                 continue;
             }
-            let sample = Sample::new(self, scene, bvh, camera, m)?;
-            let prepared = match &m.method {
-                Some(method) => {
-                    let mut p = self.prepare(m, method, under, &self.task)?;
-                    p.picture_error = sample.error(&p, &self.task)?;
-                    p
-                }
-                None => self.choose(m, under, &sample)?,
-            };
+            let prepared = self.prepare_or_choose(scene, bvh, camera, m, true)?;
             self.tell_chosen(&prepared);
             self.tell_left_out(&prepared);
             out.push(prepared);
         }
         Ok(out)
+    }
+
+    /// Bakes a material by its method, or by the technique that is chosen for it. Of a named method the error in this
+    /// picture is `measured` only where that is asked for.
+    pub(crate) fn prepare_or_choose(
+        &self,
+        scene: &Scene,
+        bvh: &Bvh,
+        camera: Camera,
+        m: &Material,
+        measured: bool,
+    ) -> Result<Prepared, Error> {
+        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
+        if let (Some(method), false) = (&m.method, measured) {
+            return self.prepare(m, method, under, &self.task);
+        }
+        let sample = Sample::new(self, scene, bvh, camera, m)?;
+        let Some(method) = &m.method else { return self.choose(m, under, &sample) };
+        let mut p = self.prepare(m, method, under, &self.task)?;
+        p.picture_error = sample.error(&p, &self.task)?;
+        Ok(p)
     }
 
     fn tell_chosen(&self, p: &Prepared) {

@@ -31,6 +31,8 @@ mod gpu_scene;
 mod ground;
 mod inputs;
 pub mod inspect;
+#[cfg(feature = "gpu")]
+pub mod live;
 mod local;
 mod material;
 mod model;

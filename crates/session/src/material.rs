@@ -162,6 +162,42 @@ impl Prepared {
     }
 }
 
+/// What a material is baked of that is no longer what it was.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Changed {
+    /// Textures at most.
+    Nothing,
+    /// The light.
+    Light,
+    /// The reflectance.
+    Reflectance,
+}
+
+#[cfg(feature = "gpu")]
+impl Changed {
+    /// What one rebaked factor makes `after` of `before`; `None` where more has to be baked.
+    pub fn of(before: &Prepared, after: &Material, light: bool, geometry: bool) -> Option<Self> {
+        let Method::Technique(t) = before.method else { return None };
+        let kept = match &after.method {
+            Some(m) => m.slug() == before.method.slug() && after.params == before.material.params,
+            // The session's choice stays for what it was made for.
+            None => before.material.method.is_none() && after.brdf.spec() == before.material.brdf.spec(),
+        };
+        let bare = after.local.is_none() && before.local.is_none() && !before.shadowed;
+        let maps = after.maps.is_empty() == before.material.maps.is_empty();
+        if !kept || !bare || !maps || (geometry && t.needs_sites(&after.params)) {
+            return None;
+        }
+        match (light, after.brdf.spec() != before.material.brdf.spec()) {
+            (false, false) => Some(Self::Nothing),
+            (true, false) => Some(Self::Light),
+            (false, true) => Some(Self::Reflectance),
+            (true, true) => None,
+        }
+    }
+}
+
 /// The light and the view of a picture, and the accuracy asked of it.
 #[derive(Clone, Copy)]
 pub(crate) struct Under<'a> {
@@ -230,6 +266,37 @@ impl Session {
             None => None,
         };
         let prepared = framed(material, method, bake, Beside { direct, local, shadows }, &view);
+        Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
+    }
+
+    /// `before` with what changed of its light or its reflectance: only those factors are baked again.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn rebaked(
+        &self,
+        before: &Prepared,
+        material: &Material,
+        changed: Changed,
+        under: Under<'_>,
+    ) -> Result<Prepared, Error> {
+        let Some(old) = &before.bake else {
+            return Err(Error::failed("a material without a bake"));
+        };
+        let start = Instant::now();
+        let task = self.task.clone().with_tolerance(under.tolerance);
+        let suns = if material.maps.is_empty() { self.suns } else { Suns::Fold };
+        let (bake, direct) = match changed {
+            Changed::Light => {
+                let (baked, direct) = split(under.lights, suns);
+                (old.0.with_light(&baked, &task)?, direct)
+            }
+            Changed::Reflectance => {
+                let of = steradian_techniques::Material::new(material.brdf.clone());
+                (old.0.with_material(&of, &task)?, before.direct.1.clone())
+            }
+            Changed::Nothing => (old.0.with_view(&view(under.camera)), before.direct.1.clone()),
+        };
+        let beside = Beside { direct, local: None, shadows: None };
+        let prepared = framed(material, &before.method, bake, beside, &view(under.camera));
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
 
@@ -401,7 +468,7 @@ fn eye(camera: &Camera) -> Vec3 {
     }
 }
 
-fn view(camera: &Camera) -> View {
+pub(crate) fn view(camera: &Camera) -> View {
     let (Camera::Pinhole { from, .. } | Camera::Orthographic { from, .. }) = *camera;
     View { eye: from, forward: camera.axes()[2], ..View::default() }
 }

@@ -98,17 +98,20 @@ impl Scene {
         task: &Task,
     ) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        let spacing = |m: &Method| match m {
-            Method::Technique(t) if t.card().needs.sites => Some(t.spacing()),
-            _ => None,
-        };
-        let Some(coarsest) = methods.into_iter().filter_map(spacing).reduce(f32::min) else {
-            return Ok(scene);
-        };
+        let Some(coarsest) = self.spacing(methods) else { return Ok(scene) };
         let mut scene = scene.into_owned();
         let refinement = Refinement { coarsest, ..Refinement::default() };
         scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &refinement, task)?;
         Ok(Cow::Owned(scene))
+    }
+
+    /// How far apart vertices lie at most for those of `methods` that bake at them.
+    pub(crate) fn spacing<'a>(&self, methods: impl IntoIterator<Item = &'a Method>) -> Option<f32> {
+        let spacing = |m: &Method| match m {
+            Method::Technique(t) if t.card().needs.sites => Some(t.spacing()),
+            _ => None,
+        };
+        methods.into_iter().filter_map(spacing).reduce(f32::min)
     }
 
     /// The techniques that its materials ask for.

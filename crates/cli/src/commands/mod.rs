@@ -16,6 +16,7 @@ mod sample;
 mod techniques;
 mod transfer;
 mod verify;
+mod view;
 
 use crate::context::{Backend, Context};
 use crate::failure::{Failure, Outcome};
@@ -49,6 +50,8 @@ pub enum Command {
     Transfer(transfer::Options),
     /// A static web page of a scene that the browser shades (needs the feature `web`)
     ExportWeb(Box<export_web::Options>),
+    /// A window onto a scene, with live techniques, lights and materials (needs the feature `view`)
+    View(view::Options),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
@@ -81,6 +84,7 @@ impl Command {
             Self::Sample(o) => sample::run(o, context),
             Self::Techniques(o) => techniques::run(o, context),
             Self::ExportWeb(o) => export_web::run(*o, context),
+            Self::View(o) => view::run(o, context),
             Self::Transfer(o) => transfer::run(o, context),
         }
     }

@@ -1,0 +1,301 @@
+//! A scene that is drawn again and again while its camera, its lights and its materials change: what a window shows.
+//!
+//! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is what a GPU draws of it, and
+//! [`Live::turned`] what another camera or a turned light change of that. Pictures by the reference ([`Session::truth`])
+//! are those that [`Session::compare`] holds techniques against.
+
+use crate::compare::{differences, worst};
+use crate::gpu_scene::{scene as drawn, unlit};
+use crate::material::{Changed, Under, view};
+use crate::picture::background;
+use crate::{Error, Method, Prepared, Renderer, Scene, Session};
+use glam::{Mat3, Vec3};
+use std::sync::Arc;
+use steradian_base::Certificate;
+use steradian_gpu::scene as gpu;
+use steradian_light::adjust::about_y;
+use steradian_render::metrics::Errors;
+use steradian_render::{Develop, Display, Film, Settings, Stage};
+use steradian_scene::{Bvh, Camera};
+use steradian_techniques::gpu::Uniform;
+use steradian_techniques::{GpuTechnique, View};
+
+/// What a scene is made of, by name: of what keeps its name, everything that was baked stays.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Names {
+    /// The geometry and its maps.
+    pub mesh: String,
+    /// The lights, before they are turned.
+    pub light: String,
+}
+
+/// A scene with its bakes.
+pub struct Live {
+    scene: Scene,
+    names: Names,
+    /// How far apart vertices lie at most where data are baked at them.
+    spacing: Option<f32>,
+    bvh: Arc<Bvh>,
+    camera: Camera,
+    materials: Vec<Prepared>,
+    rebaked: usize,
+}
+
+/// What another view changes of an object.
+pub enum Turned {
+    /// Uniforms alone.
+    Uniforms(Vec<Uniform>),
+    /// More than that.
+    Technique(Box<GpuTechnique>),
+}
+
+/// What lies under a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Probe {
+    /// Material slot.
+    pub material: usize,
+    /// Position, metres.
+    pub position: Vec3,
+    /// Unit shading normal, without normal maps.
+    pub normal: Vec3,
+    /// Unit direction to the viewer.
+    pub wo: Vec3,
+}
+
+/// The reference's picture.
+#[derive(Clone)]
+pub struct Truth {
+    /// Radiance and coverage.
+    pub film: Film,
+    /// The largest relative error that a point was left with.
+    pub error: f64,
+}
+
+/// How far a picture is from the reference's, over the pixels that surfaces cover.
+pub struct Difference {
+    /// Of radiance.
+    pub errors: Errors,
+    /// Mean FLIP.
+    pub flip: f64,
+    /// FLIP as a picture.
+    pub picture: Display,
+}
+
+impl Session {
+    /// Bakes what `scene` needs. Of `before`, whatever was made of the same light, reflectance and geometry is taken over;
+    /// where a technique was chosen for a material, it stays under another light.
+    pub fn live(&self, scene: &Scene, names: Names, before: Option<&Live>) -> Result<Live, Error> {
+        let camera = scene.camera_or_framed()?;
+        let spacing = scene.spacing(scene.methods());
+        let mesh = before.filter(|b| b.names.mesh == names.mesh && b.spacing == spacing);
+        let (staged, bvh) = match mesh {
+            Some(b) => {
+                let mut staged = scene.clone();
+                staged.ground = None;
+                staged.materials.extend(scene.ground.clone());
+                staged.mesh = b.scene.mesh.clone();
+                (staged, b.bvh.clone())
+            }
+            None => {
+                let staged = scene.staged(&camera, scene.methods(), &self.task)?.into_owned();
+                let bvh = Arc::new(Bvh::build(&staged.mesh));
+                (staged, bvh)
+            }
+        };
+        let under =
+            Under { lights: &staged.lights, camera: &camera, tolerance: staged.tolerance, scene: &staged };
+        let mut materials: Vec<Prepared> = Vec::new();
+        let mut rebaked = 0;
+        for (k, m) in staged.materials.iter().enumerate() {
+            self.check()?;
+            if let Some(done) = materials.iter().find(|p| m.shades_like(p)) {
+                let shared = done.shared(m);
+                materials.push(shared);
+                continue;
+            }
+            let old = before.and_then(|b| Some((b, b.materials.get(k)?)));
+            let changed = old.and_then(|(b, p)| {
+                let geometry = mesh.is_none();
+                Changed::of(p, m, b.names.light != names.light, geometry)
+            });
+            let prepared = match (changed, old) {
+                (Some(Changed::Nothing), Some((_, p))) => p.shared(m),
+                (Some(changed), Some((_, p))) => {
+                    rebaked += 1;
+                    self.rebaked(p, m, changed, under)?
+                }
+                _ => {
+                    rebaked += 1;
+                    self.prepare_or_choose(&staged, &bvh, camera, m, false)?
+                }
+            };
+            if prepared.bake.is_none() {
+                let why = "no technique shades it: choose another reflectance";
+                return Err(Error::usage(format!("{}: {why}", m.brdf.spec())));
+            }
+            self.tell_left_out(&prepared);
+            materials.push(prepared);
+        }
+        if let Some(why) = unlit(&materials) {
+            return Err(Error::usage(why));
+        }
+        Ok(Live { scene: staged, names, spacing, bvh, camera, materials, rebaked })
+    }
+
+    /// The reference's picture, by quadrature to a relative error of `tolerance` at each point, under the light turned by
+    /// `degrees` about +Y.
+    pub fn truth(
+        &self,
+        live: &Live,
+        camera: Camera,
+        degrees: f64,
+        size: [usize; 2],
+        tolerance: f64,
+    ) -> Result<Truth, Error> {
+        let mut lights = live.scene.lights.clone();
+        if degrees != 0.0 {
+            lights.adjust(degrees, 1.0);
+        }
+        let seen = Scene { lights, ..live.scene.clone() };
+        let under = Under { lights: &seen.lights, camera: &camera, tolerance: Some(tolerance), scene: &seen };
+        let exact = |m: &crate::Material| self.prepare(m, &Method::Reference, under, &self.task);
+        let prepared = seen.materials.iter().map(exact).collect::<Result<Vec<_>, _>>()?;
+        let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();
+        let settings = Settings { inner: 1, share: true, ..Settings::new(size[0], size[1]) };
+        let framed = Scene { settings, mesh: steradian_scene::Mesh::default(), ..seen.clone() };
+        let background = background(&framed, &camera);
+        let stage = Stage {
+            mesh: &live.scene.mesh,
+            bvh: &live.bvh,
+            surfaces: &surfaces,
+            background: &background,
+            camera,
+        };
+        let film = Renderer::Cpu.film(&stage, &prepared, &settings, self)?.0;
+        let error = prepared.iter().map(Prepared::error).fold(0.0, f64::max);
+        Ok(Truth { film, error })
+    }
+}
+
+impl Live {
+    /// The materials, as they are shaded.
+    pub fn materials(&self) -> &[Prepared] {
+        &self.materials
+    }
+
+    /// The scene with its ground as part of the mesh.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The camera that sees the whole mesh, or that the scene gave.
+    pub fn camera(&self) -> Camera {
+        self.camera
+    }
+
+    /// Materials that were baked for it: the others were taken over.
+    pub fn rebaked(&self) -> usize {
+        self.rebaked
+    }
+
+    /// Has `other` the same triangles?
+    pub fn same_mesh(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.bvh, &other.bvh)
+    }
+
+    /// Is it lit as `other` is?
+    pub fn same_light(&self, other: &Self) -> bool {
+        self.names.light == other.names.light
+    }
+
+    /// The certificate of the largest error.
+    pub fn certificate(&self) -> Option<Certificate> {
+        worst(&self.materials)
+    }
+
+    /// Bytes that shading reads.
+    pub fn bytes(&self) -> usize {
+        self.materials.iter().map(|p| p.bytes).sum()
+    }
+
+    /// What a GPU draws in a picture of `height` rows.
+    pub fn gpu(&self, camera: Camera, height: usize, rotation: Mat3) -> gpu::Scene {
+        let scene = Scene { settings: Settings { height, ..self.scene.settings }, ..self.without_mesh() };
+        let background = background(&scene, &camera);
+        let stage =
+            Stage { mesh: &self.scene.mesh, bvh: &self.bvh, surfaces: &[], background: &background, camera };
+        let mut out = drawn(&stage, &self.materials);
+        out.light_rotation = rotation;
+        for (object, turned) in out.objects.iter_mut().zip(self.turned(camera, rotation)) {
+            match turned {
+                Turned::Uniforms(u) => object.technique.set_uniforms(&u),
+                Turned::Technique(t) => object.technique = *t,
+            }
+        }
+        out
+    }
+
+    /// The scene but for its triangles, which are many.
+    fn without_mesh(&self) -> Scene {
+        let s = &self.scene;
+        let mut out = Scene::new(steradian_scene::Mesh::default(), Vec::new(), s.lights.clone());
+        out.background = s.background;
+        out.settings = s.settings;
+        out
+    }
+
+    /// What a camera and a rotation of the light change of each object of [`Live::gpu`].
+    pub fn turned(&self, camera: Camera, rotation: Mat3) -> Vec<Turned> {
+        let view = View { light_rotation: rotation, ..view(&camera) };
+        let of = |k: usize| {
+            let p = &self.materials[k];
+            let bake = p.bake.as_ref()?.0.with_view(&view);
+            let varied = || if p.surface.maps.is_empty() { None } else { bake.gpu_varied() };
+            Some(match bake.gpu_frame() {
+                Some(uniforms) => Turned::Uniforms(uniforms),
+                None => Turned::Technique(Box::new(varied().unwrap_or_else(|| bake.gpu()))),
+            })
+        };
+        self.used().into_iter().filter_map(of).collect()
+    }
+
+    /// The material slots that triangles have, in the order of objects.
+    fn used(&self) -> Vec<usize> {
+        let last = self.materials.len().saturating_sub(1);
+        let mut used = vec![false; self.materials.len()];
+        let mesh = &self.scene.mesh;
+        (0..mesh.triangles.len()).for_each(|i| used[(mesh.material(i) as usize).min(last)] = true);
+        (0..used.len()).filter(|&k| used[k]).collect()
+    }
+
+    /// What lies under the point (`x`, `y`) of a picture of `size`, in pixels from its upper left corner.
+    pub fn probe(&self, camera: Camera, [x, y]: [f32; 2], size: [usize; 2]) -> Option<Probe> {
+        let ray = camera.ray(x, y, size[0] as u32, size[1] as u32);
+        let hit = self.bvh.closest(&ray, f32::INFINITY)?;
+        let mesh = &self.scene.mesh;
+        let corners = mesh.triangles[hit.triangle as usize].map(|v| v as usize);
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let normal: Vec3 = corners.iter().zip(weights).map(|(&v, w)| mesh.normals[v] * w).sum();
+        let wo = -ray.direction;
+        Some(Probe {
+            material: (mesh.material(hit.triangle as usize) as usize).min(self.materials.len() - 1),
+            position: ray.origin + ray.direction * hit.t,
+            normal: normal.normalize_or(wo),
+            wo,
+        })
+    }
+}
+
+impl Truth {
+    /// How far `film` is from it, both developed alike: the numbers of [`Session::compare`].
+    pub fn difference(&self, film: &Film, develop: Develop) -> Difference {
+        let (errors, flip, picture) =
+            differences(film, &develop.film(film), &self.film, &develop.film(&self.film));
+        Difference { errors, flip, picture }
+    }
+}
+
+/// The rotation of a light turned by `degrees` about +Y.
+pub fn rotation(degrees: f64) -> Mat3 {
+    about_y(degrees).as_mat3()
+}

@@ -1,0 +1,240 @@
+#!/usr/bin/env python3
+"""Opens the window of `steradian view` on a display of its own, drives it with real mouse and key events, and looks at its
+pixels.
+
+    cargo build --features view
+    scripts/test-view.py target/debug/steradian SHOTS
+
+SHOTS is a folder for screenshots. Needs Xvfb, xdotool and ImageMagick (Debian: xvfb xdotool imagemagick) and a Vulkan driver
+(mesa-vulkan-drivers is one in software). Exit code 1 where a check fails.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+PICTURE = (420, 60, 1180, 640)  # within the picture at 1280 x 820
+PANEL = (4, 4, 280, 30)
+
+
+class Window:
+    """The command on a display of its own."""
+
+    def __init__(self, command, home, display, arguments=(), size=(1280, 820)):
+        self.size = size
+        self.display = f":{display}"
+        self.server = subprocess.Popen(
+            ["Xvfb", self.display, "-screen", "0", f"{size[0]}x{size[1]}x24"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )
+        time.sleep(1)
+        self.environment = {
+            **os.environ, "DISPLAY": self.display, "XDG_DATA_HOME": home, "XDG_RUNTIME_DIR": home, "WAYLAND_DISPLAY": "",
+        }
+        del self.environment["WAYLAND_DISPLAY"]
+        self.home = home
+        self.log = open(os.path.join(home, "log"), "w+")
+        self.process = subprocess.Popen(
+            [command, "view", *arguments], env=self.environment, cwd=home, stdout=self.log, stderr=self.log
+        )
+        self.id = None
+        for _ in range(300):
+            found = self.do("search", "--name", "^Steradian$", check=False).split()
+            if found:
+                self.id = found[-1]
+                break
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.1)
+        if self.id is None:
+            self.log.seek(0)
+            raise RuntimeError(f"no window: {self.log.read()}")
+        self.do("windowsize", self.id, *map(str, size))
+        self.do("windowmove", self.id, "0", "0")
+        # Without a window manager nobody gives it the keyboard.
+        for _ in range(20):
+            self.do("windowfocus", self.id, check=False)
+            time.sleep(0.2)
+            if self.do("getwindowfocus", check=False).strip() == self.id:
+                break
+
+    def do(self, *words, check=True):
+        done = subprocess.run(["xdotool", *words], env=self.environment, capture_output=True, text=True, check=False)
+        if check and done.returncode:
+            raise RuntimeError(done.stderr)
+        return done.stdout
+
+    def pixels(self, box):
+        """RGB bytes of a part of the screen."""
+        x0, y0, x1, y1 = box
+        crop = f"{x1 - x0}x{y1 - y0}+{x0}+{y0}"
+        done = subprocess.run(
+            ["import", "-silent", "-window", "root", "-crop", crop, "-depth", "8", "rgb:-"],
+            env=self.environment, capture_output=True, check=True,
+        )
+        return done.stdout
+
+    def shot(self, path):
+        subprocess.run(["import", "-silent", "-window", "root", path], env=self.environment, check=True)
+
+    def settled(self, box=PICTURE, seconds=60):
+        """The pixels once they have stayed the same for a second."""
+        last, since, start = self.pixels(box), time.time(), time.time()
+        while time.time() - since < 1.2:
+            time.sleep(0.25)
+            now = self.pixels(box)
+            if now != last:
+                last, since = now, time.time()
+            if time.time() - start > seconds:
+                raise RuntimeError("the window never comes to rest")
+        return last
+
+    def changed(self, before, box=PICTURE, seconds=15):
+        """The pixels once they are no longer `before` and at rest."""
+        start = time.time()
+        while self.pixels(box) == before:
+            if time.time() - start > seconds:
+                return before
+            time.sleep(0.1)
+        return self.settled(box)
+
+    def drag(self, x, y, dx, dy, key=None, button="1"):
+        if key:
+            self.do("keydown", key)
+        self.do("mousemove", str(x), str(y), "sleep", "0.1", "mousedown", button, "sleep", "0.1")
+        for k in range(1, 6):
+            self.do("mousemove", str(x + dx * k // 5), str(y + dy * k // 5), "sleep", "0.05")
+        self.do("mouseup", button)
+        if key:
+            self.do("keyup", key)
+        self.do("mousemove", "700", "760")
+
+    def key(self, name):
+        self.do("key", name)
+
+    def close(self):
+        """Asks the window to close; its exit code, or None where it does not end within ten seconds."""
+        self.key("ctrl+q")
+        try:
+            code = self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            code = None
+        self.server.terminate()
+        self.server.wait()
+        return code
+
+
+def apart(a, b):
+    """Mean difference of two pictures in 8-bit steps."""
+    return sum(abs(x - y) for x, y in zip(a, b)) / max(len(a), 1)
+
+
+def main():
+    command, shots = os.path.abspath(sys.argv[1]), sys.argv[2]
+    os.makedirs(shots, exist_ok=True)
+    failures = []
+
+    def check(what, holds, numbers=""):
+        print(("ok    " if holds else "FAILED"), what, numbers, flush=True)
+        if not holds:
+            failures.append(what)
+
+    with tempfile.TemporaryDirectory() as home:
+        w = Window(command, home, 91)
+        w.do("mousemove", "700", "760")
+        first = w.changed(bytes(len(w.pixels(PICTURE))))
+        check("a picture", len(set(first)) > 50, f"{len(set(first))} different bytes")
+        w.shot(os.path.join(shots, "first.png"))
+
+        w.drag(700, 300, 120, 40)
+        turned = w.changed(first)
+        check("a drag turns the camera", apart(first, turned) > 1, f"{apart(first, turned):.1f} steps")
+        w.key("0")
+        check("0 brings the first view back", apart(first, w.changed(turned)) < 0.5)
+        w.key("ctrl+z")
+        check("Ctrl Z undoes that", apart(turned, w.changed(first)) < 0.5)
+        w.key("0")
+        first = w.changed(turned)
+        w.drag(700, 300, 150, 0, key="shift")
+        lit = w.changed(first)
+        check("a drag with Shift turns the light", apart(first, lit) > 1, f"{apart(first, lit):.1f} steps")
+        w.key("0")
+        w.changed(lit)
+        w.do("mousemove", "700", "300", "click", "4", "click", "4", "mousemove", "700", "760")
+        near = w.changed(first)
+        check("the wheel goes nearer", apart(first, near) > 1, f"{apart(first, near):.1f} steps")
+        w.key("0")
+        first = w.changed(near)
+        w.key("bracketright")
+        w.key("bracketright")
+        bright = w.changed(first)
+        check("] brightens", sum(bright) > 1.02 * sum(first), f"by {100 * (sum(bright) / sum(first) - 1):.0f} %")
+        w.key("0")
+        first = w.changed(bright)
+        w.key("l")
+        sky = w.changed(first)
+        check("L takes another light", apart(first, sky) > 2, f"{apart(first, sky):.1f} steps")
+        w.shot(os.path.join(shots, "light.png"))
+        w.key("m")
+        other = w.changed(sky)
+        check("M takes another material", apart(sky, other) > 1, f"{apart(sky, other):.1f} steps")
+        w.key("ctrl+z")
+        w.changed(other)
+        w.key("b")
+        split = w.changed(sky)
+        check("B splits the view", split != sky)
+        w.shot(os.path.join(shots, "split.png"))
+        w.key("b")
+        w.changed(split)
+        w.key("f")
+        false = w.changed(sky)
+        check("F shows false colours", apart(sky, false) > 2, f"{apart(sky, false):.1f} steps")
+        w.shot(os.path.join(shots, "false.png"))
+        w.key("f")
+        w.changed(false)
+        before = w.pixels(PANEL)
+        w.key("d")
+        after = w.changed(before, PANEL)
+        check("D turns dark to light", apart(before, after) > 60, f"{apart(before, after):.0f} steps")
+        w.shot(os.path.join(shots, "light-theme.png"))
+        w.key("s")
+        time.sleep(1)
+        made = os.path.join(home, "steradian-0001.png")
+        check("S writes a PNG", os.path.exists(made) and open(made, "rb").read(4) == b"\x89PNG")
+        w.key("h")
+        time.sleep(6)
+        w.shot(os.path.join(shots, "heat.png"))
+        w.key("h")
+        time.sleep(7)
+        last = w.settled()
+        check("it closes cleanly", w.close() == 0)
+
+        w = Window(command, home, 92)
+        w.do("mousemove", "700", "760")
+        again = w.changed(bytes(len(last)))
+        check("it remembers", apart(last, again) < 1, f"{apart(last, again):.2f} steps")
+        w.key("t")
+        code = w.close()
+        check("it closes while it bakes", code == 0, f"exit code {code}")
+
+        broken = os.path.join(home, "broken.hdr")
+        with open(broken, "w", encoding="ascii") as f:
+            f.write("#?RADIANCE\nnot an image")
+        w = Window(command, home, 93, ["knot", "-e", broken])
+        time.sleep(4)
+        w.shot(os.path.join(shots, "broken.png"))
+        check("a broken file leaves the window open", w.process.poll() is None)
+        check("and closes cleanly", w.close() == 0)
+
+        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")}
+        done = subprocess.run([command, "view"], env=environment, capture_output=True, text=True, check=False)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("steradian:")]
+        check("without a display: one line", done.returncode == 1 and len(lines) == 1 and "display" in lines[0], str(lines))
+    sys.exit(1 if failures else 0)
+
+
+main()
