@@ -2,6 +2,7 @@
 
 use crate::lights;
 use crate::scene::Object;
+use steradian_brdf::ATAN2;
 use steradian_techniques::gpu::{self, Entry, Storage};
 
 /// `gpu_camera`, `gpu_ray`.
@@ -114,5 +115,25 @@ fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint) -> vec3<f32> {{
         (true, SURFACE),
         (true, &reflected),
     ];
-    parts.into_iter().filter(|p| p.0).map(|p| p.1).collect()
+    once(parts.into_iter().filter(|p| p.0).map(|p| p.1).collect(), ATAN2)
+}
+
+/// `text` with its first `definition` alone: techniques, their lights and reflectances each bring what they call.
+fn once(text: String, definition: &str) -> String {
+    match text.split_once(definition) {
+        Some((before, after)) => [before, definition, &after.replace(definition, "")].concat(),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_that_several_parts_bring_is_defined_once() {
+        let brought = ["fn a() {}\n", ATAN2, "fn b() {}\n", ATAN2, ATAN2, "fn c() {}\n"].concat();
+        assert_eq!(once(brought, ATAN2), ["fn a() {}\n", ATAN2, "fn b() {}\n", "fn c() {}\n"].concat());
+        assert_eq!(once("fn a() {}".into(), ATAN2), "fn a() {}");
+    }
 }

@@ -612,6 +612,9 @@ impl App {
         if pressed(Key::S) {
             self.screenshot();
         }
+        if pressed(Key::E) {
+            self.export();
+        }
         if pressed(Key::C) {
             self.copy_command(ctx);
         }
@@ -742,6 +745,20 @@ impl App {
                 self.note(format!("{}\n{command}", at.display()));
             }
             Err(e) => self.error = Some(e.to_string()),
+        }
+    }
+
+    /// Writes the scene into a new folder of the working folder.
+    fn export(&mut self) {
+        let Some(frame) = &self.frame else { return };
+        let free = (1..10_000).map(|k| PathBuf::from(format!("steradian-{k:04}"))).find(|f| !f.exists());
+        let Some(folder) = free else { return };
+        match self.kept.wish.export(&folder, frame.size, frame.ev) {
+            Ok(()) => {
+                let at = std::path::absolute(&folder).unwrap_or(folder);
+                self.note(format!("{}", at.join("scene.toml").display()));
+            }
+            Err(e) => self.error = Some(e),
         }
     }
 
@@ -1226,6 +1243,13 @@ impl App {
             {
                 self.copy_command(ui.ctx());
             }
+            if ui
+                .button("Save scene")
+                .on_hover_text("E: a scene file and copies of its files, in a new folder")
+                .clicked()
+            {
+                self.export();
+            }
             if ui.button("First view").on_hover_text("0, or a double click").clicked() {
                 self.home();
             }
@@ -1266,7 +1290,7 @@ const KEYS: &[(&str, &str)] = &[
     ("H, F", "error against the reference, false colour"),
     ("[ ] and A", "darker, brighter; automatic exposure"),
     ("O", "next tone mapper"),
-    ("S, C", "screenshot; copy the command that makes this picture"),
+    ("S, C, E", "screenshot; copy the command that makes this picture; save the scene"),
     ("Ctrl Z, Ctrl Y", "undo, redo"),
     ("P, D", "panel; dark or light"),
     ("Esc, Ctrl Q", "stop a bake; close the window"),

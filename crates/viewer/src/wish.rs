@@ -3,6 +3,7 @@
 use crate::Orbit;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// A scene and how it is looked at. Every field is what an option of `steradian render` takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,10 +111,97 @@ impl Wish {
         words.push("--backend gpu -o picture.png".into());
         words.join(" ")
     }
+
+    /// The text of a scene file of this picture, and the files that it refers to, which lie beside it under their own names.
+    /// Fails in a line where a scene file cannot say it.
+    pub fn scene_file(&self, size: [usize; 2], ev: f32) -> Result<(String, Vec<PathBuf>), String> {
+        if self.is_scene() {
+            return Err(format!("{}: is a scene file already", self.input));
+        }
+        if self.bake.is_some() {
+            return Err("a saved bake has no place in a scene file".into());
+        }
+        let Some(brdf) = &self.brdf else {
+            return Err(format!(
+                "{}: choose a material: those of mesh files have no place in a scene file",
+                self.input
+            ));
+        };
+        if steradian_brdf::parse(brdf).is_err() {
+            return Err(format!("{brdf}: measurements in files are not copied: choose another material"));
+        }
+        let mut files = Vec::new();
+        let mut beside = |path: &str| {
+            files.push(PathBuf::from(path));
+            let name = Path::new(path).file_name().map(|n| n.to_string_lossy().into_owned());
+            word(&name.unwrap_or_default())
+        };
+        let mesh = match steradian_session::is_shape(&self.input) {
+            true => format!("shape = {}", word(&self.input)),
+            false => format!("file = {}", beside(&self.input)),
+        };
+        let mut text = String::new();
+        if let Some(o) = &self.orbit {
+            let fov = o.fov_y.to_degrees();
+            text += &format!("[camera]\nfrom = {:?}\nat = {:?}\nfov = {fov}\n\n", o.from(), o.at);
+        }
+        text +=
+            &format!("[[mesh]]\n{mesh}\nmaterial = \"object\"\n\n[material.object]\nbrdf = {}\n", word(brdf));
+        if let Some(map) = &self.normal_map {
+            text += &format!("normal_texture = {}\n", beside(map));
+        }
+        if let Some(t) = &self.technique {
+            text += &format!("technique = {}\n", word(t));
+            let given = self.params.get(t).map(String::as_str).unwrap_or_default();
+            let params: Vec<String> = given
+                .split(',')
+                .filter_map(|p| {
+                    let (name, value) = p.split_once('=')?;
+                    let plain = value.parse::<f64>().is_ok() || matches!(value, "true" | "false");
+                    Some(format!("{name} = {}", if plain { value.into() } else { word(value) }))
+                })
+                .collect();
+            if !params.is_empty() {
+                text += &format!("params = {{ {} }}\n", params.join(", "));
+            }
+        }
+        if let Some(ground) = &self.ground {
+            text +=
+                &format!("\n[material.ground]\nbrdf = {}\n\n[ground]\nmaterial = \"ground\"\n", word(ground));
+        }
+        let light = self.light.as_deref().unwrap_or(steradian_session::DEFAULT_SKY);
+        let light = if steradian_session::is_sky(light) { word(light) } else { beside(light) };
+        text += &format!("\n[light]\nenvironment = {light}\nrotation = {}\n", self.turn);
+        text += &format!(
+            "\n[output]\nwidth = {}\nheight = {}\nexposure = {ev}\ntone_mapper = {}\n",
+            size[0],
+            size[1],
+            word(&self.tone_mapper)
+        );
+        Ok((text, files))
+    }
+
+    /// Writes [`Wish::scene_file`] and copies of its files into a new folder.
+    pub fn export(&self, folder: &Path, size: [usize; 2], ev: f32) -> Result<(), String> {
+        let (text, files) = self.scene_file(size, ev)?;
+        let failed = |e: std::io::Error| format!("{}: cannot write: {e}", folder.display());
+        std::fs::create_dir(folder).map_err(failed)?;
+        for file in &files {
+            let to = folder.join(file.file_name().unwrap_or_default());
+            std::fs::copy(file, to).map_err(|e| format!("{}: cannot copy: {e}", file.display()))?;
+        }
+        std::fs::write(folder.join("scene.toml"), text).map_err(failed)
+    }
+}
+
+/// A string of TOML.
+fn word(text: &str) -> String {
+    // JSON's strings are TOML's basic strings.
+    serde_json::Value::from(text).to_string()
 }
 
 fn is_scene(input: &str) -> bool {
-    std::path::Path::new(input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    Path::new(input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 /// A word for a POSIX shell.
@@ -129,6 +217,37 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn scenes_are_read_as_they_were_written() {
+        let folder = std::env::temp_dir().join(format!("steradian-scene-{}", std::process::id()));
+        let wish = Wish {
+            turn: 30.0,
+            ground: Some("lambert:albedo=0.4".into()),
+            params: [("split_sum".to_string(), "taps=4,multiscatter=on".to_string())].into(),
+            orbit: Some(crate::Orbit {
+                at: [0.0; 3],
+                distance: 4.0,
+                azimuth: 0.5,
+                elevation: 0.2,
+                fov_y: 0.5,
+            }),
+            ..Wish::default()
+        };
+        wish.export(&folder, [320, 200], -1.5).expect("written");
+        let mut session = steradian_session::Session::new();
+        let read = session.scene_file(&folder.join("scene.toml"), &Default::default());
+        std::fs::remove_dir_all(&folder).expect("there");
+        let scene = read.unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((scene.settings.width, scene.exposure), (320, Some(-1.5)));
+        let object = scene.materials.iter().find(|m| m.method.is_some()).expect("the object");
+        assert_eq!(object.method.as_ref().map(|m| m.slug()), Some("split_sum"));
+        assert_eq!(object.brdf.spec(), "ggx:alpha=0.2,f0=1/0.77/0.34");
+        assert_eq!(object.params.0.len(), 2);
+        assert!(scene.ground.is_some() && scene.camera.is_some());
+        let other = Wish { brdf: None, ..wish };
+        assert!(other.scene_file([1, 1], 0.0).is_err_and(|e| e.contains("choose a material")));
+    }
 
     #[test]
     fn commands_quote_what_shells_would_take_apart() {

@@ -1,5 +1,7 @@
 //! Files of numbers that a page loads as scripts, and where in them each array lies.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::{Value, json};
@@ -18,12 +20,13 @@ pub struct Place {
     at: usize,
     bytes: usize,
     element: usize,
+    differences: bool,
 }
 
 impl Place {
     /// As JSON, for the viewer.
     pub fn json(&self) -> Value {
-        json!([self.file, self.at, self.bytes, self.element])
+        json!([self.file, self.at, self.bytes, self.element, u8::from(self.differences)])
     }
 }
 
@@ -37,9 +40,22 @@ impl Data {
     /// which gzip packs better: neighbours have like exponents.
     pub fn push(&mut self, array: &[u8], element: usize) -> Place {
         let element = if element > 0 && array.len().is_multiple_of(element) { element } else { 1 };
-        let place = Place { file: self.name.clone(), at: self.bytes.len(), bytes: array.len(), element };
+        let (file, at, bytes) = (self.name.clone(), self.bytes.len(), array.len());
+        let place = Place { file, at, bytes, element, differences: false };
         (0..element).for_each(|k| self.bytes.extend(array.iter().skip(k).step_by(element)));
         place
+    }
+
+    /// Appends texels of four halves. Of all but the first the differences of their bits from the texel before are stored:
+    /// in smooth pictures they are small.
+    pub fn push_halves(&mut self, texels: &[[u16; 4]]) -> Place {
+        let mut before = [0u16; 4];
+        let mut bytes = Vec::with_capacity(8 * texels.len());
+        for t in texels {
+            bytes.extend([0, 1, 2, 3].into_iter().flat_map(|k| t[k].wrapping_sub(before[k]).to_le_bytes()));
+            before = *t;
+        }
+        Place { differences: true, ..self.push(&bytes, 8) }
     }
 
     /// The script that hands the bytes to the viewer.
@@ -47,21 +63,7 @@ impl Data {
         let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
         // A vector takes any number of bytes.
         let packed = gzip.write_all(&self.bytes).and_then(|()| gzip.finish()).unwrap_or_default();
-        let text = format!("steradian.file(\"{}\", \"{}\");\n", self.name, base64(&packed));
+        let text = format!("steradian.file(\"{}\", \"{}\");\n", self.name, STANDARD.encode(&packed));
         (format!("{}.js", self.name), text.into_bytes())
     }
-}
-
-/// RFC 4648 section 4.
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let word = group.iter().enumerate().fold(0u32, |w, (i, b)| w | u32::from(*b) << (16 - 8 * i));
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i) & 63) as usize];
-            out.push(if i <= group.len() { char::from(digit) } else { '=' });
-        }
-    }
-    out
 }

@@ -27,9 +27,24 @@ const LONG: usize = 1 << 14;
 fn texture(
     data: &mut Data,
     what: &str,
+    size: [usize; 3],
+    channels: usize,
+    floats: &[f32],
+) -> Result<Value, WebError> {
+    texture_to(data, what, size, channels, floats, 0)
+}
+
+/// Bits that halves lose which are looked at and not computed with: they stay right to 0.2 %.
+const UNSEEN: u32 = 2;
+
+/// [`texture`] whose halves are rounded to multiples of 2^`bits` of their last place.
+fn texture_to(
+    data: &mut Data,
+    what: &str,
     [width, height, layers]: [usize; 3],
     channels: usize,
     floats: &[f32],
+    bits: u32,
 ) -> Result<Value, WebError> {
     if width.max(height) > SIDE.max(8192) || layers > LAYERS {
         return Err(WebError::TooLarge(format!("{what}, which has {width} x {height} x {layers} texels")));
@@ -37,8 +52,9 @@ fn texture(
     let largest = floats.iter().fold(0.0f32, |m, x| m.max(x.abs()));
     let halves = channels == 4 && (SMALLEST..=LARGEST).contains(&largest);
     let (format, place) = if halves {
-        let bytes: Vec<u8> = floats.iter().flat_map(|x| f16::from_f32(*x).to_le_bytes()).collect();
-        ("rgba16float", data.push(&bytes, 8))
+        let half = |t: &[f32; 4]| t.map(|x| coarse(f16::from_f32(x), bits));
+        let texels: Vec<[u16; 4]> = floats.as_chunks::<4>().0.iter().map(half).collect();
+        ("rgba16float", data.push_halves(&texels))
     } else {
         let name = match channels {
             1 => "r32float",
@@ -48,6 +64,13 @@ fn texture(
         (name, data.push(&packed::bytes(floats), 4 * channels))
     };
     Ok(json!({"format": format, "size": [width, height, layers], "data": place.json()}))
+}
+
+/// The bits of `x`, rounded to a multiple of 2^`bits` of its last place, and finite.
+fn coarse(x: f16, bits: u32) -> u16 {
+    let rounded = (x.to_bits() & 0x7fff) + ((1u16 << bits) >> 1);
+    let most = f16::MAX.to_bits();
+    (x.to_bits() & 0x8000) | ((rounded.min(most) >> bits) << bits)
 }
 
 /// Words in rows of [`ROW`] texels; the viewer fills the last row up.
@@ -166,7 +189,7 @@ pub fn object(data: &mut Data, o: &Object, shared: &mut Shared) -> Result<Map<St
         let key = texture.map_or(0, |t| std::ptr::from_ref(t) as usize);
         let value = match shared.get(&key) {
             Some(v) => v.clone(),
-            None => level(data, "a texture", &stack(texture))?,
+            None => level(data, "a texture", &stack(texture), 0)?,
         };
         shared.insert(key, value.clone());
         out.insert(name.into(), value);
@@ -174,9 +197,9 @@ pub fn object(data: &mut Data, o: &Object, shared: &mut Shared) -> Result<Map<St
     Ok(out)
 }
 
-fn level(data: &mut Data, what: &str, l: &Level) -> Result<Value, WebError> {
+fn level(data: &mut Data, what: &str, l: &Level, bits: u32) -> Result<Value, WebError> {
     let floats: Vec<f32> = l.texels.iter().flat_map(|t| [t[0], t[1], t[2], 1.0]).collect();
-    texture(data, what, [l.width, l.height, 1], 4, &floats)
+    texture_to(data, what, [l.width, l.height, 1], 4, &floats, bits)
 }
 
 /// The backdrop, its image at most `width` texels wide.
@@ -185,7 +208,7 @@ pub fn backdrop(data: &mut Data, b: &Backdrop) -> Result<Map<String, Value>, Web
     out.insert("gpu_backdrop".into(), uniform(data, &packed::backdrop_uniforms(b)));
     let none = Level { width: 1, height: 1, texels: vec![[0.0; 3]] };
     let image = packed::bordered(b.image.as_ref().unwrap_or(&none));
-    out.insert("gpu_sky".into(), level(data, "the backdrop", &image)?);
+    out.insert("gpu_sky".into(), level(data, "the backdrop", &image, UNSEEN)?);
     let disks = packed::disks(b);
     let size = [disks.len(), 1, 1];
     out.insert("gpu_disks".into(), texture(data, "the suns", size, 4, disks.as_flattened())?);
@@ -202,5 +225,24 @@ pub fn reference(
     let shown = |c: f32| (c * gain).clamp(0.0, LARGEST);
     let floats: Vec<f32> =
         texels.iter().flat_map(|t| [shown(t[0]), shown(t[1]), shown(t[2]), t[3]]).collect();
-    texture(data, "the reference's picture", [width, height, 1], 4, &floats)
+    texture_to(data, "the reference's picture", [width, height, 1], 4, &floats, UNSEEN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounded_halves_stay_finite_and_right_to_a_five_hundredth() {
+        for k in 0..f16::MAX.to_bits() {
+            let x = f16::from_bits(k);
+            let y = f16::from_bits(coarse(x, UNSEEN));
+            assert!(y.is_finite());
+            if x > f16::MIN_POSITIVE {
+                assert!((y.to_f32() / x.to_f32() - 1.0).abs() <= 1.0 / 500.0, "{x} {y}");
+            }
+            assert_eq!(coarse(x, 0), k);
+            assert_eq!(coarse(-x, UNSEEN), coarse(x, UNSEEN) | 0x8000);
+        }
+    }
 }

@@ -61,6 +61,19 @@ fn shaders_of_every_technique_are_translated() {
     assert_eq!(sky_module("no such"), Err(WebError::ToneMapper("no such".into())));
 }
 
+/// Suns shaded by the exact reflectance, beside every technique: what both bring is defined once.
+#[test]
+fn shaders_of_exact_suns_are_translated_beside_every_technique() {
+    let mesh = Arc::new(steradian_scene::shapes::sphere(6));
+    let brdf = steradian_brdf::parse("ggx:alpha=0.2").expect("a spec").shader();
+    for t in registry() {
+        let Some(spec) = t.card().specimens.first() else { continue };
+        let object = Object { brdf: brdf.clone(), ..object(bake(*t, spec, &mesh).gpu(), &mesh) };
+        let module = object_module(&object, "neutral").unwrap_or_else(|e| panic!("{e}"));
+        assert!(module.bindings.iter().any(|b| b.name == "gpu_lights"), "{}", t.card().slug);
+    }
+}
+
 /// Suns shaded by the exact reflectance, for every model that has shader text.
 #[test]
 fn shaders_of_exact_suns_are_translated() {

@@ -33,11 +33,16 @@ const steradian = (() => {
     return files.get(name);
   }
 
-  // The array at a place; first bytes of all elements come first, then second ones, and so on. Filled up to `whole` bytes.
-  async function array([name, at, bytes, element], whole = bytes) {
+  // The array at a place; first bytes of all elements come first, then second ones, and so on. Of texels of four halves
+  // their differences from the texel before may be stored. Filled up to `whole` bytes.
+  async function array([name, at, bytes, element, differences], whole = bytes) {
     const from = await load(name), out = new Uint8Array(Math.max(whole, bytes)), count = bytes / element;
     for (let k = 0, i = at; k < element; k++) {
       for (let j = k, n = 0; n < count; n++, j += element) out[j] = from[i++];
+    }
+    if (differences) {
+      const halves = new Uint16Array(out.buffer, 0, bytes / 2);
+      for (let i = 4; i < halves.length; i++) halves[i] += halves[i - 4];
     }
     return out;
   }
