@@ -299,3 +299,87 @@ impl Truth {
 pub fn rotation(degrees: f64) -> Mat3 {
     about_y(degrees).as_mat3()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Material;
+    use crate::compare::Plan;
+    use steradian_techniques::GpuTechnique;
+
+    const FIRST: &str = "ggx:alpha=0.3,f0=1/0.8/0.4";
+
+    fn scene(session: &mut Session, brdf: &str, light: &str) -> Scene {
+        let mut scene = Scene::of("torus:segments=24", Some(brdf), light, session).expect("a scene");
+        (scene.settings.width, scene.settings.height) = (32, 24);
+        let method = Method::find("split_sum").expect("registered");
+        scene.materials.iter_mut().for_each(|m: &mut Material| m.method = Some(method.clone()));
+        scene
+    }
+
+    fn names(light: &str) -> Names {
+        Names { mesh: "torus".into(), light: light.into() }
+    }
+
+    fn drawn(live: &Live) -> GpuTechnique {
+        live.gpu(live.camera(), 24, Mat3::IDENTITY).objects.remove(0).technique
+    }
+
+    #[test]
+    fn what_stays_is_taken_over_and_the_rest_is_as_baked_afresh() {
+        let mut session = Session::new();
+        let first = scene(&mut session, FIRST, "studio");
+        let a = session.live(&first, names("studio"), None).expect("bakes");
+        let same = session.live(&first, names("studio"), Some(&a)).expect("bakes");
+        assert_eq!((a.rebaked(), same.rebaked()), (1, 0));
+        assert!(same.same_mesh(&a));
+        for (brdf, light) in
+            [("ggx:alpha=0.4,f0=1/0.8/0.4", "studio"), (FIRST, "overcast"), ("ggx:alpha=0.2,f0=1", "sky")]
+        {
+            let changed = scene(&mut session, brdf, light);
+            let b = session.live(&changed, names(light), Some(&a)).expect("bakes");
+            let fresh = session.live(&changed, names(light), None).expect("bakes");
+            assert_eq!(b.rebaked(), 1, "{brdf} under {light}");
+            assert!(drawn(&b) == drawn(&fresh), "{brdf} under {light}");
+            assert!(drawn(&b) != drawn(&a), "{brdf} under {light}");
+        }
+    }
+
+    #[test]
+    fn the_reference_and_its_numbers_are_those_of_compare() {
+        let mut session = Session::new();
+        let scene = scene(&mut session, FIRST, "studio");
+        let live = session.live(&scene, names("studio"), None).expect("bakes");
+        let plan = Plan { reference_tolerance: 0.01, paths: false, ev: 0.0 };
+        let method = Method::find("split_sum").expect("registered");
+        let answers = session.compare(&scene, &[method], &[Renderer::Cpu], &plan).expect("compares");
+        let (want, flip) = answers[1].rendering().and_then(|r| r.errors.clone()).expect("numbers");
+        let truth = session.truth(&live, live.camera(), 0.0, [32, 24], 0.01).expect("a picture");
+        let surfaces: Vec<_> = live.materials().iter().map(|p| p.surface.clone()).collect();
+        let background = background(&scene, &live.camera());
+        let (mesh, bvh, camera) = (&live.scene.mesh, &*live.bvh, live.camera());
+        let stage = Stage { mesh, bvh, surfaces: &surfaces, background: &background, camera };
+        let settings = Settings { inner: 1, share: true, ..scene.settings };
+        let film = Renderer::Cpu.film(&stage, live.materials(), &settings, &session).expect("a picture").0;
+        let ev = crate::auto_exposure(&truth.film);
+        let d = truth.difference(&film, Develop { ev, mapper: scene.tone_mapper });
+        assert_eq!((d.errors.relative_rms, d.errors.stops, d.flip), (want.relative_rms, want.stops, flip));
+        assert!(
+            truth.error <= 0.01 && d.errors.relative_rms > 0.01,
+            "{} {}",
+            truth.error,
+            d.errors.relative_rms
+        );
+    }
+
+    #[test]
+    fn probes_find_the_surface_under_a_pixel() {
+        let mut session = Session::new();
+        let mut scene = scene(&mut session, FIRST, "studio");
+        scene.mesh = session.mesh("sphere").expect("a shape");
+        let live = session.live(&scene, names("studio"), None).expect("bakes");
+        let p = live.probe(live.camera(), [16.0, 12.0], [32, 24]).expect("the sphere is in the middle");
+        assert!((p.position.length() - 1.0).abs() < 0.02 && p.normal.dot(p.wo) > 0.99, "{p:?}");
+        assert_eq!(live.probe(live.camera(), [0.5, 0.5], [32, 24]), None);
+    }
+}
