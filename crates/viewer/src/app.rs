@@ -942,7 +942,7 @@ impl App {
         );
         let history: Vec<_> = self.truth_history.iter().map(|h| format!("{:.2} %", 100.0 * h.0)).collect();
         if history.len() > 1 {
-            text += &format!("\nits error pass by pass: {}", history.join(" → "));
+            text += &format!("\nits error pass by pass: {}", history.join(", then "));
         }
         let names = [self.kept.wish.technique.clone(), self.kept.other.clone()];
         if let Some(frame) = &self.frame {
@@ -961,27 +961,30 @@ impl App {
 
     /// The line below the picture: what is under the pointer, times, memory.
     fn status(&mut self, ui: &mut Ui) {
+        let room = ui.available_width();
+        let read = self.probe().unwrap_or_else(|| "Point at the picture to read it".into());
+        let mut words = Vec::new();
+        if let Some(f) = &self.frame {
+            words.push(format!("draw {:.0} ms", f.draw_ms));
+            words.push(format!("develop {:.0} ms", f.develop_ms));
+            words.push(format!("data {}", bytes(f.bytes)));
+        }
+        if let Some(live) = &self.lives[0] {
+            words.push(format!("bake {:.2} s", self.seconds[0]));
+            words.push(format!("{} triangles", live.scene().mesh.triangles.len()));
+        }
+        // Where there is little room, what is under the pointer matters more.
+        words.truncate((room / 180.0) as usize);
         ui.horizontal(|ui| {
-            ui.label(
-                RichText::new(self.probe().unwrap_or_else(|| "Point at the picture to read it".into()))
-                    .small(),
-            );
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.small_button("?").on_hover_text("Keys and mouse (F1)").clicked() {
                     self.help = true;
                 }
-                let mut words = Vec::new();
-                if let Some(f) = &self.frame {
-                    words.push(format!("draw {:.0} ms", f.draw_ms));
-                    words.push(format!("develop {:.0} ms", f.develop_ms));
-                    words.push(format!("data {}", bytes(f.bytes)));
-                }
-                if let Some(live) = &self.lives[0] {
-                    words.push(format!("bake {:.2} s", self.seconds[0]));
-                    words.push(format!("{} triangles", live.scene().mesh.triangles.len()));
-                }
                 ui.label(RichText::new(words.join("  ·  ")).small())
                     .on_hover_text(self.adapter.as_ref().map_or("", |a| &a.0));
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.add(egui::Label::new(RichText::new(read).small()).truncate());
+                });
             });
         });
     }
@@ -1375,7 +1378,8 @@ fn section(ui: &mut Ui, title: &str, hint: &str) {
 
 /// Text on a dark ground.
 fn tag(painter: &egui::Painter, at: Pos2, align: egui::Align2, text: &str) {
-    let galley = painter.layout(text.into(), egui::FontId::proportional(13.0), Color32::WHITE, 900.0);
+    let width = (painter.clip_rect().width() - 44.0).max(80.0);
+    let galley = painter.layout(text.into(), egui::FontId::proportional(13.0), Color32::WHITE, width);
     let size = galley.size() + Vec2::new(16.0, 8.0);
     let rect = align.anchor_size(at, size);
     painter.rect_filled(rect, 5.0, Color32::from_black_alpha(165));
