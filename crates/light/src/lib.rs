@@ -15,4 +15,4 @@ pub use environment::Environment;
 pub use lamps::Lamp;
 pub use lights::{DirectionalLight, DiskLight, LARGEST, Lights, PointLight, Unsound};
 pub use load::{LightError, LoadOptions, Loaded};
-pub use probes::{NoProbes, Probes};
+pub use probes::{MAX_BANDS, NoProbes, Places, Probe, Probes};

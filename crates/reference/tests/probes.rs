@@ -4,7 +4,9 @@ use glam::{Affine3A, DVec3, Vec3};
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_light::{DirectionalLight, Environment, Lights, PointLight};
-use steradian_reference::path::{PathOptions, PathScene, ProbeEstimate, trace_probes};
+use steradian_reference::path::{
+    PathOptions, PathScene, ProbeEstimate, ProbeImage, trace_environments, trace_probes,
+};
 use steradian_scene::{Bvh, Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
 use steradian_sphere::{Layout, SphereImage};
@@ -20,11 +22,24 @@ fn sky(f: impl Fn(usize, usize) -> f32) -> Lights {
 }
 
 fn at(mesh: &Mesh, lights: &Lights, points: &[DVec3], options: PathOptions) -> Vec<ProbeEstimate> {
+    with(mesh, lights, |scene| {
+        trace_probes(scene, points, 4, options, &Task::quiet()).expect("nobody cancels")
+    })
+}
+
+fn image(mesh: &Mesh, lights: &Lights, point: DVec3, height: usize, options: PathOptions) -> ProbeImage {
+    with(mesh, lights, |scene| {
+        let all = trace_environments(scene, &[point], height, options, &Task::quiet());
+        all.expect("nobody cancels").remove(0)
+    })
+}
+
+fn with<R>(mesh: &Mesh, lights: &Lights, f: impl FnOnce(&PathScene<'_>) -> R) -> R {
     let bvh = Bvh::build(mesh);
     let materials = [steradian_brdf::parse("lambert:albedo=0.5").expect("a known model")];
     let scene =
         PathScene { mesh, bvh: &bvh, materials: &materials, tint: None, lights, offset: PathScene::OFFSET };
-    trace_probes(&scene, points, 4, options, &Task::quiet()).expect("nobody cancels")
+    f(&scene)
 }
 
 /// Every coefficient within 4.5 standard deviations, or of rounding.
@@ -96,6 +111,35 @@ fn what_surfaces_reflect_arrives() {
         }
     }
     assert!((e.light.c[0][0] - 1.5 * 2.0 * PI / (4.0 * PI).sqrt()).abs() < 0.05);
+}
+
+/// The image of the open is that of the light, box-filtered, whose sun is drawn from; what a plate reflects is in it, and its
+/// harmonics are those that are traced alone.
+#[test]
+fn images_hold_what_arrives() {
+    let mut lights = sky(|i, j| if (i, j) == (20, 5) { 4000.0 } else { 0.2 + ((i * 7 + j * 3) % 11) as f32 });
+    let truth = lights.environment.as_ref().expect("a sky").image.clone();
+    let options = PathOptions { samples: 64, bounces: 2, seed: 5 };
+    let open = image(&nothing(), &lights, DVec3::ZERO, 16, options);
+    assert!(open.noise < 0.02, "{}", open.noise);
+    for (got, want) in open.image.planes.iter().flatten().zip(truth.planes.iter().flatten()) {
+        assert!((got - want).abs() < 0.05 * want, "{got} {want}");
+    }
+    lights
+        .directionals
+        .push(DirectionalLight { direction: DVec3::new(-1.0, 1.0, 0.5).normalize(), irradiance: [30.0; 3] });
+    let mut plate = shapes::plane(1e4, 0.0, 1);
+    plate.materials.clear();
+    let harmonics =
+        &at(&plate, &lights, &[DVec3::Y], PathOptions { samples: 1 << 15, bounces: 2, seed: 3 })[0];
+    let got = sh::project(&image(&plate, &lights, DVec3::Y, 16, options).image, 3);
+    let scale = harmonics.light.c[2][0];
+    for (c, got) in got.c.iter().enumerate() {
+        for (i, got) in got.iter().enumerate() {
+            // A directional light is spread over its texel.
+            assert!((got - harmonics.light.c[c][i]).abs() < 0.03 * scale, "{c} {i}: {got}");
+        }
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::SharedBrdf;
-use steradian_light::Lights;
+use steradian_light::{Lights, Probes};
 use steradian_reference::path::PathScene;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::{Bvh, Mesh};
@@ -58,6 +58,8 @@ pub struct Request {
     pub lookup: Option<Lookup>,
     /// For techniques that bake on a mesh.
     pub mesh: Option<Arc<Mesh>>,
+    /// Light that varies over space, in place of `lights`.
+    pub probes: Option<Arc<Probes>>,
 }
 
 impl Request {
@@ -72,6 +74,7 @@ impl Request {
             tolerance: None,
             lookup: None,
             mesh: None,
+            probes: None,
         }
     }
 }
@@ -94,12 +97,34 @@ impl Points {
         let t = n.iter().map(|n| Frame::from_normal(*n).t).collect();
         Self { n, wo, t, p: None }
     }
+
+    /// Some of them.
+    pub(crate) fn some(&self, which: impl Iterator<Item = usize> + Clone) -> Self {
+        let of = |v: &[DVec3]| which.clone().map(|i| v[i]).collect();
+        Self { n: of(&self.n), wo: of(&self.wo), t: of(&self.t), p: self.p.as_deref().map(of) }
+    }
 }
 
 impl Session {
     /// Radiance that leaves `points` towards their viewers.
     pub fn eval(&mut self, request: &Request, points: &Points) -> Result<Outcome<Answers>, Error> {
-        let answers = match &request.method {
+        let answers = match &request.probes {
+            Some(field) => self.eval_in_field(field, request, points)?,
+            None => self.radiance_at(request, points)?,
+        };
+        let worst = answers.rows.iter().map(|a| a.1).fold(0.0, f64::max);
+        self.note_error(format!("relative error at most {worst:.3e}"));
+        let error = answers.error;
+        Ok(Outcome::new(answers, request.tolerance, error))
+    }
+
+    /// The same under the request's lights.
+    pub(crate) fn radiance_at(&self, request: &Request, points: &Points) -> Result<Answers, Error> {
+        Ok(match &request.method {
+            Method::Path | Method::File(_) if request.probes.is_some() => {
+                let slug = request.method.slug();
+                return Err(Error::usage(format!("{slug} has its own light: leave --probes out")));
+            }
             Method::Reference | Method::Path | Method::File(_) if request.local.is_some() => {
                 return Err(Error::usage(LOCAL_ALONE));
             }
@@ -112,11 +137,7 @@ impl Session {
             }
             Method::Technique(t) => baked(*t, request, points, self)?,
             Method::File(file) => saved(file, points)?,
-        };
-        let worst = answers.rows.iter().map(|a| a.1).fold(0.0, f64::max);
-        self.note_error(format!("relative error at most {worst:.3e}"));
-        let error = answers.error;
-        Ok(Outcome::new(answers, request.tolerance, error))
+        })
     }
 }
 

@@ -44,6 +44,7 @@ mod paths;
 mod picture;
 mod polynomial;
 pub mod prefiltered;
+pub mod probes;
 mod relief;
 mod renderer;
 mod saved;

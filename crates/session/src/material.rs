@@ -17,7 +17,7 @@ use steradian_techniques::{
 };
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
-const PICTURE_TOLERANCE: f64 = 2e-3;
+pub(crate) const PICTURE_TOLERANCE: f64 = 2e-3;
 
 /// A material as asked for.
 #[derive(Clone)]
@@ -78,7 +78,6 @@ pub struct Prepared {
     /// Relative RMS error over points of the picture, against the reference, where that was measured.
     pub picture_error: Option<f64>,
     /// The technique's bake; `None` for the reference.
-    #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) bake: Option<Arc<BakeShader>>,
     /// The reflectance, and the lights that are shaded with it on top of the technique.
     #[cfg(any(feature = "gpu", feature = "web"))]
@@ -113,7 +112,6 @@ impl Prepared {
             varies: Varies::NONE,
             lit: false,
             picture_error: None,
-            #[cfg(any(feature = "gpu", feature = "web"))]
             bake: None,
             #[cfg(any(feature = "gpu", feature = "web"))]
             direct: (material.brdf.clone(), Direct::default()),
@@ -346,7 +344,6 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         varies: shader.varies(),
         lit: false,
         picture_error: None,
-        #[cfg(any(feature = "gpu", feature = "web"))]
         bake: None,
         #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), Direct::default()),
@@ -443,7 +440,6 @@ fn framed(
         varies,
         lit,
         picture_error: None,
-        #[cfg(any(feature = "gpu", feature = "web"))]
         bake: Some(bake),
         #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), direct),

@@ -50,6 +50,7 @@ impl Session {
     ) -> Result<Outcome<Picture>, Error> {
         let camera = scene.camera_or_framed()?;
         let scene = &*scene.staged(&camera, scene.methods(), &self.task)?;
+        let mean = self.in_mean_light(scene)?;
         if by_paths(scene)? {
             let picture = self.traced(scene, camera)?;
             let error = picture.error();
@@ -57,8 +58,11 @@ impl Session {
             return Ok(Outcome::new(picture, Some(self.paths.noise), error));
         }
         let bvh = Bvh::build(&scene.mesh);
-        let materials = self.prepare_all(scene, &bvh, camera)?;
-        let renderer = self.renderer_for(&materials, renderer)?;
+        let materials = self.in_field(scene, self.prepare_all(&mean, &bvh, camera)?)?;
+        let renderer = match scene.probes {
+            Some(_) => Renderer::Cpu,
+            None => self.renderer_for(&materials, renderer)?,
+        };
         let picture = self.shoot(scene, &bvh, camera, materials, &renderer)?;
         let error = picture.error();
         self.note_error(format!("relative error {error:.3e}"));
@@ -74,6 +78,9 @@ impl Session {
         renderer: Option<Renderer>,
         mut each: impl FnMut(&mut Self, usize, &mut Picture) -> Result<(), Error>,
     ) -> Result<Outcome<Option<Picture>>, Error> {
+        if scene.probes.is_some() {
+            return Err(Error::usage("light fields are shaded one picture at a time: leave --orbit out"));
+        }
         let camera = scene.camera_or_framed()?;
         let mut scene = scene.staged(&camera, scene.methods(), &self.task)?.into_owned();
         let bvh = Bvh::build(&scene.mesh);

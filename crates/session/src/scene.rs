@@ -5,8 +5,9 @@ use crate::model::complete;
 use crate::{Adjust, Error, Material, Method, Model, Session, ground};
 use glam::Vec3;
 use std::borrow::Cow;
+use std::sync::Arc;
 use steradian_base::Task;
-use steradian_light::Lights;
+use steradian_light::{Lights, Probes};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
 use steradian_scene::{Camera, Framing, Mesh};
@@ -35,6 +36,8 @@ pub struct Scene {
     pub background: SceneBackground,
     /// Relative RMS error of radiance that is asked for.
     pub tolerance: Option<f64>,
+    /// Light that varies over space, which surfaces get in place of `lights`; these are seen beside them.
+    pub probes: Option<Arc<Probes>>,
 }
 
 /// Vertical field of view of cameras that are not given, degrees.
@@ -54,6 +57,7 @@ impl Scene {
             tone_mapper: ToneMapper::default(),
             background: SceneBackground::Environment(0.0),
             tolerance: None,
+            probes: None,
         }
     }
 
@@ -120,7 +124,7 @@ impl Scene {
     }
 
     /// The scene with its ground as part of the mesh, for a camera.
-    fn grounded(&self, camera: &Camera) -> Cow<'_, Self> {
+    pub(crate) fn grounded(&self, camera: &Camera) -> Cow<'_, Self> {
         let Some(material) = &self.ground else { return Cow::Borrowed(self) };
         let mut scene = self.clone();
         scene.ground = None;

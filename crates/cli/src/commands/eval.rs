@@ -20,7 +20,7 @@ use steradian_sphere::Frame;
 #[derive(Debug, Args)]
 pub struct Options {
     /// Light: an image, or a sky spec such as sky:elevation=35; may be left out beside --light, --sun-lights and --bake
-    #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights", "bake"])]
+    #[arg(short, long, value_name = "FILE|SKY", required_unless_present_any = ["light", "sun_lights", "bake", "probes"])]
     environment: Option<String>,
     #[command(flatten)]
     adjust: AdjustArgs,
@@ -34,6 +34,9 @@ pub struct Options {
     /// A saved bake (.safetensors, or the folder of one) in place of light, BRDF and technique; --rotate turns its light
     #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "local", "brdf", "technique", "params", "mesh"])]
     bake: Option<PathBuf>,
+    /// Light that varies over space, as `probes` writes it, in place of every other; needs px,py,pz
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "local", "bake"])]
+    probes: Option<PathBuf>,
     /// CSV with columns nx,ny,nz,vx,vy,vz and optionally tx,ty,tz and px,py,pz; - is standard input
     #[arg(short, long, value_name = "FILE.csv")]
     points: PathBuf,
@@ -122,6 +125,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         local: o.local.get()?.flatten(),
         tolerance: o.tolerance,
         lookup: o.lookup.map(Reading::lookup),
+        probes: o.probes.as_ref().map(|p| context.probes(p)).transpose()?.map(Arc::new),
         mesh: o.mesh.as_ref().map(|m| context.mesh(m)).transpose()?.map(Arc::new),
     })
 }

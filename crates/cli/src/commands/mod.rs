@@ -11,6 +11,7 @@ mod inspect;
 mod irradiance;
 mod lut;
 mod prefilter;
+mod probes;
 pub mod render;
 mod sample;
 mod techniques;
@@ -48,6 +49,8 @@ pub enum Command {
     /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
     /// or given point
     Transfer(transfer::Options),
+    /// Incident light at many places of a scene, for objects that move through it
+    Probes(Box<probes::Options>),
     /// A static web page of a scene that the browser shades (needs the feature `web`)
     ExportWeb(Box<export_web::Options>),
     /// A window onto a scene, with live techniques, lights and materials (needs the feature `view`)
@@ -86,6 +89,7 @@ impl Command {
             Self::ExportWeb(o) => export_web::run(*o, context),
             Self::View(o) => view::run(o, context),
             Self::Transfer(o) => transfer::run(o, context),
+            Self::Probes(o) => probes::run(*o, context),
         }
     }
 

@@ -4,7 +4,7 @@ use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs};
 use clap::Args;
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -71,6 +71,13 @@ pub struct Options {
     /// work) or none (highlights of distant bumps alias) [default: covariance]
     #[arg(long, value_name = "HOW", value_parser = normal_filtering)]
     pub normal_filtering: Option<NormalFiltering>,
+    /// Light that varies over space, as `probes` writes it, in place of every light of the scene; --environment is seen
+    /// behind the surfaces
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "bake", "orbit"])]
+    pub probes: Option<PathBuf>,
+    /// Moves the mesh, metres, before the camera is placed
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
+    pub translate: Option<[f64; 3]>,
     #[command(flatten)]
     pub paths: PathArgs,
     /// With path: the variance of each pixel's radiance
@@ -278,6 +285,10 @@ pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         context.say(format_args!("no directional and no point light: {name} has nothing to shade (--light)"));
     }
     scene.tolerance = o.tolerance;
+    if let Some(path) = &o.probes {
+        let field = context.probes(path)?;
+        scene.probes = Some(Arc::new(field));
+    }
     if let Some(filtering) = o.normal_filtering {
         scene.materials.iter_mut().for_each(|m| m.maps.filtering = filtering);
     }
@@ -304,8 +315,14 @@ fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Fa
 /// What the command line changes in a scene file.
 fn overrides(o: &Options) -> Result<SceneOverrides, Failure> {
     let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
-    if o.brdf.is_some() || o.bake.is_some() || maps || o.plain || !o.params.is_empty() {
-        let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain and --param belong \
+    if o.brdf.is_some()
+        || o.bake.is_some()
+        || maps
+        || o.plain
+        || o.translate.is_some()
+        || !o.params.is_empty()
+    {
+        let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain, --translate and --param belong \
                    to a mesh; a scene file has materials";
         return Err(Failure::usage(why));
     }
@@ -344,6 +361,10 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     if o.plain {
         model.materials.clear();
         model.mesh.materials.clear();
+    }
+    if let Some(by) = o.translate {
+        let by = Affine3A::from_translation(Vec3::from(by.map(|x| x as f32)));
+        model.mesh = model.mesh.transformed(&by);
     }
     let lights = lights(o, file.as_deref(), context)?;
     let material = |brdf, base_colour, file: SurfaceMaps| {
@@ -393,7 +414,7 @@ fn lights(o: &Options, file: Option<&SavedBake>, context: &mut Context) -> Resul
             Ok(seen.unwrap_or_default())
         }
         (Some(spec), None) => Ok(context.light(spec, &adjust)?),
-        (None, None) if o.lights.is_some() => Ok(Lights::default()),
+        (None, None) if o.lights.is_some() || o.probes.is_some() => Ok(Lights::default()),
         (None, None) => Ok(context.light(DEFAULT_SKY, &adjust)?),
     }
 }

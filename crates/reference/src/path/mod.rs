@@ -11,7 +11,7 @@ mod random;
 mod sampler;
 mod tracer;
 
-pub use probes::{ProbeEstimate, trace_probes};
+pub use probes::{ProbeEstimate, ProbeImage, trace_environments, trace_probes};
 
 use glam::DVec3;
 use random::Random;

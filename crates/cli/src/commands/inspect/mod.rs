@@ -4,6 +4,7 @@ mod bake;
 mod brdf;
 mod light;
 mod mesh;
+mod probes;
 mod rti;
 mod transfer;
 
@@ -18,7 +19,7 @@ use steradian_session::inspect::{is_bake, is_lp, is_mesh, is_ptm};
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer (.safetensors), polynomial
+    /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or probes (.safetensors), polynomial
     /// texture map (.ptm), light positions of photographs (.lp), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
@@ -54,6 +55,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     } else if is_lp(&o.what) {
         rti::lp(&o.what, context)?
     } else if let Some(report) = transfer::report(&o.what, context)? {
+        report
+    } else if let Some(report) = probes::report(&o.what, context)? {
         report
     } else if is_bake(&o.what) {
         bake::report(&o.what, context)?

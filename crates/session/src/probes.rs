@@ -1,0 +1,42 @@
+//! Light fields: captured in a scene by paths, kept in files, and shaded by.
+
+mod capture;
+mod shade;
+
+pub use capture::{Captured, Request, Where};
+
+use crate::{Error, Session};
+use std::path::Path;
+use steradian_formats::{TensorFile, read_tensors, write_tensors};
+use steradian_light::Probes;
+
+impl Session {
+    /// Writes a light field with its provenance.
+    pub fn write_probes(&self, field: &Probes, path: &Path) -> Result<(), Error> {
+        self.check()?;
+        let mut file = field.tensors();
+        file.metadata.extend(self.provenance_pairs());
+        Ok(write_tensors(path, &file)?)
+    }
+
+    /// The light field of a file.
+    pub fn probes(&mut self, path: &Path) -> Result<Probes, Error> {
+        let file = read_tensors(path, &self.limits())?;
+        self.note_input(path);
+        read(&file, path)
+    }
+
+    /// A light field with what its file says; `None` where the file holds something else.
+    pub(crate) fn probes_in(&mut self, path: &Path) -> Result<Option<(Probes, TensorFile)>, Error> {
+        let file = read_tensors(path, &self.limits())?;
+        if !Probes::is_one(&file) {
+            return Ok(None);
+        }
+        self.note_input(path);
+        Ok(Some((read(&file, path)?, file)))
+    }
+}
+
+fn read(file: &TensorFile, path: &Path) -> Result<Probes, Error> {
+    Probes::read(file).map_err(|e| Error::input(format!("{}: {e}", path.display())))
+}
