@@ -188,7 +188,6 @@ impl Session {
         Ok((known, paths))
     }
 
-    #[expect(clippy::type_complexity, reason = "images and their noise")]
     fn images(
         &self,
         stage: &PathStage,
