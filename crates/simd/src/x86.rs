@@ -77,9 +77,9 @@ macro_rules! register {
             }
             #[inline(always)]
             fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
-                for c in [0, 4, 8] {
-                    let sum = $sums(v[c], v[c + 1], v[c + 2], v[c + 3]);
-                    Four::load(&sums[c..]).add(sum).store(&mut sums[c..]);
+                let four: [Four; 3] = $sums(v);
+                for k in 0..3 {
+                    Four::load(&sums[4 * k..]).add(four[k]).store(&mut sums[4 * k..]);
                 }
             }
         }
@@ -198,7 +198,13 @@ impl Four {
 
     /// The sum over the lanes of each.
     #[inline(always)]
-    fn sums(a: Self, b: Self, c: Self, d: Self) -> Self {
+    fn sums(v: &[Self; 12]) -> [Self; 3] {
+        [Self::four(&v[..4]), Self::four(&v[4..8]), Self::four(&v[8..])]
+    }
+
+    #[inline(always)]
+    fn four(v: &[Self]) -> Self {
+        let (a, b, c, d) = (v[0], v[1], v[2], v[3]);
         // SAFETY: see the type.
         unsafe {
             let (a, b) = (_mm256_hadd_pd(a.0, b.0), _mm256_hadd_pd(c.0, d.0));
@@ -246,14 +252,39 @@ impl EightSingle {
         }
     }
 
+    /// The sums over halves of a, then of b. Horizontal additions are three instructions each; here and in
+    /// [`Self::quarters`] there is one shuffle, since the other is a blend.
+    #[inline(always)]
+    fn halves(a: Self, b: Self) -> Self {
+        // SAFETY: see the type.
+        Self(unsafe {
+            _mm256_add_ps(_mm256_blend_ps::<0xf0>(a.0, b.0), _mm256_permute2f128_ps::<0x21>(a.0, b.0))
+        })
+    }
+
+    /// In each half the sums over its halves of a, then of b.
+    #[inline(always)]
+    fn quarters(a: Self, b: Self) -> __m256 {
+        // SAFETY: see the type.
+        unsafe { _mm256_add_ps(_mm256_blend_ps::<0xcc>(a.0, b.0), _mm256_shuffle_ps::<0x4e>(a.0, b.0)) }
+    }
+
     /// The sum over the lanes of each.
     #[inline(always)]
-    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
+    fn sums(v: &[Self; 12]) -> [Four; 3] {
+        let a = Self::quarters(Self::halves(v[0], v[4]), Self::halves(v[1], v[5]));
+        let b = Self::quarters(Self::halves(v[2], v[6]), Self::halves(v[3], v[7]));
+        let c = Self::quarters(Self::halves(v[8], v[10]), Self::halves(v[9], v[11]));
         // SAFETY: see the type.
         unsafe {
-            let all = _mm256_hadd_ps(_mm256_hadd_ps(a.0, b.0), _mm256_hadd_ps(c.0, d.0));
-            let sum = _mm_add_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps::<1>(all));
-            Four(_mm256_cvtps_pd(sum))
+            let ab = _mm256_add_ps(_mm256_shuffle_ps::<0x88>(a, b), _mm256_shuffle_ps::<0xdd>(a, b));
+            let (low, high) = (_mm256_castps256_ps128(c), _mm256_extractf128_ps::<1>(c));
+            let c = _mm_add_ps(_mm_shuffle_ps::<0x88>(low, high), _mm_shuffle_ps::<0xdd>(low, high));
+            [
+                Four(_mm256_cvtps_pd(_mm256_castps256_ps128(ab))),
+                Four(_mm256_cvtps_pd(_mm256_extractf128_ps::<1>(ab))),
+                Four(_mm256_cvtps_pd(c)),
+            ]
         }
     }
 }
@@ -290,7 +321,13 @@ impl Eight {
 
     /// The sum over the lanes of each.
     #[inline(always)]
-    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
+    fn sums(v: &[Self; 12]) -> [Four; 3] {
+        [Self::four(&v[..4]), Self::four(&v[4..8]), Self::four(&v[8..])]
+    }
+
+    #[inline(always)]
+    fn four(v: &[Self]) -> Four {
+        let (a, b, c, d) = (v[0], v[1], v[2], v[3]);
         let (p, q) = (Self::pairs(a, b), Self::pairs(c, d));
         // SAFETY: see the type.
         unsafe {
@@ -366,8 +403,12 @@ impl Sixteen {
 
     /// The sum over the lanes of each.
     #[inline(always)]
-    fn sums(a: Self, b: Self, c: Self, d: Self) -> Four {
-        EightSingle::sums(a.half(), b.half(), c.half(), d.half())
+    fn sums(v: &[Self; 12]) -> [Four; 3] {
+        let mut halves = [v[0].half(); 12];
+        for k in 1..12 {
+            halves[k] = v[k].half();
+        }
+        EightSingle::sums(&halves)
     }
 }
 

@@ -13,9 +13,11 @@ const STEPS: usize = 8;
 /// many rings where r_k is not written.
 const CHUNK: usize = 12 << 10;
 
-/// out[k] += Σ_rings r_k · (even or odd part).
+/// out[k] += Σ_rings r_k · (even or odd part), or = where it is the first part of the rings: to clear what is written
+/// first was a tenth of the time at band 63.
 pub(super) struct Analysis<'a, T: Real> {
     pub(super) part: Part<'a>,
+    pub(super) first: bool,
     /// Cells of blocks, `stride` apart, from the one of this m.
     pub(super) cells: &'a [T],
     pub(super) stride: usize,
@@ -42,10 +44,18 @@ impl<T: Real> Analysis<'_, T> {
     #[inline(always)]
     fn with<A: Arch, const C: usize, const FUSED: bool>(self) {
         let (part, steps) = (self.part, self.part.steps.len());
+        if part.x2.is_empty() {
+            return if self.first {
+                self.column.fill([0.0; 8])
+            };
+        }
         let Scratch { state, values, legendre, rows, .. } = self.scratch;
         let units = &part.starts.units[part.ring / BLOCK..][..part.x2.len() / BLOCK];
-        rows.clear();
-        rows.resize(steps, [0.0; 16]);
+        if rows.len() < steps {
+            rows.resize(steps, [0.0; 16]);
+        }
+        // The first chunk of rings overwrites what the last run left.
+        let rows = &mut rows[..steps];
         let size = if FUSED { 2 * CHUNK } else { CHUNK } / (CELL * size_of::<T>());
         let values = aligned(values, size * CELL).as_chunks_mut::<BLOCK>().0.as_chunks_mut::<12>().0;
         let legendre = aligned(legendre, if FUSED { 0 } else { size * STEPS * BLOCK });
@@ -58,7 +68,9 @@ impl<T: Real> Analysis<'_, T> {
                 // Cells of blocks are so far apart that they would drive each other out of the cache.
                 let cell = &self.cells[(first + b) * self.stride..][..CELL];
                 values[b].as_flattened_mut().copy_from_slice(cell);
-                state[b] = State::default();
+                if FUSED {
+                    state[b] = State::default();
+                }
             }
             let rings = Rings { part, units, first, values: &values[..units.len()] };
             if FUSED {
@@ -68,7 +80,11 @@ impl<T: Real> Analysis<'_, T> {
             }
             first += size;
         }
-        finish::<A::F64x4>(&part, rows, self.column);
+        if self.first {
+            finish::<A::F64x4, true>(&part, rows, self.column);
+        } else {
+            finish::<A::F64x4, false>(&part, rows, self.column);
+        }
     }
 }
 
@@ -88,15 +104,24 @@ impl<T: Real> Rings<'_, T> {
         while k + 2 <= rows.len() {
             let sums =
                 fused::over_rings::<A, T, 2, 1>(&self.part, self.units, self.first, self.values, state, k);
-            T::Vector::<A>::add_sums(&sums[0], &mut rows[k]);
-            T::Vector::<A>::add_sums(&sums[1], &mut rows[k + 1]);
+            self.add::<A>(&sums[0], &mut rows[k]);
+            self.add::<A>(&sums[1], &mut rows[k + 1]);
             k += 2;
         }
         if k < rows.len() {
             let sums =
                 fused::over_rings::<A, T, 1, 1>(&self.part, self.units, self.first, self.values, state, k);
-            T::Vector::<A>::add_sums(&sums[0], &mut rows[k]);
+            self.add::<A>(&sums[0], &mut rows[k]);
         }
+    }
+
+    /// Adds the sums over lanes to a row, or begins it with the first chunk of rings.
+    #[inline(always)]
+    fn add<A: Arch>(&self, sums: &[T::Vector<A>; 12], row: &mut [f64; 16]) {
+        if self.first == 0 {
+            *row = [0.0; 16];
+        }
+        T::Vector::<A>::add_sums(sums, row);
     }
 
     #[inline(always)]
@@ -122,7 +147,7 @@ impl<T: Real> Rings<'_, T> {
                 // Of an odd number of steps the one after the last is nothing in particular, and left out.
                 let sums = stored::over_rings::<A, T, C, STEPS>(values, legendre, j);
                 for i in 0..(n - j).min(2) {
-                    T::Vector::<A>::add_sums(&sums[i], &mut rows[k + j + i]);
+                    self.add::<A>(&sums[i], &mut rows[k + j + i]);
                 }
             }
         }
@@ -131,7 +156,7 @@ impl<T: Real> Rings<'_, T> {
 
 /// From sums over rings to coefficients.
 #[inline(always)]
-fn finish<V: Vector<T = f64>>(part: &Part<'_>, rows: &[[f64; 16]], column: &mut [Row]) {
+fn finish<V: Vector<T = f64>, const FIRST: bool>(part: &Part<'_>, rows: &[[f64; 16]], column: &mut [Row]) {
     let phase = [V::splat(part.phase[0]), V::splat(part.phase[1])];
     let mut carry = [V::splat(0.0); 2];
     for k in 0..rows.len() {
@@ -141,11 +166,12 @@ fn finish<V: Vector<T = f64>>(part: &Part<'_>, rows: &[[f64; 16]], column: &mut 
         for half in 0..2 {
             let out = &mut column[0][4 * half..];
             let sum = even[half].fma(V::splat(step.even[0]), carry[half]);
-            sum.add(V::load(out)).store(out);
+            if FIRST { sum } else { sum.add(V::load(out)) }.store(out);
             carry[half] = even[half].mul(V::splat(step.even[1]));
             if column.len() > 1 {
                 let out = &mut column[1][4 * half..];
-                odd[half].fma(V::splat(step.odd), V::load(out)).store(out);
+                let before = if FIRST { V::splat(0.0) } else { V::load(out) };
+                odd[half].fma(V::splat(step.odd), before).store(out);
             }
         }
     }

@@ -74,13 +74,10 @@ impl ShTransform {
         for pairs in self.chunks() {
             let cells = self.forward(work, planes, pairs.clone(), &mut buffer);
             self.each(columns.split(), &work.scratch, |scratch, m, column| {
-                if pairs.start == 0 {
-                    column.fill([0.0; 8]);
-                }
-                let stride = (self.order + 1) * CELL;
+                let (first, stride) = (pairs.start == 0, (self.order + 1) * CELL);
                 self.with_part(m, pairs.clone(), self.phases[m][0], |part| {
                     let cells = &cells[m * CELL..];
-                    steradian_simd::run(Analysis { part, cells, stride, column, scratch });
+                    steradian_simd::run(Analysis { part, first, cells, stride, column, scratch });
                 });
             });
         }
@@ -101,10 +98,9 @@ impl ShTransform {
         });
         let all = latitude.cells(&mut rings);
         self.each(columns.split(), &work.scratch, |scratch, m, column| {
-            column.fill([0.0; 8]);
             self.with_part(m, 0..latitude.rings() / 2, self.phases[m][0], |part| {
                 let cells = &all[latitude.place(m)..];
-                steradian_simd::run(Analysis { part, cells, stride: CELL, column, scratch });
+                steradian_simd::run(Analysis { part, first: true, cells, stride: CELL, column, scratch });
             });
         });
         *work.rings.lock().unwrap_or_else(PoisonError::into_inner) = rings;

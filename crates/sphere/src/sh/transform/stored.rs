@@ -7,7 +7,8 @@ use std::mem::swap;
 use steradian_simd::{Arch, Vector};
 
 impl Part<'_> {
-    /// r_k of the block of rings from `ring`, for a step k per row of `out` from `first`.
+    /// r_k of the block of rings from `ring`, for a step k per row of `out` from `first`. The state is read only once the
+    /// block has taken part.
     #[inline(always)]
     pub(super) fn legendre<A: Arch, T: Real>(
         &self,
@@ -39,8 +40,10 @@ impl Part<'_> {
         let mut at = 0;
         while at < BLOCK {
             let x2: [A::F64; D] = vectors(self.x2, ring + at);
-            let mut now: [A::F64; D] = vectors(state_now, at);
-            let mut before: [A::F64; D] = vectors(state_before, at);
+            let (mut now, mut before) = ([A::F64::splat(0.0); D], [A::F64::splat(0.0); D]);
+            if unit.begin < first {
+                (now, before) = (vectors(state_now, at), vectors(state_before, at));
+            }
             let mut k = 0;
             while k < starting {
                 self.inject(ring + at, first + k, &mut now, &mut before);
