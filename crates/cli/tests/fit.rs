@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use steradian_formats::{Limits, Tensor, TensorData, read_tensors, write_tensors};
 
 fn run(dir: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
@@ -51,6 +52,32 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     let eval = ["eval", "-e", "furnace", "-b", "lobes:a.safetensors", "-p", "p.csv", "-t", "gaussian-lobes"];
     let o = run(dir, &eval);
     assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+}
+
+/// Files of round lobes, which hold five numbers a lobe, mean what they meant.
+#[test]
+fn round_lobes_of_five_numbers_load() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let fit = ["fit", "ggx:alpha=0.3", "--shape", "round", "-o", "six.safetensors"];
+    let o = run(dir, &fit);
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    let mut file = read_tensors(&dir.join("six.safetensors"), &Limits::default()).expect("reads");
+    let lobes = &file.tensors["lobes"];
+    let (shape, numbers) = (lobes.shape.clone(), lobes.data.to_f64().into_owned());
+    assert!(numbers.chunks_exact(6).all(|l| l[5] == 0.0));
+    let mut put = |each: usize, name: &str| {
+        let some = numbers.chunks_exact(6).flat_map(|l| l[..each].to_vec()).collect();
+        let tensor = Tensor { shape: vec![shape[0], shape[1], each], data: TensorData::F64(some) };
+        file.tensors.insert("lobes".into(), tensor);
+        write_tensors(&dir.join(name), &file).expect("written");
+    };
+    put(5, "five.safetensors");
+    put(4, "four.safetensors");
+    let albedo =
+        |spec: &str| json(dir, &["inspect", &format!("brdf:{spec}"), "--json"])["directional_albedo"].clone();
+    assert_eq!(albedo("lobes:five.safetensors"), albedo("lobes:six.safetensors"));
+    fails(dir, 3, "not [N, K, 6]", &["inspect", "brdf:lobes:four.safetensors"]);
 }
 
 #[test]

@@ -37,13 +37,27 @@ pub struct BakeFacts {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What a texture is that holds one table of a bake.
+/// What an array of images holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TableFacts {
-    /// The technique's slug.
-    pub technique: String,
-    /// The table's name, as in the technique's shader.
-    pub table: String,
+pub enum ArrayContent {
+    /// One table of a bake.
+    Table {
+        /// The technique's slug.
+        technique: String,
+        /// The table's name, as in the technique's shader.
+        table: String,
+    },
+    /// What texels of a height map see of the light above, in these numbers.
+    Horizons(String),
+    /// The file does not say.
+    Images,
+}
+
+/// What a texture is that holds an array of images.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ArrayFacts {
+    /// What they are.
+    pub content: ArrayContent,
     /// Texels a row.
     pub width: usize,
     /// Rows.
@@ -54,7 +68,7 @@ pub struct TableFacts {
     pub metadata: BTreeMap<String, String>,
 }
 
-impl TableFacts {
+impl ArrayFacts {
     /// What it says under `steradian.KEY`.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.metadata.get(&format!("steradian.{key}")).map(String::as_str)
@@ -92,18 +106,25 @@ impl Session {
         })
     }
 
-    /// What a texture is that holds a table of a bake; `None` where it holds something else, or cannot be read as an array.
-    pub fn inspect_table(&mut self, path: &Path) -> Option<TableFacts> {
+    /// What a texture is that holds a table of a bake, horizons or several images; `None` where it holds something else, or
+    /// cannot be read as an array.
+    pub fn inspect_array(&mut self, path: &Path) -> Option<ArrayFacts> {
         let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx2"));
         if !named || !path.is_file() {
             return None;
         }
         let array = read_ktx2_array(path, &self.limits()).ok()?;
         let said = |key: &str| array.get(key).map(String::from);
-        let (technique, table) = (said("steradian.technique")?, said("steradian.table")?);
+        let content = match (said("steradian.technique"), said("steradian.table"), said("steradian.horizons"))
+        {
+            (Some(technique), Some(table), _) => ArrayContent::Table { technique, table },
+            (_, _, Some(numbers)) => ArrayContent::Horizons(numbers),
+            _ if array.layers > 1 => ArrayContent::Images,
+            _ => return None,
+        };
         self.note_input(path);
         let (width, height, layers) = (array.width, array.height, array.layers);
         let metadata = array.metadata.into_iter().collect();
-        Some(TableFacts { technique, table, width, height, layers, metadata })
+        Some(ArrayFacts { content, width, height, layers, metadata })
     }
 }

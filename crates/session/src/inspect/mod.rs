@@ -10,7 +10,7 @@ mod rti;
 mod texture;
 mod transfer;
 
-pub use bake::{BakeFacts, TableFacts, TensorFacts, is_bake};
+pub use bake::{ArrayContent, ArrayFacts, BakeFacts, TensorFacts, is_bake};
 pub use brdf::{BrdfFacts, brdf_models};
 pub use light::{Advice, EnvironmentFacts};
 pub use mesh::{MeshFacts, is_mesh};

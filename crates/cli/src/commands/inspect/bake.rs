@@ -7,31 +7,41 @@ use crate::report::{elevations_json, params_json, points_json};
 use serde_json::{Value, json};
 use std::path::Path;
 use steradian_base::Elevation;
-use steradian_session::inspect::TensorFacts;
+use steradian_session::inspect::{ArrayContent, TensorFacts};
 
-/// The report on a texture that holds a table of a bake; `None` where `what` is something else.
-pub fn table(what: &str, context: &mut Context) -> Option<Report> {
-    let f = context.inspect_table(Path::new(what))?;
-    let json = json!({
-        "kind": "table of a bake",
+/// The report on a texture that holds an array of images, such as a table of a bake; `None` where `what` is something else.
+pub fn array(what: &str, context: &mut Context) -> Option<Report> {
+    let f = context.inspect_array(Path::new(what))?;
+    let size = format!("{} x {} texels, layers {}", f.width, f.height, f.layers);
+    let mut json = json!({
+        "kind": "array of images",
         "name": file_name(what),
-        "technique": f.technique,
-        "table": f.table,
         "width": f.width,
         "height": f.height,
         "layers": f.layers,
         "metadata": f.metadata,
     });
-    let mut lines = vec![
-        ("name", file_name(what)),
-        ("technique", f.technique.clone()),
-        ("table", format!("{}: {} x {} texels, layers {}", f.table, f.width, f.height, f.layers)),
-    ];
+    let mut lines = vec![("name", file_name(what))];
+    match &f.content {
+        ArrayContent::Table { technique, table } => {
+            json["kind"] = json!("table of a bake");
+            json["technique"] = json!(technique);
+            json["table"] = json!(table);
+            lines.extend([("technique", technique.clone()), ("table", format!("{table}: {size}"))]);
+        }
+        ArrayContent::Horizons(numbers) => {
+            json["kind"] = json!("horizons");
+            json["horizons"] = json!(numbers);
+            lines.extend([("horizons", numbers.clone()), ("texture", size)]);
+        }
+        ArrayContent::Images => lines.push(("array", size)),
+    }
     let said = [
         ("lookup", "table.shape"),
         ("rounding", "table.rounding"),
         ("light", "environment"),
         ("reflectance", "brdf"),
+        ("relief", "relief"),
         ("error", "error"),
     ];
     lines.extend(said.into_iter().filter_map(|(label, key)| Some((label, f.get(key)?.into()))));

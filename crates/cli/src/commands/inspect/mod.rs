@@ -60,8 +60,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         report
     } else if is_bake(&o.what) {
         bake::report(&o.what, context)?
-    } else if let Some(table) = bake::table(&o.what, context) {
-        table
+    } else if let Some(array) = bake::array(&o.what, context) {
+        array
     } else {
         light::report(&o.what, &o.adjust.get(), o.level, context)?
     };

@@ -1,0 +1,119 @@
+//! Local light from the command line: `--local` beside a technique, and the horizons of height maps.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use steradian_formats::{
+    Limits, Raster, ReadOptions, WriteOptions, read_image_with, read_ktx2_array, write_image,
+};
+
+/// Exit code, standard output and standard error.
+fn run(dir: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let o = Command::new(env!("CARGO_BIN_EXE_steradian"))
+        .current_dir(dir)
+        .args(arguments)
+        .output()
+        .expect("runs");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (o.status.code(), text(o.stdout), text(o.stderr))
+}
+
+/// The exit code, and one line that says this.
+fn refused(dir: &Path, code: i32, why: &str, arguments: &[&str]) {
+    let (got, _, err) = run(dir, arguments);
+    assert_eq!(got, Some(code), "{arguments:?}: {err}");
+    assert!(err.contains(why) && err.trim_end().lines().count() == 1, "{arguments:?}: {err}");
+}
+
+/// A sphere under an overcast sky and a lamp; radiance of all channels.
+fn picture(dir: &Path, local: &[&str]) -> Vec<f32> {
+    let file = "picture.pfm";
+    let fixed = ["render", "sphere", "-e", "overcast", "--light", "point:position=1/2/3,intensity=30/20/10"];
+    let made = ["-t", "sh-irradiance", "-b", "lambert:albedo=0.5", "--size", "40", "--quiet", "-o", file];
+    let (code, _, err) = run(dir, &[&fixed[..], &made, local].concat());
+    assert_eq!(code, Some(0), "{local:?}: {err}");
+    let options = ReadOptions { limits: Limits::default(), ..ReadOptions::default() };
+    let raster = read_image_with(&dir.join(file), &options).expect("reads");
+    raster.into_rgb().expect("three channels").concat()
+}
+
+/// Root mean square of a difference over that of the first.
+fn difference(a: &[f32], b: &[f32]) -> f64 {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        a.iter().zip(b).map(|(a, b)| f(f64::from(*a), f64::from(*b))).sum()
+    };
+    (sum(&|a, b| (a - b) * (a - b)) / sum(&|a, _| a * a)).sqrt()
+}
+
+/// A lamp is shaded once, by the reflectance itself or by a technique of its own.
+#[test]
+fn local_techniques_shade_lamps_beside_a_global_one() {
+    let d = tempfile::tempdir().expect("a folder");
+    let exact = picture(d.path(), &[]);
+    assert_eq!(exact, picture(d.path(), &["--local", "exact"]));
+    let of_points = picture(d.path(), &["--local", "vertex-analytic:rate=pixel"]);
+    assert!(difference(&exact, &of_points) < 1e-6);
+    // The sphere's triangles are flat in what is interpolated between their corners.
+    let of_corners = difference(&exact, &picture(d.path(), &["--local", "vertex_analytic"]));
+    assert!((1e-5..0.02).contains(&of_corners), "{of_corners}");
+}
+
+#[test]
+fn local_techniques_say_what_they_do_not_take() {
+    let d = tempfile::tempdir().expect("a folder");
+    let fixed = ["render", "sphere", "-e", "overcast", "--light", "point:position=1/2/3,intensity=3/2/1"];
+    for (local, why) in [
+        ("nothing", "there are: exact, vertex_analytic"),
+        ("banks_table", "takes banks only, not lambert"),
+        ("vertex_analytic:rate=often", "rate"),
+        ("vertex_analytic:speed=3", "speed"),
+    ] {
+        let made = ["-t", "sh-irradiance", "-b", "lambert:albedo=0.5", "--local", local, "-o", "x.pfm"];
+        refused(d.path(), 2, why, &[&fixed[..], &made].concat());
+        assert!(!d.path().join("x.pfm").exists());
+    }
+}
+
+/// A height map of 8 × 8 texels with a wall across it, and one whose last height is no number.
+fn walls(dir: &Path) {
+    let heights: Vec<f32> = (0..64).map(|k| if k % 8 == 3 { 1.0 } else { 0.0 }).collect();
+    let raster = Raster::rgb(8, 8, [heights.clone(), heights.clone(), heights]);
+    write_image(&dir.join("wall.pfm"), &raster, &WriteOptions::default()).expect("written");
+    let mut bytes = fs::read(dir.join("wall.pfm")).expect("reads");
+    let last = bytes.len() - 4;
+    bytes[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(dir.join("broken.pfm"), &bytes).expect("written");
+    fs::write(dir.join("cut.pfm"), &bytes[..100]).expect("written");
+}
+
+#[test]
+fn height_maps_become_horizons() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    walls(dir);
+    let horizons = |from: &'static str, form: &'static str, to: &'static str| {
+        ["convert", from, "--relief", "0.25", "--horizons", form, "-o", to]
+    };
+    let (code, _, err) = run(dir, &horizons("wall.pfm", "8", "h.ktx2"));
+    assert_eq!(code, Some(0), "{err}");
+    let array = read_ktx2_array(&dir.join("h.ktx2"), &Limits::default()).expect("reads");
+    assert_eq!((array.width, array.height, array.layers), (8, 8, 2));
+    // The wall is a quarter of the width high, two texels; from two texels to its left its top is at 45° to the right (azimuth
+    // 0), and nothing is in the way along it (azimuth 2 of 8).
+    let level = &array.levels[0];
+    let at = |texel: usize, azimuth: usize| level[4 * (azimuth / 4 * 64 + texel) + azimuth % 4];
+    assert!((f64::from(at(8 * 4 + 1, 0)) - std::f64::consts::FRAC_PI_4).abs() < 1e-3, "{}", at(33, 0));
+    assert!(at(8 * 4 + 1, 2).abs() < 1e-3, "{}", at(33, 2));
+    let (code, out, err) = run(dir, &["inspect", "h.ktx2"]);
+    assert!(code == Some(0) && out.contains("8 azimuths"), "{out}{err}");
+    let (code, _, err) = run(dir, &horizons("wall.pfm", "ellipses", "e.ktx2"));
+    assert_eq!(code, Some(0), "{err}");
+    let (code, out, err) = run(dir, &["inspect", "e.ktx2"]);
+    assert!(code == Some(0) && out.contains("ellipses"), "{out}{err}");
+
+    refused(dir, 3, "broken.pfm", &horizons("broken.pfm", "8", "x.ktx2"));
+    refused(dir, 3, "missing.pfm", &horizons("missing.pfm", "8", "x.ktx2"));
+    refused(dir, 2, "x.png", &horizons("wall.pfm", "8", "x.png"));
+    refused(dir, 3, "cut.pfm", &horizons("cut.pfm", "8", "x.ktx2"));
+    assert!(!dir.join("x.ktx2").exists());
+}
