@@ -199,11 +199,11 @@ impl Four {
     /// The sum over the lanes of each.
     #[inline(always)]
     fn sums(v: &[Self; 12]) -> [Self; 3] {
-        [Self::four(&v[..4]), Self::four(&v[4..8]), Self::four(&v[8..])]
+        [Self::sums_of_four(&v[..4]), Self::sums_of_four(&v[4..8]), Self::sums_of_four(&v[8..])]
     }
 
     #[inline(always)]
-    fn four(v: &[Self]) -> Self {
+    fn sums_of_four(v: &[Self]) -> Self {
         let (a, b, c, d) = (v[0], v[1], v[2], v[3]);
         // SAFETY: see the type.
         unsafe {
@@ -322,11 +322,11 @@ impl Eight {
     /// The sum over the lanes of each.
     #[inline(always)]
     fn sums(v: &[Self; 12]) -> [Four; 3] {
-        [Self::four(&v[..4]), Self::four(&v[4..8]), Self::four(&v[8..])]
+        [Self::sums_of_four(&v[..4]), Self::sums_of_four(&v[4..8]), Self::sums_of_four(&v[8..])]
     }
 
     #[inline(always)]
-    fn four(v: &[Self]) -> Four {
+    fn sums_of_four(v: &[Self]) -> Four {
         let (a, b, c, d) = (v[0], v[1], v[2], v[3]);
         let (p, q) = (Self::pairs(a, b), Self::pairs(c, d));
         // SAFETY: see the type.
