@@ -2,8 +2,8 @@
 """Any-hit rays through Embree, the same that crates/scene/benches/rays.rs casts, for comparison.
 
     pip install embreex
-    STERADIAN_DUMP=/tmp/rays.bin cargo bench -p steradian-scene --bench rays
-    python3 scripts/embree-rays.py /tmp/rays.bin
+    STERADIAN_DUMP=rays.bin cargo bench -p steradian-scene --bench rays
+    python3 scripts/embree-rays.py crates/scene/rays.bin
 
 Single rays (rtcOccluded1), one thread, best of five, in processor time: other work on the machine does not count.
 """
