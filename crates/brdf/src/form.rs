@@ -78,6 +78,15 @@ pub enum Form {
         /// The normalisation.
         variant: ward::Variant,
     },
+    /// f = kd/π + ks (n·h)^n/(n·wi) ([`crate::model::blinn_phong`]).
+    BlinnPhongGl {
+        /// Diffuse albedo.
+        kd: [f64; 3],
+        /// Specular factor.
+        ks: [f64; 3],
+        /// Exponent.
+        n: f64,
+    },
     /// A power of the cosine between wi and a cone about the tangent ([`crate::model::strand`]).
     Strand {
         /// Which cone, and what of the cosine is in the formula.
@@ -116,6 +125,7 @@ impl Form {
             Self::Ward { alpha, rs, rd, variant } => {
                 Self::Ward { alpha, rs: times(rs), rd: times(rd), variant }
             }
+            Self::BlinnPhongGl { kd, ks, n } => Self::BlinnPhongGl { kd: times(kd), ks: times(ks), n },
             Self::Strand { kind, n, scale } => Self::Strand { kind, n, scale: times(scale) },
             Self::Lafortune(mut own) => {
                 own.spec = spec();

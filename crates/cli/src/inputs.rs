@@ -157,6 +157,12 @@ impl LocalArg {
     pub fn get(&self) -> Result<Option<Option<Local>>, Failure> {
         Ok(self.local.as_deref().map(Local::parse).transpose()?)
     }
+
+    /// The same with what the files hold that its parameters name.
+    pub fn open(&self, context: &mut Context) -> Result<Option<Option<Local>>, Failure> {
+        let open = |local: Option<Local>| local.map(|l| context.open_local(&l, None)).transpose();
+        Ok(self.get()?.map(open).transpose()?)
+    }
 }
 
 /// Writes the file of suns that were taken out of a light, and says what was found.

@@ -117,3 +117,123 @@ fn height_maps_become_horizons() {
     refused(dir, 3, "cut.pfm", &horizons("cut.pfm", "8", "x.ktx2"));
     assert!(!dir.join("x.ktx2").exists());
 }
+
+/// Points on a plane with the normal z and the tangent x, at these texture coordinates.
+fn csv(uv: &[[f64; 2]], columns: &str) -> String {
+    let mut out = format!("nx,ny,nz,vx,vy,vz,{columns}\n");
+    for [u, v] in uv {
+        let more: Vec<String> = columns
+            .split(',')
+            .map(|c| match c {
+                "u" => u.to_string(),
+                "v" => v.to_string(),
+                "tx" => "1".into(),
+                _ => "0".into(),
+            })
+            .collect();
+        out += &format!("0,0,1,0,0,1,{}\n", more.join(","));
+    }
+    out
+}
+
+/// Bumps hide a low light from the texels before a wall, in `eval` and in pictures, and are seen under other light too.
+#[test]
+fn bumps_shadow_themselves() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    walls(dir);
+    // Two texels to the left of the wall, which is two texels high; and five.
+    let centres = [1.5 / 8.0, 6.5 / 8.0].map(|u| [u, 0.5]);
+    fs::write(dir.join("points.csv"), csv(&centres, "u,v,tx,ty,tz")).expect("written");
+    let radiance = |degrees: f64, local: &str| -> Vec<f64> {
+        let (s, c) = degrees.to_radians().sin_cos();
+        let light = format!("directional:direction={c}/0/{s},irradiance=1/1/1");
+        let fixed = ["eval", "-p", "points.csv", "-b", "lambert", "-t", "sh-irradiance", "-e", "dark.pfm"];
+        let (code, out, err) =
+            run(dir, &[&fixed[..], &["--light", &light, "--local", local, "--quiet"]].concat());
+        assert_eq!(code, Some(0), "{err}");
+        let column = |row: &str| row.split(',').nth(11).and_then(|x| x.parse().ok()).expect("red");
+        out.lines().skip(1).map(column).collect()
+    };
+    let black = vec![0.0; 8 * 4];
+    write_image(
+        &dir.join("dark.pfm"),
+        &Raster::rgb(8, 4, [black.clone(), black.clone(), black]),
+        &WriteOptions::default(),
+    )
+    .expect("written");
+    for shadow in ["horizon", "ellipse"] {
+        let local = format!("bump-horizon:height=wall.pfm,relief=0.25,shadow={shadow}");
+        let (low, high) = (radiance(38.0, &local), radiance(52.0, &local));
+        assert!(low[0] == 0.0 && high[0] > 0.2, "{shadow}: {low:?} {high:?}");
+        assert!((low[1] - 38f64.to_radians().sin() / std::f64::consts::PI).abs() < 1e-5, "{low:?}");
+    }
+    let none = radiance(38.0, "bump-horizon:height=wall.pfm,relief=0.25,shadow=none");
+    assert!(none[0] > 0.1 && (none[0] - none[1]).abs() < 1e-6, "{none:?}");
+    // Pictures: the wall's flanks are seen under the sky alone, too.
+    let picture = |local: &str| {
+        let light = "directional:direction=0.9/0.5/0,irradiance=3/3/3";
+        let fixed =
+            ["render", "plane", "-e", "overcast", "--light", light, "-b", "lambert", "-t", "sh-irradiance"];
+        let made = [
+            "--from", "0,3,0.01", "--at", "0,0,0", "--size", "32", "--quiet", "--local", local, "-o", "p.pfm",
+        ];
+        let (code, _, err) = run(dir, &[&fixed[..], &made].concat());
+        assert_eq!(code, Some(0), "{err}");
+        let options = ReadOptions { limits: Limits::default(), ..ReadOptions::default() };
+        read_image_with(&dir.join("p.pfm"), &options)
+            .expect("reads")
+            .into_rgb()
+            .expect("three channels")
+            .concat()
+    };
+    let [flat, bumpy, hidden] = [
+        "exact",
+        "bump_horizon:height=wall.pfm,relief=0.25,shadow=none",
+        "bump_horizon:height=wall.pfm,relief=0.25",
+    ]
+    .map(picture);
+    let sum = |p: &[f32]| p.iter().map(|x| f64::from(*x)).sum::<f64>();
+    assert!(difference(&flat, &bumpy) > 0.02 && sum(&hidden) < 0.995 * sum(&bumpy));
+}
+
+#[test]
+fn data_per_texel_say_what_they_lack() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    walls(dir);
+    fs::write(dir.join("bare.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+        .expect("written");
+    let light =
+        ["-e", "overcast", "--light", "directional:direction=0/0/1,irradiance=1/1/1", "-t", "sh-irradiance"];
+    let render = |mesh: &'static str, local: &'static str| {
+        [&["render", mesh, "-b", "lambert", "--local", local, "-o", "x.pfm"][..], &light].concat()
+    };
+    refused(dir, 3, "broken.pfm", &render("plane", "bump_horizon:height=broken.pfm"));
+    refused(dir, 3, "missing.pfm", &render("plane", "bump_blinn_phong:height=missing.pfm"));
+    refused(
+        dir,
+        3,
+        "bare.obj: has no texture coordinates",
+        &render("bare.obj", "bump_horizon:height=wall.pfm"),
+    );
+    refused(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
+    for (columns, lacks) in [("tx,ty,tz", "no u"), ("u,v", "no tx"), ("u,tx,ty,tz", "no column 'v'")] {
+        fs::write(dir.join("p.csv"), csv(&[[0.5; 2]], columns)).expect("written");
+        let local = "bump_horizon:height=wall.pfm";
+        let made = ["eval", "-p", "p.csv", "-b", "lambert", "--local", local, "-o", "x.csv"];
+        refused(dir, 3, lacks, &[&made[..], &light].concat());
+    }
+    let scene = |height: &str| {
+        format!(
+            "[[mesh]]\nshape = \"plane\"\nmaterial = \"a\"\n[material.a]\nbrdf = \"lambert\"\nlocal = \
+             \"bump_horizon:height={height}\"\n[[light.directional]]\ndirection = [0, 1, 0]\nirradiance = [1, 1, 1]\n"
+        )
+    };
+    fs::create_dir(dir.join("scene")).expect("a folder");
+    for (height, why) in [("../wall.pfm", "../wall.pfm"), ("none.pfm", "none.pfm")] {
+        fs::write(dir.join("scene/s.toml"), scene(height)).expect("written");
+        refused(dir, 3, why, &["render", "scene/s.toml", "-t", "sh-irradiance", "-o", "x.pfm"]);
+    }
+    assert!(!dir.join("x.pfm").exists() && !dir.join("x.csv").exists());
+}

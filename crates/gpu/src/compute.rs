@@ -3,7 +3,7 @@
 use crate::technique::buffer_type;
 use crate::{Gpu, GpuError, TechniqueData};
 use steradian_techniques::gpu::Entry;
-use steradian_techniques::{GpuTechnique, PointLobe, Points, PointsBuf};
+use steradian_techniques::{GpuTechnique, PointChart, PointLobe, Points, PointsBuf};
 use wgpu::util::DeviceExt;
 
 /// A technique's compute pipeline.
@@ -17,7 +17,7 @@ pub struct ComputeTechnique {
 /// Threads of a workgroup in the generated module.
 const WORKGROUP: u32 = 64;
 /// Planes of normal, tangent, direction and position, of a lobe, and of a site.
-const MOST_PLANES: usize = 12 + PointLobe::LEN + 7;
+const MOST_PLANES: usize = 12 + PointLobe::LEN + 7 + PointChart::LEN;
 
 impl ComputeTechnique {
     /// Uploads the technique and compiles its module.
@@ -156,6 +156,13 @@ fn planes(points: &Points<'_>, entry: Entry) -> Vec<u8> {
             put(&bits, 0.0);
         }
         points.site.weight.iter().chain(&points.uv).for_each(|plane| put(plane, 0.0));
+        if points.chart[0].is_empty() {
+            points.n.iter().chain(&points.t).for_each(|plane| put(plane, 0.0));
+            put(&[], 1.0);
+            put(&[], 0.0);
+        } else {
+            points.chart.iter().for_each(|plane| put(plane, 0.0));
+        }
     }
     bytes
 }

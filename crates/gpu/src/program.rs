@@ -84,7 +84,7 @@ pub fn varying(place: &str) -> String {
 /// its like) is the caller's.
 pub fn surface(program: &Program) -> String {
     let entry = program.entry;
-    let call = entry.call(["n", "t", "o", "p"], "look.lobe", "gpu_site_of(s)");
+    let call = entry.call(["n", "t", "o", "p"], "look.lobe", "gpu_site_of(s, wo, footprint)");
     // Where nothing but the light is fixed, the light turns as the surface turns the other way.
     let [n, t, o, p] = match program.turned && !entry.site {
         true => ["look.n", "look.t", "wo", "s.p"].map(|v| format!("gpu_camera.turn * {v}")),
@@ -92,7 +92,7 @@ pub fn surface(program: &Program) -> String {
     };
     let reflected = format!(
         "const GPU_SITED: bool = {};
-fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint) -> vec3<f32> {{
+fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> vec3<f32> {{
     let n = {n};
     let t = {t};
     let o = {o};

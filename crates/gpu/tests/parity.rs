@@ -12,9 +12,9 @@ use steradian_scene::shapes;
 use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::gpu::GpuTechnique;
 use steradian_techniques::local::{AnyLocal, LocalFrame, LocalLights, beside};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::{lights, specimens};
 use steradian_techniques::{
-    AnyBake, AnyTechnique, Geometry, Material, PointsBuf, Radiance, Sites, View, locals, registry,
+    AnyBake, AnyTechnique, Geometry, Material, PointChart, PointsBuf, Radiance, Sites, View, locals, registry,
 };
 
 /// Largest |GPU − CPU| over the largest |CPU| of a channel-wise pair: the acceptance bound.
@@ -80,7 +80,11 @@ fn points(sites: Option<&Geometry>) -> PointsBuf {
             if let Some(triangles) = sites.map(|g| &g.mesh.triangles) {
                 let corners = triangles[(7 * i) % triangles.len()];
                 let weight = 0.9 * (0.37 * phi as f32).fract();
-                out.locate(Vec2::ZERO, corners, [weight, 0.8 * (1.0 - weight)]);
+                out.locate(Vec2::new(0.37, -0.61) * phi as f32, corners, [weight, 0.8 * (1.0 - weight)]);
+                let side = if i % 3 == 0 { -1.0 } else { 1.0 };
+                let footprint = 0.02 * (i % 20) as f32;
+                let [n, t] = [n, f.t].map(|v| v.as_vec3().to_array());
+                out.chart(PointChart { n, t, side, footprint });
             }
         }
     }
@@ -123,7 +127,8 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     let params: ParamValues = choice.into_iter().collect();
     let mesh = ring();
     let points = points(Some(&mesh));
-    let bake = t.bake(&Material::new(steradian_brdf::parse(spec)?), &params, &Task::quiet())?;
+    let material = Material::new(steradian_brdf::parse(spec)?).with_textures(specimens::planes(t.planes()));
+    let bake = t.bake(&material, &params, &Task::quiet())?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
     let view = View { eye: Vec3::new(3.0, 2.0, 1.0), light_rotation, ..View::default() };
     let (lamps, mesh) = (local_lights(), Some(&*mesh.mesh));

@@ -133,7 +133,11 @@ impl<'a> Sample<'a> {
     /// The relative RMS error of `prepared` at the points.
     fn error(&self, prepared: &Prepared, task: &Task) -> Result<Option<f64>, Error> {
         let Some(truth) = &self.truth else { return Ok(None) };
-        // The reference sees no shadows.
+        // The reference sees no shadows, and knows nothing of data per texel.
+        let m = &prepared.material;
+        if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
+            return Ok(None);
+        }
         if matches!(&prepared.method, Method::Technique(t) if t.card().needs.sites) {
             return Ok(None);
         }

@@ -36,6 +36,8 @@ pub struct Points {
     pub t: Vec<DVec3>,
     /// Positions, metres, which point lights and meshes need.
     pub p: Option<Vec<DVec3>>,
+    /// Texture coordinates, which techniques with data per texel need, beside tangents along which u grows.
+    pub uv: Option<Vec<[f32; 2]>>,
 }
 
 /// What is evaluated at points.
@@ -95,13 +97,19 @@ impl Points {
     /// Points of normals and views, with any tangents.
     pub fn new(n: Vec<DVec3>, wo: Vec<DVec3>) -> Self {
         let t = n.iter().map(|n| Frame::from_normal(*n).t).collect();
-        Self { n, wo, t, p: None }
+        Self { n, wo, t, p: None, uv: None }
     }
 
     /// Some of them.
     pub(crate) fn some(&self, which: impl Iterator<Item = usize> + Clone) -> Self {
         let of = |v: &[DVec3]| which.clone().map(|i| v[i]).collect();
-        Self { n: of(&self.n), wo: of(&self.wo), t: of(&self.t), p: self.p.as_deref().map(of) }
+        Self {
+            n: of(&self.n),
+            wo: of(&self.wo),
+            t: of(&self.t),
+            p: self.p.as_deref().map(of),
+            uv: self.uv.as_ref().map(|uv| which.clone().map(|i| uv[i]).collect()),
+        }
     }
 }
 
@@ -185,7 +193,7 @@ fn baked(
         _ => None,
     };
     let local = match r.local.as_ref().filter(|_| !lights.is_empty()) {
-        Some(local) => Some(local_shading(local, r, &lights, &task)?),
+        Some(local) => Some(local_shading(local, (r, q), &lights, &task)?),
         None => None,
     };
     let (shadows, local) = (shadows.as_ref(), local.as_deref());
@@ -196,7 +204,7 @@ fn baked(
 /// Shading of local light at points, which lie in no triangles.
 fn local_shading(
     local: &Local,
-    r: &Request,
+    (r, q): (&Request, &Points),
     lights: &LocalLights,
     task: &Task,
 ) -> Result<Box<dyn LocalShading>, Error> {
@@ -205,7 +213,13 @@ fn local_shading(
         let why = "interpolates between the corners of triangles, and points have none";
         return Err(Error::usage(format!("{slug} {why}: use {slug}:rate=pixel")));
     }
-    let bake = local.bake(&r.brdf, task)?;
+    if local.is_textured(false) && q.uv.is_none() {
+        let slug = local.technique.card().slug;
+        return Err(Error::input(format!(
+            "{slug} has data per texel: the points need texture coordinates (columns u,v)"
+        )));
+    }
+    let bake = local.bake(&r.brdf, None, task)?;
     let frame = LocalFrame { lights, view: &View::default(), mesh: None, shadowed: false };
     Ok(bake.lit(&frame)?)
 }
@@ -288,6 +302,9 @@ fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[u
         buf.push(q.n[i].as_vec3(), q.t[i].as_vec3(), q.wo[i].as_vec3(), p);
     }
     let mut all: Batch<'_> = buf.as_points();
+    let uv = [0, 1]
+        .map(|k| q.uv.iter().flat_map(|uv| points.iter().map(move |i| uv[*i][k])).collect::<Vec<f32>>());
+    all.uv = uv.each_ref().map(Vec::as_slice);
     // Every point is its own site.
     let sites: Vec<u32> = points.iter().map(|&i| i as u32).collect();
     let weights = vec![0.0f32; points.len()];

@@ -16,6 +16,7 @@ use steradian_prefilter::{Cosine, SmallLight, Zonal};
 use steradian_render::{MIN_ALPHA, NormalMap, SurfaceMaps, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
+use steradian_techniques::local::Content;
 use steradian_techniques::{AnyTechnique, SavedBake};
 
 /// The light where none is given.
@@ -414,6 +415,34 @@ impl Session {
         planes
             .map(|p| (w, h, p))
             .ok_or_else(|| Error::input(format!("{}: has no red, green and blue", path.display())))
+    }
+
+    /// What a file of a technique for local light holds: planes, and what is put behind their name.
+    pub(crate) fn plane(
+        &mut self,
+        path: &Path,
+        content: Content,
+    ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
+        let one = |t: Arc<Texture>| vec![(String::new(), t)];
+        let empty = || Error::input(format!("{}: is empty", path.display()));
+        Ok(match content {
+            Content::Heights => {
+                let (w, h, z) = self.heights(path)?;
+                one(Texture::new(w, h, &[z.clone(), z.clone(), z]).map(Arc::new).ok_or_else(empty)?)
+            }
+            Content::Normals => {
+                let map = self.normal_map(path, 1.0)?.normal.ok_or_else(empty)?;
+                one(Arc::new(map.mean().clone()))
+            }
+            Content::Colours => one(self.texture(path)?),
+            Content::Numbers => {
+                let (w, h, planes) = self.data(path)?;
+                one(Texture::new(w, h, &planes).map(Arc::new).ok_or_else(empty)?)
+            }
+            Content::Polynomials => {
+                return Err(Error::input(format!("{}: is no polynomial texture map", path.display())));
+            }
+        })
     }
 
     /// Loads a tangent-space normal map (glTF's: green up).

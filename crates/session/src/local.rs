@@ -1,9 +1,14 @@
 //! Techniques for directional and point lights, as they are asked for.
 
-use crate::Error;
-use steradian_base::{Certificate, Evidence, ParamValues, Task, split_spec, unknown};
+use crate::scene_file::below;
+use crate::{Error, Session};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
 use steradian_brdf::SharedBrdf;
-use steradian_techniques::local::{AnyLocal, LocalBake, find_local, locals};
+use steradian_scene::Mesh;
+use steradian_scene::surface::{NormalMap, Planes};
+use steradian_techniques::local::{AnyLocal, Content, LocalBake, find_local, locals};
 
 /// A technique for directional and point lights with its parameters.
 #[derive(Clone)]
@@ -12,6 +17,10 @@ pub struct Local {
     pub technique: &'static dyn AnyLocal,
     /// Its parameters.
     pub params: ParamValues,
+    /// What the files hold that its parameters name ([`Session::open_local`]).
+    planes: Planes,
+    /// The last bake, and what it was made of.
+    made: Arc<Mutex<Option<(String, Arc<dyn LocalBake>)>>>,
 }
 
 impl Local {
@@ -33,7 +42,8 @@ impl Local {
         })?;
         let params = ParamValues::parse(body, technique.params());
         let params = params.map_err(|e| Error::usage(format!("{spec}: {e}")))?;
-        Ok(Some(Self { technique, params }))
+        let (planes, made) = (Planes::default(), Arc::default());
+        Ok(Some(Self { technique, params, planes, made }))
     }
 
     /// Every name that [`Local::parse`] knows, `exact` first.
@@ -44,7 +54,7 @@ impl Local {
     /// The technique's slug with the parameters that were given.
     pub fn label(&self) -> String {
         let slug = self.technique.card().slug;
-        let body = self.params.body(self.technique.params());
+        let body = self.params.body_without_folders(self.technique.params());
         if self.params.0.is_empty() { slug.into() } else { format!("{slug}:{body}") }
     }
 
@@ -53,10 +63,77 @@ impl Local {
         self.technique.card().needs.view
     }
 
-    /// Tabulates a reflectance.
-    pub(crate) fn bake(&self, brdf: &SharedBrdf, task: &Task) -> Result<Box<dyn LocalBake>, Error> {
-        let material = steradian_techniques::Material::new(brdf.clone());
-        Ok(self.technique.bake(&material, &self.params, task)?)
+    /// The files that its parameters name.
+    fn files(&self) -> impl Iterator<Item = (&'static str, Content, &Path)> {
+        self.technique.planes().iter().filter_map(|p| match self.params.0.get(p.name) {
+            Some(Value::File(path)) => Some((p.name, p.content, path.as_path())),
+            _ => None,
+        })
+    }
+
+    /// Does it shade with data per texel, of its own files or of the material's normals?
+    pub fn is_textured(&self, normals: bool) -> bool {
+        self.files().next().is_some() || (normals && self.reads_normals())
+    }
+
+    /// Does it take the material's normal map where it has no file of normals or heights?
+    fn reads_normals(&self) -> bool {
+        self.technique.planes().iter().any(|p| p.content == Content::Normals)
+    }
+
+    /// Refuses a mesh on which data per texel have no place; `name` is what messages call it.
+    pub fn check_mesh(&self, mesh: &Mesh, normals: bool, name: &str) -> Result<(), Error> {
+        if self.is_textured(normals) && mesh.uvs.len() != mesh.positions.len() {
+            let slug = self.technique.card().slug;
+            return Err(Error::input(format!("{name}: has no texture coordinates, which {slug} needs")));
+        }
+        Ok(())
+    }
+
+    /// Tabulates a reflectance with the planes of the files, or the normals of the material where there are none.
+    pub(crate) fn bake(
+        &self,
+        brdf: &SharedBrdf,
+        normals: Option<&NormalMap>,
+        task: &Task,
+    ) -> Result<Arc<dyn LocalBake>, Error> {
+        if let Some((name, ..)) = self.files().find(|f| !self.planes.has(f.0)) {
+            return Err(Error::failed(format!("the file of '{name}' was not opened")));
+        }
+        let normals = normals.filter(|_| self.planes.is_empty() && self.reads_normals());
+        let of = normals.map_or(std::ptr::null(), std::ptr::from_ref);
+        let key = format!("{} {:?} {of:p}", brdf.spec(), task.tolerance());
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, bake)) = made.as_ref().filter(|m| m.0 == key) {
+            return Ok(bake.clone());
+        }
+        let mut planes = self.planes.clone();
+        if let (Some(map), Some(p)) =
+            (normals, self.technique.planes().iter().find(|p| p.content == Content::Normals))
+        {
+            planes = planes.with(p.name, Arc::new(map.mean().clone()));
+        }
+        let material = steradian_techniques::Material::new(brdf.clone()).with_textures(planes);
+        let bake: Arc<dyn LocalBake> = self.technique.bake(&material, &self.params, task)?.into();
+        *made = Some((key, bake.clone()));
+        Ok(bake)
+    }
+}
+
+impl Session {
+    /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
+    pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
+        let mut planes = Planes::default();
+        for (name, content, path) in local.files() {
+            let file = match folder {
+                Some(folder) => below(folder, &path.to_string_lossy())?,
+                None => path.to_path_buf(),
+            };
+            for (suffix, texture) in self.plane(&file, content)? {
+                planes = planes.with(&format!("{name}{suffix}"), texture);
+            }
+        }
+        Ok(Local { planes, made: Arc::default(), ..local.clone() })
     }
 }
 

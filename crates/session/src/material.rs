@@ -9,6 +9,7 @@ use steradian_brdf::{Form, SharedBrdf};
 use steradian_light::Lights;
 use steradian_reference::{Lookup, Reference};
 use steradian_render::{BakeShader, DirectShader, ReferenceShader, Shader, Surface, SurfaceMaps, Texture};
+use steradian_scene::surface::NormalMap;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
@@ -77,6 +78,9 @@ pub struct Prepared {
     pub lit: bool,
     /// Relative RMS error over points of the picture, against the reference, where that was measured.
     pub picture_error: Option<f64>,
+    /// The normals of its technique for directional and point lights, which all other light is shaded with where the material
+    /// has none.
+    pub(crate) bumps: Option<Arc<NormalMap>>,
     /// The technique's bake; `None` for the reference.
     pub(crate) bake: Option<Arc<BakeShader>>,
     /// The reflectance, and the lights that are shaded with it on top of the technique.
@@ -112,6 +116,7 @@ impl Prepared {
             varies: Varies::NONE,
             lit: false,
             picture_error: None,
+            bumps: None,
             bake: None,
             #[cfg(any(feature = "gpu", feature = "web"))]
             direct: (material.brdf.clone(), Direct::default()),
@@ -138,7 +143,8 @@ impl Prepared {
 
     /// The same data under another material's textures; it costs nothing.
     pub(crate) fn shared(&self, material: &Material) -> Self {
-        let (base_colour, maps) = (material.base_colour.clone(), material.maps.clone());
+        let (base_colour, mut maps) = (material.base_colour.clone(), material.maps.clone());
+        maps.normal = maps.normal.or_else(|| self.bumps.clone());
         Self {
             material: material.clone(),
             surface: Surface { shader: self.surface.shader.clone(), base_colour, maps },
@@ -237,6 +243,12 @@ impl Session {
     ) -> Result<Prepared, Error> {
         let start = Instant::now();
         let mut view = view(under.camera);
+        let baked = self.bake_local(material, method, under, task)?;
+        let bumps = baked.as_ref().and_then(|b| b.normals()).filter(|_| material.maps.normal.is_none());
+        let asked = material;
+        let mut bumpy = material.clone();
+        bumpy.maps.normal = bumpy.maps.normal.or_else(|| bumps.clone());
+        let material = &bumpy;
         let (bake, direct, lights) = match method {
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
@@ -252,9 +264,8 @@ impl Session {
             }
             _ => None,
         };
-        let local = match material.local.as_ref().filter(|_| !lights.is_empty()) {
-            Some(local) => {
-                let bake = local.bake(&material.brdf, &task.clone().with_tolerance(under.tolerance))?;
+        let local = match baked.filter(|_| !lights.is_empty()) {
+            Some(bake) => {
                 let view = View { eye: eye(under.camera), ..view };
                 let mesh = Some(&under.scene.mesh);
                 let frame = LocalFrame { lights: &lights, view: &view, mesh, shadowed: shadows.is_some() };
@@ -264,7 +275,27 @@ impl Session {
             None => None,
         };
         let prepared = framed(material, method, bake, Beside { direct, local, shadows }, &view);
-        Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Prepared { seconds, material: asked.clone(), bumps, ..prepared })
+    }
+
+    /// The tables of a material's technique for directional and point lights, where there are such lights.
+    fn bake_local(
+        &self,
+        material: &Material,
+        method: &Method,
+        under: Under<'_>,
+        task: &Task,
+    ) -> Result<Option<Arc<dyn LocalBake>>, Error> {
+        let Some(local) = material.local.as_ref().filter(|_| matches!(method, Method::Technique(_))) else {
+            return Ok(None);
+        };
+        if under.lights.directionals.is_empty() && under.lights.points.is_empty() {
+            return Ok(None);
+        }
+        local.check_mesh(&under.scene.mesh, material.maps.normal.is_some(), "the mesh")?;
+        let task = task.clone().with_tolerance(under.tolerance);
+        local.bake(&material.brdf, material.maps.normal.as_deref(), &task).map(Some)
     }
 
     /// `before` with what changed of its light or its reflectance: only those factors are baked again.
@@ -344,6 +375,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         varies: shader.varies(),
         lit: false,
         picture_error: None,
+        bumps: None,
         bake: None,
         #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), Direct::default()),
@@ -399,7 +431,7 @@ fn link(
 struct Beside {
     direct: Direct,
     /// Those of a technique of their own.
-    local: Option<(Box<dyn LocalBake>, Arc<dyn LocalShading>)>,
+    local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
     shadows: Option<Arc<Bvh>>,
 }
 
@@ -440,6 +472,7 @@ fn framed(
         varies,
         lit,
         picture_error: None,
+        bumps: None,
         bake: Some(bake),
         #[cfg(any(feature = "gpu", feature = "web"))]
         direct: (material.brdf.clone(), direct),

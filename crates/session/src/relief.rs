@@ -94,7 +94,8 @@ impl Session {
         Ok(HorizonFacts { width, height, layers, open, written })
     }
 
-    fn height_field(&mut self, file: &Path, relief: f64) -> Result<HeightField, Error> {
+    /// The heights of an image, 0 … 1, in rows from the top: its alpha where it has one, else its luminance.
+    pub(crate) fn heights(&mut self, file: &Path) -> Result<(usize, usize, Vec<f32>), Error> {
         let options = ReadOptions { limits: self.limits(), data: true, ..ReadOptions::default() };
         let raster = all_finite(file, read_image_with(file, &options)?)?;
         self.note_input(file);
@@ -108,6 +109,11 @@ impl Session {
             }),
         };
         let heights = heights.ok_or_else(|| Error::input(format!("{}: has no heights", file.display())))?;
+        Ok((width, height, heights))
+    }
+
+    fn height_field(&mut self, file: &Path, relief: f64) -> Result<HeightField, Error> {
+        let (width, height, heights) = self.heights(file)?;
         let scale = (relief * width as f64) as f32;
         let z = heights.into_iter().map(|v| v * scale).collect();
         HeightField::new(width, height, z).map_err(|e| Error::input(format!("{}: {e}", file.display())))

@@ -40,17 +40,18 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
     session.note_input(path);
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let file = SceneFile::parse(&path.display().to_string(), &text, Files::Below(&folder))?;
-    let mut meshes = Vec::new();
-    for m in &file.meshes {
-        meshes.push(load_mesh(&file, m, &folder, session)?.with_material(m.material as u32));
-    }
-    complete(&mut meshes);
-    let mesh = Mesh::merged(&meshes);
     let materials = file
         .materials
         .iter()
         .map(|m| material(&file, m, &folder, overrides, session))
         .collect::<Result<Vec<_>, _>>()?;
+    let mut meshes = Vec::new();
+    for m in &file.meshes {
+        let local = materials[m.material].local.as_ref();
+        meshes.push(load_mesh(&file, m, local, &folder, session)?.with_material(m.material as u32));
+    }
+    complete(&mut meshes);
+    let mesh = Mesh::merged(&meshes);
     let ground = file.ground.map(|i| materials[i].clone());
     let output = &file.output;
     let scene = Scene::new(mesh, materials, lights(&file, &folder, overrides, session)?);
@@ -90,13 +91,26 @@ fn environment(folder: &Path, name: &str) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-fn load_mesh(file: &SceneFile, m: &SceneMesh, folder: &Path, session: &mut Session) -> Result<Mesh, Error> {
+fn load_mesh(
+    file: &SceneFile,
+    m: &SceneMesh,
+    local: Option<&Local>,
+    folder: &Path,
+    session: &mut Session,
+) -> Result<Mesh, Error> {
     let loaded = match &m.source.value {
         MeshSource::Shape(name) => inputs::shape(name),
         MeshSource::File(name) => below(folder, name).and_then(|p| session.mesh_file(&p)),
     };
     let mut mesh = located(file, &m.source, loaded)?;
-    if file.materials[m.material].normal.is_some() {
+    let normals = file.materials[m.material].normal.is_some();
+    if let Some(local) = local {
+        let name = match &m.source.value {
+            MeshSource::Shape(name) | MeshSource::File(name) => name,
+        };
+        located(file, &m.source, local.check_mesh(&mesh, normals, name))?;
+    }
+    if normals || local.is_some_and(|l| l.is_textured(normals)) {
         make_tangents(std::slice::from_mut(&mut mesh));
     }
     if let Some(direction) = m.brushing {
@@ -125,7 +139,11 @@ fn material(
     };
     let local = match (&overrides.local, m.local.as_ref().or(file.output.local.as_ref())) {
         (Some(local), _) => local.clone(),
-        (None, Some(spec)) => located(file, spec, Local::parse(&spec.value))?,
+        (None, Some(spec)) => {
+            let parsed = located(file, spec, Local::parse(&spec.value))?;
+            let opened = parsed.map(|local| session.open_local(&local, Some(folder))).transpose();
+            located(file, spec, opened)?
+        }
         (None, None) => None,
     };
     let texture = m.base_colour.as_ref().map(|t| {

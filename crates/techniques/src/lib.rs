@@ -19,7 +19,8 @@ pub use certify::{Estimate, Model, Report, Target};
 pub use gpu::GpuTechnique;
 pub use interface::{
     AnyBake, AnyTechnique, Bake, BakeError, Capabilities, Card, Check, Claim, Erased, Geometry, Material,
-    Needs, Part, Parts, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique, Varies, View,
+    Needs, Part, Parts, PointChart, PointLobe, Points, PointsBuf, Radiance, Sites, SitesAt, Technique,
+    Varies, View,
 };
 pub use local::{AnyLocal, LocalBake, LocalLights, find_local, locals};
 pub use registry::{find, registry};

@@ -11,7 +11,7 @@ use crate::math::{INV_PI, above, half, largest, power_cosine};
 use crate::registry::Entry;
 use crate::shader::{BrdfShader, with};
 use crate::spec::{self, Args};
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
+use crate::{Brdf, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, hint};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -143,6 +143,10 @@ impl Brdf for BlinnPhongGl {
 
     fn spec(&self) -> String {
         spec::print(&GL_INFO, [("kd", self.kd.into()), ("ks", self.ks.into()), ("n", self.n.into())])
+    }
+
+    fn form(&self) -> Form {
+        Form::BlinnPhongGl { kd: self.kd, ks: self.ks, n: self.n }
     }
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

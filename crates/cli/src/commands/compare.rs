@@ -19,7 +19,7 @@ use steradian_session::comparison::{
 };
 use steradian_session::{
     DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, check_output,
-    for_any_mesh, light_as_baked,
+    for_any_mesh, light_as_baked, make_tangents,
 };
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
@@ -300,13 +300,19 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
 fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Case>, Failure> {
-    let Model { mesh, materials } = context.model(&o.mesh)?;
+    let Model { mut mesh, materials } = context.model(&o.mesh)?;
     if o.sweep.is_some() && (o.brdf.is_empty() || !bakes.is_empty()) {
         return Err(Failure::usage(
             "--sweep varies a reflectance or its techniques: give --brdf, and no --bake",
         ));
     }
-    let local = o.local.get()?.flatten();
+    let local = o.local.open(context)?.flatten();
+    if let Some(local) = &local {
+        local.check_mesh(&mesh, false, &o.mesh)?;
+    }
+    if local.as_ref().is_some_and(|l| l.is_textured(false)) {
+        make_tangents(std::slice::from_mut(&mut mesh));
+    }
     let material = |brdf, params: &ParamValues, base_colour, maps| Material {
         brdf,
         method: None,
@@ -415,7 +421,7 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
             environment: environment.cloned(),
             adjust: o.adjust.get(),
             method: None,
-            local: o.local.get()?,
+            local: o.local.open(context)?,
         };
         let mut scene = context.scene_file(Path::new(&o.mesh), &overrides)?;
         o.light.iter().for_each(|l| l.join(&mut scene.lights));

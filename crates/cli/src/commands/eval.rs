@@ -37,7 +37,7 @@ pub struct Options {
     /// Light that varies over space, as `probes` writes it, in place of every other; needs px,py,pz
     #[arg(long, value_name = "FILE", conflicts_with_all = ["environment", "sun_lights", "light", "suns", "local", "bake"])]
     probes: Option<PathBuf>,
-    /// CSV with columns nx,ny,nz,vx,vy,vz and optionally tx,ty,tz and px,py,pz; - is standard input
+    /// CSV with columns nx,ny,nz,vx,vy,vz and optionally tx,ty,tz, px,py,pz and u,v; - is standard input
     #[arg(short, long, value_name = "FILE.csv")]
     points: PathBuf,
     /// Technique, or reference [default: reference]
@@ -92,6 +92,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if points.p.is_none() && !request.lights.points.is_empty() {
         return Err(Failure::input(format!("{name}: point lights need the columns px,py,pz")));
     }
+    if request.local.as_ref().is_some_and(|l| l.is_textured(false)) {
+        if let Some(column) = ["u", "v", "tx", "ty", "tz"].into_iter().find(|c| table.column(c).is_none()) {
+            let why = format!("data per texel need the columns u,v and tx,ty,tz: there is no {column}");
+            return Err(Failure::input(format!("{name}: {why}")));
+        }
+    }
     let (answers, missed) = context.eval(&request, &points)?.even_if_missed();
     write(&o, table, &answers, context)?;
     let of = if answers.certificate.is_some() { "RMS over normals and views" } else { "column err" };
@@ -122,7 +128,7 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         brdf,
         method,
         params: inputs::parameters(&o.params)?,
-        local: o.local.get()?.flatten(),
+        local: o.local.open(context)?.flatten(),
         tolerance: o.tolerance,
         lookup: o.lookup.map(Reading::lookup),
         probes: o.probes.as_ref().map(|p| context.probes(p)).transpose()?.map(Arc::new),
@@ -137,7 +143,11 @@ fn points(table: &CsvTable) -> Result<Points, Failure> {
         Some(t) => n.iter().zip(t).map(|(n, t)| Frame::from_normal_tangent(*n, t).t).collect(),
         None => n.iter().map(|n| Frame::from_normal(*n).t).collect(),
     };
-    Ok(Points { n, wo, t, p: csv::optional(table, ["px", "py", "pz"])? })
+    let uv = match table.column("u").or(table.column("v")) {
+        Some(_) => Some(table.vectors(["u", "v"])?.into_iter().map(|uv| uv.map(|x| x as f32)).collect()),
+        None => None,
+    };
+    Ok(Points { n, wo, t, p: csv::optional(table, ["px", "py", "pz"])?, uv })
 }
 
 fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Context) -> Outcome {

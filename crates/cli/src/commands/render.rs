@@ -255,7 +255,8 @@ pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     context.suns = o.lights.suns();
     context.shadows = o.shadows.unwrap_or_default();
     let mut scene = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        context.scene_file(Path::new(&o.input), &overrides(o)?)?
+        let overrides = overrides(o, context)?;
+        context.scene_file(Path::new(&o.input), &overrides)?
     } else {
         bare(o, context)?
     };
@@ -308,12 +309,13 @@ fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Fa
         _ => true,
     });
     let taken = |l: &Local| (l.technique.card().materials)(&*brdf).is_ok();
-    let local = o.local.get()?.flatten().filter(taken);
+    // A ground has no texture coordinates.
+    let local = o.local.get()?.flatten().filter(taken).filter(|l| !l.is_textured(false));
     Ok(Material { method, local, ..Material::new(brdf) })
 }
 
 /// What the command line changes in a scene file.
-fn overrides(o: &Options) -> Result<SceneOverrides, Failure> {
+fn overrides(o: &Options, context: &mut Context) -> Result<SceneOverrides, Failure> {
     let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
     if o.brdf.is_some()
         || o.bake.is_some()
@@ -327,7 +329,7 @@ fn overrides(o: &Options) -> Result<SceneOverrides, Failure> {
         return Err(Failure::usage(why));
     }
     let method = o.technique.as_deref().map(Method::find).transpose()?;
-    let local = o.local.get()?;
+    let local = o.local.open(context)?;
     Ok(SceneOverrides { environment: o.environment.clone(), adjust: o.adjust.get(), method, local })
 }
 
@@ -337,7 +339,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         return Err(Failure::usage("--param belongs to a technique: name it with --technique"));
     }
     let params = inputs::parameters(&o.params)?;
-    let local = o.local.get()?.flatten();
+    let local = o.local.open(context)?.flatten();
     let file = o.bake.as_deref().map(|p| saved_bake(p, o, context)).transpose()?;
     let method = match &file {
         Some(file) => Some(Method::File(file.clone())),
@@ -355,7 +357,11 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         return Err(Failure::usage(why));
     }
     let given_maps = maps(o, &model.mesh, context)?;
-    if given_maps.normal.is_some() {
+    let textured = local.as_ref().is_some_and(|l| l.is_textured(false));
+    if let Some(local) = &local {
+        local.check_mesh(&model.mesh, false, &o.input)?;
+    }
+    if given_maps.normal.is_some() || textured {
         make_tangents(std::slice::from_mut(&mut model.mesh));
     }
     if o.plain {

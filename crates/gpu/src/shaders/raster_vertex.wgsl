@@ -11,7 +11,7 @@ fn gpu_vertex(@builtin(vertex_index) i: u32) -> GpuVarying {
     out.uv = gpu_uv(v);
     out.extra = vec4<f32>(gpu_vertex_colour(v), gpu_bend(gpu_corners(i / 3u)));
     // Only textures and meshes without normals need it.
-    if GPU_MAPPED || gpu_object.images[GPU_TINT].levels > 0u || gpu_object.images[GPU_EMISSION].levels > 0u || all(out.n == vec3<f32>(0.0)) {
+    if GPU_MAPPED || GPU_SITED || gpu_object.images[GPU_TINT].levels > 0u || gpu_object.images[GPU_EMISSION].levels > 0u || all(out.n == vec3<f32>(0.0)) {
         out.plane = gpu_plane(gpu_corners(i / 3u));
     }
     if GPU_SITED {

@@ -94,21 +94,26 @@ fn gpu_sample(image: texture_2d<f32>, uv: vec2<f32>, footprint: f32, part: GpuIm
     return mix(a, b, lod - low);
 }
 
+// The unit normal as interpolated, or that of the triangle.
+fn gpu_outward(s: GpuPoint) -> vec3<f32> {
+    let length_n = length(s.n);
+    if length_n > 0.0 {
+        return s.n / length_n;
+    }
+    return s.plane.xyz;
+}
+
 // Radiance towards the viewer.
 fn gpu_radiance(s: GpuPoint) -> vec3<f32> {
     let away = gpu_camera.origin.xyz - s.p;
     let wo = select(normalize(away), -gpu_camera.forward.xyz, gpu_camera.origin.w > 0.0);
-    let length_n = length(s.n);
-    var outward = s.plane.xyz;
-    if length_n > 0.0 {
-        outward = s.n / length_n;
-    }
+    let outward = gpu_outward(s);
     // Side of the square on the surface that this point stands for, in metres.
     let spacing = gpu_camera.film.w * gpu_camera.up.w * select(length(away), 1.0, gpu_camera.origin.w > 0.0);
     let footprint = spacing / sqrt(max(abs(dot(s.plane.xyz, wo)), 0.05));
     let look = gpu_look(s, outward, wo, footprint);
-    var l = gpu_reflected(look, wo, s) * s.extra.rgb;
     let side = footprint * s.plane.w;
+    var l = gpu_reflected(look, wo, s, side) * s.extra.rgb;
     if gpu_object.images[GPU_TINT].levels > 0u {
         l *= gpu_sample(gpu_tint, s.uv, side, gpu_object.images[GPU_TINT]);
     }

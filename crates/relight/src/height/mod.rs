@@ -13,7 +13,7 @@ mod walk;
 pub use ellipse::{Ellipse, Ellipses};
 pub use horizon::Horizons;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Texels of a field at most: what 32-bit indices reach.
 const MOST: usize = 1 << 31;
@@ -84,6 +84,12 @@ impl HeightField {
         let (i, j) = (i as i64, j as i64);
         let (dx, dy) = (self.at(i + 1, j) - self.at(i - 1, j), self.at(i, j - 1) - self.at(i, j + 1));
         Vec3::new(-dx, -dy, 2.0).normalize()
+    }
+
+    /// Does light from the direction `d` (x to the right, y up, z out of the picture) reach a texel? A ray is followed over four
+    /// periods.
+    pub fn sees(&self, i: usize, j: usize, d: DVec3) -> bool {
+        walk::sees(self, (i, j), d)
     }
 
     /// Smallest and largest height.

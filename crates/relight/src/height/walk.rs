@@ -2,6 +2,7 @@
 //! distance, so the highest slope that is seen from the line's start is that of a crossing.
 
 use super::HeightField;
+use glam::DVec3;
 use steradian_parallel::prelude::*;
 
 /// Texels of a row that are taken together.
@@ -20,11 +21,10 @@ struct Crossing {
     inverse: f32,
 }
 
-/// The crossings of lines of azimuth `phi`, by distance.
-fn crossings(field: &HeightField, phi: f64) -> Vec<Crossing> {
+/// The crossings of lines of azimuth `phi` up to `reach`, by distance.
+fn crossings(field: &HeightField, phi: f64, reach: f64) -> Vec<Crossing> {
     // Rows count downwards.
     let (di, dj) = (phi.cos(), -phi.sin());
-    let reach = (PERIODS * field.width.max(field.height)) as f64;
     let (w, h) = (field.width as i64, field.height as i64);
     let mut out: Vec<(f64, Crossing)> = Vec::new();
     let mut add = |s: f64, first: (i64, i64), second: (i64, i64), weight: f64| {
@@ -55,6 +55,32 @@ fn crossings(field: &HeightField, phi: f64) -> Vec<Crossing> {
     out.into_iter().map(|c| c.1).collect()
 }
 
+/// How far lines are followed.
+fn reach(field: &HeightField) -> f64 {
+    (PERIODS * field.width.max(field.height)) as f64
+}
+
+/// Does light from the direction `d` reach the texel of column `i` and row `j`?
+pub fn sees(field: &HeightField, (i, j): (usize, usize), d: DVec3) -> bool {
+    let across = d.x.hypot(d.y);
+    if d.z <= 0.0 {
+        return false;
+    }
+    if across < 1e-12 {
+        return true;
+    }
+    let (slope, z) = (d.z / across, field.z[j * field.width + i]);
+    let rise = f64::from(field.range().1 - z);
+    let below = |c: &Crossing| {
+        let [a, b] = c.ends.map(|(right, down)| {
+            field.z[(j + down) % field.height * field.width + (i + right) % field.width]
+        });
+        f64::from((a + c.weight * (b - a) - z) * c.inverse) <= slope
+    };
+    // Beyond, the ray is above all heights.
+    crossings(field, d.y.atan2(d.x), (rise / slope).min(reach(field))).iter().all(below)
+}
+
 /// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth by azimuth.
 pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
     let (w, h) = (field.width, field.height);
@@ -62,7 +88,8 @@ pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool +
     let wide = w + BLOCK.max(w);
     let rows: Vec<f32> = (0..h).flat_map(|j| (0..wide).map(move |i| field.z[j * w + i % w])).collect();
     let highest = field.range().1;
-    let lines: Vec<Vec<Crossing>> = azimuths.par_iter().map(|phi| crossings(field, *phi)).collect();
+    let reach = reach(field);
+    let lines: Vec<Vec<Crossing>> = azimuths.par_iter().map(|phi| crossings(field, *phi, reach)).collect();
     let mut out = vec![0.0; w * h * azimuths.len()];
     out.par_chunks_mut(w).enumerate().for_each(|(row, best)| {
         if !go_on() {

@@ -38,9 +38,14 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// Does the reflected radiance vary no faster than the mesh's own normals?
+    fn is_smooth(&self) -> bool {
+        self.maps.is_empty() && !self.shader.is_textured()
+    }
+
     /// Does nothing vary within a pixel but what the mesh's own normals vary?
     fn is_even(&self) -> bool {
-        self.maps.is_empty() && self.maps.emission.is_none()
+        self.maps.is_empty() && self.maps.emission.is_none() && !self.shader.is_textured()
     }
 }
 

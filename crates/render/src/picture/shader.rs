@@ -19,6 +19,11 @@ use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, Varies};
 pub trait Shader: Send + Sync {
     /// Writes the radiance of every point of `q`.
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled>;
+
+    /// Does it read data per texel?
+    fn is_textured(&self) -> bool {
+        false
+    }
 }
 
 /// A technique's bake.
@@ -56,6 +61,10 @@ impl Shader for DirectShader {
             local.add(shadows, q, out);
         }
         Ok(())
+    }
+
+    fn is_textured(&self) -> bool {
+        self.local.as_ref().is_some_and(|l| l.is_textured())
     }
 }
 

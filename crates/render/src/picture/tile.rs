@@ -9,7 +9,7 @@ use crate::Film;
 use glam::Vec3;
 use steradian_base::{Cancelled, Task};
 use steradian_scene::{Camera, Ray};
-use steradian_techniques::{PointsBuf, Radiance};
+use steradian_techniques::{PointChart, PointsBuf, Radiance};
 
 /// Points per call of a shader.
 const BATCH: usize = 2048;
@@ -218,6 +218,12 @@ impl Job<'_> {
             group.points.push_lobe([l.n, l.t, f.wo, f.p], l.lobe);
         }
         group.points.locate(f.uv, f.corners, f.weights);
+        group.points.chart(PointChart {
+            n: f.n.to_array(),
+            t: f.tangent.to_array(),
+            side: f.side * if f.along.w < 0.0 { -1.0 } else { 1.0 },
+            footprint: side,
+        });
         let texture = surface.base_colour.as_ref().map(|t| Vec3::from(t.sample(f.uv.x, f.uv.y, side)));
         if texture.is_some() || !self.stage.mesh.colors.is_empty() {
             group.tint.push((texture.unwrap_or(Vec3::ONE) * f.colour).to_array());
@@ -230,7 +236,7 @@ impl Job<'_> {
     fn shade(&mut self, task: &Task) -> Result<(), Cancelled> {
         for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
             let shade = |q: &PointsBuf| shade(&*surface.shader, q, task);
-            let mut rgb = if self.settings.share && self.settings.interpolate && surface.maps.is_empty() {
+            let mut rgb = if self.settings.share && self.settings.interpolate && surface.is_smooth() {
                 let (size, whole) = ((self.width, self.height), self.whole(group));
                 Seen { size, points: &group.points, whole: &whole }.radiance(shade)?
             } else {

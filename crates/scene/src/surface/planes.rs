@@ -22,6 +22,13 @@ impl Planes {
         self.0.get(name)
     }
 
+    /// Is there a plane of this name, or are there planes called NAME.0, NAME.1 and so on?
+    pub fn has(&self, name: &str) -> bool {
+        let part =
+            |n: &String| n.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        self.0.keys().any(part)
+    }
+
     /// Names and planes in the order of the names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Arc<Texture>)> {
         self.0.iter().map(|(name, t)| (name.as_str(), t))

@@ -53,6 +53,7 @@ fn gathered(q: &Points<'_>, some: impl Iterator<Item = usize> + Clone) -> Points
         p: of(q.p, some.clone()),
         lobe: of(q.lobe, some.clone()),
         uv: of(q.uv, some.clone()),
+        chart: of(q.chart, some.clone()),
         corners: of(q.site.index, some.clone()),
         weights: of(q.site.weight, some),
     }

@@ -7,6 +7,7 @@ const PLANE: &str = include_str!("plane.wgsl");
 const GLOBE: &str = include_str!("globe.wgsl");
 const LINE: &str = include_str!("line.wgsl");
 const BETWEEN: &str = include_str!("between.wgsl");
+const TEXTURE: &str = include_str!("texture.wgsl");
 
 /// What the shapes of the technique's tables need, then `fetch_NAME` of each table and buffer.
 pub fn functions(technique: &GpuTechnique, storage: Storage) -> String {
@@ -16,6 +17,7 @@ pub fn functions(technique: &GpuTechnique, storage: Storage) -> String {
         (any(|s| matches!(s, Shape::Plane | Shape::PlaneStack)), PLANE),
         (any(|s| *s == Shape::GlobeStack), GLOBE),
         (any(|s| *s == Shape::Line), LINE),
+        (any(|s| matches!(s, Shape::Texture { .. })), TEXTURE),
         (any(|s| matches!(s, Shape::EdgeCubeChain(_) | Shape::CubeStack | Shape::PlaneStack)), BETWEEN),
     ];
     let mut out: String = shared.iter().filter(|s| s.0).map(|s| s.1).collect();
@@ -48,6 +50,11 @@ fn table(t: &Table) -> String {
             one("uv: vec2<f32>, k: u32", "vec4<f32>", format!("globe_texels(table_{name}, uv, k)"))
         }
         Shape::Line => one("u: f32", "vec4<f32>", format!("line_texels(table_{name}, u)")),
+        Shape::Texture { levels, rows, wrap } => {
+            let shape = format!("vec3<u32>({levels}u, {rows}u, {wrap}u)");
+            let value = format!("texture_texels(table_{name}, uv, footprint, k, {shape})");
+            one("uv: vec2<f32>, footprint: f32, k: u32", "vec4<f32>", value)
+        }
     }
 }
 

@@ -47,7 +47,8 @@ pub struct Entry {
     /// Does it take a lobe per point: `struct Lobe`, the members of [`crate::PointLobe`]?
     pub lobe: bool,
     /// Does it take the point's place on the mesh? `struct Site` holds the three sites around the point, their weights,
-    /// which sum to 1, and texture coordinates: `index: vec3<u32>`, `weight: vec3<f32>`, `uv: vec2<f32>`; and
+    /// which sum to 1, texture coordinates and how these lie on the surface ([`crate::PointChart`]): `index: vec3<u32>`, `weight:
+    /// vec3<f32>`, `uv: vec2<f32>`, `n: vec3<f32>`, `t: vec4<f32>` (w the side of the bitangent), `footprint: f32`; and
     /// `fetch_NAME_at(site, k)` is number k of a buffer there.
     pub site: bool,
 }
@@ -107,6 +108,17 @@ pub enum Shape {
     Plane,
     /// A row whose outer texels lie on 0 and 1: `fetch_NAME(u: f32) -> vec4<f32>`, linear.
     Line,
+    /// Textures of a surface, a layer each, whose levels lie one below the other ([`crate::shared::texels::Texels`]):
+    /// `fetch_NAME(uv: vec2<f32>, footprint: f32, k: u32) -> vec4<f32>` of layer k, averaged over a square of side `footprint`
+    /// in texture coordinates: bilinear in the two nearest levels.
+    Texture {
+        /// Levels.
+        levels: u32,
+        /// Rows of the finest.
+        rows: u32,
+        /// What lies beyond the unit square in u (two bits) and v: 0 repeats, 1 mirrors, 2 clamps.
+        wrap: u32,
+    },
 }
 
 impl Shape {

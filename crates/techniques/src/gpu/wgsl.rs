@@ -24,7 +24,7 @@ pub enum Binding {
     Buffer(usize),
     /// `@group(1)`: points as planes of f32 n.x n.y n.z t.x … wo.x … p.x … p.z, then where the entry takes a lobe the
     /// planes of [`crate::Points::lobe`], then where it takes a site the planes of three indices (as bits), two weights,
-    /// u and v; read-only storage.
+    /// u and v, and those of [`crate::Points::chart`]; read-only storage.
     Points,
     /// `@group(1)`: planes r g b of f32, storage.
     Radiance,
@@ -132,6 +132,7 @@ mod tests {
             ("planes", Shape::PlaneStack, "fetch_planes(n.xy, 0.5).rgb + fetch_planes_layer(n.xy, 1u).rgb"),
             ("globes", Shape::GlobeStack, "fetch_globes(n.xy, 1u).rgb"),
             ("line", Shape::Line, "fetch_line(n.x).rgb"),
+            ("texture", Shape::Texture { levels: 2, rows: 1, wrap: 6 }, "fetch_texture(n.xy, 0.5, 1u).rgb"),
         ];
         let sum: Vec<_> = shapes.iter().map(|s| s.2).collect();
         let sum = sum.join(" + ");

@@ -17,4 +17,4 @@ pub use inputs::{Geometry, Material, Sites, View};
 pub use part::Part;
 pub use points::{Points, PointsBuf, Radiance, SitesAt};
 pub use technique::{Bake, Parts, Technique};
-pub use vary::{PointLobe, Varies};
+pub use vary::{PointChart, PointLobe, Varies};

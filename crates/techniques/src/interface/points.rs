@@ -1,10 +1,10 @@
 //! Batches of surface points, structure of arrays.
 
-use super::PointLobe;
+use super::{PointChart, PointLobe};
 use glam::{Vec2, Vec3};
 
 /// A batch of surface points in world space; unit vectors away from the surface. All slices have one length,
-/// except those of `p`, `uv`, `site` and `lobe`, which may be empty.
+/// except those of `p`, `uv`, `chart`, `site` and `lobe`, which may be empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Points<'a> {
     /// Normals.
@@ -17,6 +17,8 @@ pub struct Points<'a> {
     pub p: [&'a [f32]; 3],
     /// Texture coordinates.
     pub uv: [&'a [f32]; 2],
+    /// How texture coordinates lie on the surface, as [`PointChart::to_array`] orders its numbers; empty: along `n` and `t`.
+    pub chart: [&'a [f32]; PointChart::LEN],
     /// Where transfer data were baked.
     pub site: SitesAt<'a>,
     /// Each point's own lobe, as [`PointLobe::to_array`] orders its numbers; empty: the material's. Read by
@@ -56,7 +58,14 @@ impl Points<'_> {
         let full = |s: &[f32]| s.len() == len;
         let optional = |s: &[f32]| s.is_empty() || s.len() == len;
         self.n.iter().chain(&self.wo).all(|s| full(s))
-            && self.t.iter().chain(&self.p).chain(&self.uv).chain(&self.site.weight).all(|s| optional(s))
+            && self
+                .t
+                .iter()
+                .chain(&self.p)
+                .chain(&self.uv)
+                .chain(&self.chart)
+                .chain(&self.site.weight)
+                .all(|s| optional(s))
             && self.site.index.iter().all(|s| s.is_empty() || s.len() == len)
             && (self.lobe.iter().all(|s| s.is_empty()) || self.lobe.iter().chain(&self.t).all(|s| full(s)))
     }
@@ -77,6 +86,8 @@ pub struct PointsBuf {
     pub lobe: [Vec<f32>; PointLobe::LEN],
     /// Texture coordinates: all points have some, or none.
     pub uv: [Vec<f32>; 2],
+    /// Charts: all points have one, or none.
+    pub chart: [Vec<f32>; PointChart::LEN],
     /// Sites of the three corners: all points have some, or none.
     pub corners: [Vec<u32>; 3],
     /// Weights of the second and third corner, as many as there are corners.
@@ -128,6 +139,15 @@ impl PointsBuf {
         }
     }
 
+    /// Says how texture coordinates lie on the surface at the point pushed last; those before it that were not told get zeros.
+    pub fn chart(&mut self, chart: PointChart) {
+        let Some(last) = self.len().checked_sub(1) else { return };
+        for (to, x) in self.chart.iter_mut().zip(chart.to_array()) {
+            to.resize(last, 0.0);
+            to.push(x);
+        }
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.n[0].len()
@@ -143,7 +163,12 @@ impl PointsBuf {
         for v in [&mut self.n, &mut self.t, &mut self.wo, &mut self.p] {
             v.iter_mut().for_each(Vec::clear);
         }
-        self.lobe.iter_mut().chain(&mut self.uv).chain(&mut self.weights).for_each(Vec::clear);
+        self.lobe
+            .iter_mut()
+            .chain(&mut self.uv)
+            .chain(&mut self.chart)
+            .chain(&mut self.weights)
+            .for_each(Vec::clear);
         self.corners.iter_mut().for_each(Vec::clear);
     }
 
@@ -170,6 +195,7 @@ impl PointsBuf {
             p: cut(&self.p, view(&self.p)),
             lobe: self.lobe.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
             uv: self.uv.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
+            chart: self.chart.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
             site: SitesAt {
                 index: self.corners.each_ref().map(|v| v.get(start..end).unwrap_or_default()),
                 weight: self.weights.each_ref().map(|v| v.get(start..end).unwrap_or_default()),

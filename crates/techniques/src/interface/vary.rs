@@ -1,5 +1,5 @@
-//! What may differ from point to point: the width of the lobe, the normals under the point, and the colours of the
-//! reflectance.
+//! What may differ from point to point: the width of the lobe, the normals under the point, the colours of the reflectance, and
+//! how texture coordinates lie on the surface.
 
 /// A point's own lobe. [`PointLobe::PLAIN`] is the material's, with one normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +43,36 @@ impl PointLobe {
 impl Default for PointLobe {
     fn default() -> Self {
         Self::PLAIN
+    }
+}
+
+/// How texture coordinates lie on the surface at a point: what techniques with data per texel need beside them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointChart {
+    /// Unit normal of the surface itself, before any normal map, on the viewer's side.
+    pub n: [f32; 3],
+    /// Unit tangent across it, along which u grows.
+    pub t: [f32; 3],
+    /// 1 where the bitangent, against which v grows, is n × t, −1 where it is t × n.
+    pub side: f32,
+    /// Side of the square in texture coordinates that the point stands for.
+    pub footprint: f32,
+}
+
+impl PointChart {
+    /// Numbers of a chart.
+    pub const LEN: usize = 8;
+
+    /// n, t, side, footprint.
+    pub fn to_array(self) -> [f32; Self::LEN] {
+        let ([nx, ny, nz], [tx, ty, tz]) = (self.n, self.t);
+        [nx, ny, nz, tx, ty, tz, self.side, self.footprint]
+    }
+
+    /// From [`PointChart::to_array`].
+    #[inline(always)]
+    pub fn from_array([nx, ny, nz, tx, ty, tz, side, footprint]: [f32; Self::LEN]) -> Self {
+        Self { n: [nx, ny, nz], t: [tx, ty, tz], side, footprint }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The error of a local technique: its f · ⟨n·wi⟩ against what it stands for.
 
+use super::Place;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use steradian_brdf::Brdf;
@@ -16,6 +17,17 @@ pub fn error(
     exact: &(dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + '_),
     shaded: impl Fn([f32; 3], [f32; 3]) -> [f32; 3],
 ) -> f64 {
+    error_at(brdf, |_| Place::default(), |_, wi, wo| exact(wi, wo), |_, wi, wo| shaded(wi, wo))
+}
+
+/// The same over places of textures too, one for each pair of directions: place `k` of as many as are asked for. Directions are
+/// drawn about the surface's own normal.
+pub fn error_at(
+    brdf: &dyn Brdf,
+    place: impl Fn(u32) -> Place,
+    exact: impl Fn(Place, DVec3, DVec3) -> [f64; 3],
+    shaded: impl Fn(Place, [f32; 3], [f32; 3]) -> [f32; 3],
+) -> f64 {
     let (lattice, mut random) = (R2::default(), Pcg32::new(7, 11));
     let (mut squares, mut energy) = (0.0, 0.0);
     for k in 0..PAIRS {
@@ -25,11 +37,21 @@ pub fn error(
         let Some(wi) = drawn.filter(|wi| wi.z > 0.0 && wo.z > 0.0) else { continue };
         let weight = 1.0 / (0.5 / (2.0 * PI) + 0.5 * brdf.pdf(wi, wo));
         let single = |d: DVec3| d.as_vec3().to_array();
-        let (a, b) = (shaded(single(wi), single(wo)), exact(wi, wo));
+        let at = place(k);
+        let (a, b) = (shaded(at, single(wi), single(wo)), exact(at, wi, wo));
         for c in 0..3 {
             squares += weight * (f64::from(a[c]) - b[c]).powi(2);
             energy += weight * b[c] * b[c];
         }
     }
     if energy > 0.0 { (squares / energy).sqrt() } else { squares.sqrt() }
+}
+
+/// Centres of the texels of a texture, spread over it: place `k` of [`error_at`], and the texel's column and row.
+pub fn texel(k: u32, (width, height): (usize, usize)) -> (Place, [usize; 2]) {
+    let p = R2::default().point(k.wrapping_add(17));
+    let cell = |u: f64, n: usize| ((u * n as f64) as usize).min(n - 1);
+    let (i, j) = (cell(p.x, width), cell(p.y, height));
+    let uv = [(i as f32 + 0.5) / width as f32, (j as f32 + 0.5) / height as f32];
+    (Place { uv, footprint: 0.0 }, [i, j])
 }

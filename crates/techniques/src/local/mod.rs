@@ -12,14 +12,16 @@
 mod certify;
 mod lights;
 mod per_point;
+mod textured;
 
-pub use certify::error;
+pub use certify::{error, error_at, texel};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
+pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
-use crate::rooms::{analytic_decomposition, banks_table, vertex_analytic};
+use crate::rooms::{analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, vertex_analytic};
 use crate::{BakeError, Card, GpuTechnique, Material, Points, Radiance, View};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -28,11 +30,14 @@ use std::sync::Arc;
 use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
 use steradian_brdf::Brdf;
 use steradian_scene::Mesh;
+use steradian_scene::surface::NormalMap;
 
 const LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
     &ErasedLocal::<banks_table::BanksTable>::new(),
     &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
+    &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
+    &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
 ];
 
 /// Every technique for local light, in the order of menus.
@@ -49,7 +54,7 @@ pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
 /// f · ⟨n·wi⟩ of two local directions.
 pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 
-/// A technique for local light.
+/// A technique for local light on surfaces whose reflectance is the same everywhere; others are [`TexturedTechnique`]s.
 pub trait LocalTechnique: Send + Sync + Sized + 'static {
     /// What the technique says of itself.
     const CARD: Card;
@@ -93,7 +98,7 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
 /// A local technique's functions as plain data for a GPU. All names begin with `local_`, so that they stand beside those of
 /// a technique for environments.
 pub struct LocalText {
-    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`.
+    /// WGSL that defines `local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, or what [`TexturedTechnique::text`] says.
     pub module: Cow<'static, str>,
     /// Its tables, called `local_…`.
     pub tables: Vec<Table>,
@@ -115,7 +120,7 @@ pub struct LocalFrame<'a> {
 }
 
 /// A finished bake of a local technique.
-pub struct LocalBaked<T: LocalTechnique> {
+pub struct LocalBaked<T: TexturedTechnique> {
     /// Its parameters.
     pub params: T::Params,
     /// Its tables.
@@ -136,6 +141,10 @@ pub trait LocalShading: Send + Sync {
     fn gpu(&self) -> Option<GpuTechnique>;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
+    /// Does it read data per texel?
+    fn is_textured(&self) -> bool {
+        false
+    }
 }
 
 /// A local technique without its types.
@@ -146,7 +155,9 @@ pub trait AnyLocal: Send + Sync {
     fn params(&self) -> &'static [ParamInfo];
     /// Does shading with these parameters need a mesh? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
-    /// Tabulates a reflectance; refuses what the Card does not take.
+    /// The files that its parameters name: what they hold is among the material's textures under the same names.
+    fn planes(&self) -> &'static [Plane];
+    /// Tabulates a material; refuses what the Card does not take.
     fn bake(
         &self,
         material: &Material,
@@ -165,8 +176,14 @@ pub trait LocalBake: Send + Sync {
     fn certificate(&self) -> &Certificate;
     /// Bytes that shading reads.
     fn bytes(&self) -> usize;
-    /// f · ⟨n·wi⟩ of two unit directions in the local frame.
-    fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
+    /// The normals that it shades with, for whatever shades the other light; `None` where they are the surface's own.
+    fn normals(&self) -> Option<Arc<NormalMap>>;
+    /// f · ⟨n·wi⟩ of two unit directions in the local frame; of techniques with data per texel at (0, 0).
+    fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        self.f_cos_at(Place::default(), wi, wo)
+    }
+    /// f · ⟨n·wi⟩ at a place of the textures, with what bumps hide of the light.
+    fn f_cos_at(&self, at: Place, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
     /// Shading under the lights of a frame; refuses where a mesh is needed and missing.
     fn lit(&self, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError>;
 }
@@ -174,7 +191,7 @@ pub trait LocalBake: Send + Sync {
 /// The erased twin of a [`LocalTechnique`].
 pub struct ErasedLocal<T>(PhantomData<fn() -> T>);
 
-impl<T: LocalTechnique> ErasedLocal<T> {
+impl<T: TexturedTechnique> ErasedLocal<T> {
     /// The twin.
     #[expect(clippy::new_without_default, reason = "const, for the list")]
     pub const fn new() -> Self {
@@ -184,10 +201,7 @@ impl<T: LocalTechnique> ErasedLocal<T> {
     const CARD: &'static Card = &T::CARD;
 }
 
-/// What the error of a local technique is, in a certificate's words.
-const METRIC: &str = "relative RMS error of f cos over directions of light and view, of one local light";
-
-impl<T: LocalTechnique> AnyLocal for ErasedLocal<T> {
+impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
     fn card(&self) -> &'static Card {
         Self::CARD
     }
@@ -198,6 +212,10 @@ impl<T: LocalTechnique> AnyLocal for ErasedLocal<T> {
 
     fn needs_sites(&self, params: &ParamValues) -> bool {
         T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
+    }
+
+    fn planes(&self) -> &'static [Plane] {
+        T::PLANES
     }
 
     fn bake(
@@ -211,13 +229,11 @@ impl<T: LocalTechnique> AnyLocal for ErasedLocal<T> {
         (T::CARD.materials)(&*material.brdf).map_err(|why| BakeError::Material { slug, why })?;
         let tables = T::bake(material, &params, task)?;
         task.check()?;
-        let exact = T::stands_for(&tables, &*material.brdf);
-        let error = error(&*material.brdf, &exact, |wi, wo| T::f_cos(&tables, wi, wo));
-        drop(exact);
+        let error = T::error(&tables, material);
         if !error.is_finite() {
             return Err(BakeError::NotFinite { slug });
         }
-        let mut certificate = Certificate::new(error, Evidence::Measured).metric(METRIC);
+        let mut certificate = Certificate::new(error, Evidence::Measured).metric(T::METRIC);
         certificate.tolerance = task.tolerance();
         let certificate = T::details(&tables).into_iter().fold(certificate, |c, (name, v)| c.detail(name, v));
         Ok(Box::new(LocalBaked::<T> {
@@ -229,7 +245,7 @@ impl<T: LocalTechnique> AnyLocal for ErasedLocal<T> {
     }
 }
 
-impl<T: LocalTechnique> LocalBake for LocalBaked<T> {
+impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
     fn card(&self) -> &'static Card {
         ErasedLocal::<T>::CARD
     }
@@ -246,8 +262,13 @@ impl<T: LocalTechnique> LocalBake for LocalBaked<T> {
         T::bytes(&self.tables)
     }
 
-    fn f_cos(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        if wo[2] > 0.0 { T::f_cos(&self.tables, wi, wo) } else { [0.0; 3] }
+    fn normals(&self) -> Option<Arc<NormalMap>> {
+        T::normals(&self.tables)
+    }
+
+    fn f_cos_at(&self, at: Place, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        // False for NaN too.
+        if wo[2] > 0.0 { T::f_cos(&self.tables, &T::texel(&self.tables, at, wo), wi, wo) } else { [0.0; 3] }
     }
 
     fn lit(&self, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
@@ -256,23 +277,31 @@ impl<T: LocalTechnique> LocalBake for LocalBaked<T> {
             let why = "interpolates between the corners of triangles: it needs a mesh with normals".into();
             return Err(BakeError::Geometry { slug, why });
         }
+        if let (false, Some(mesh)) = (self.material.textures.is_empty(), frame.mesh)
+            && (mesh.uvs.len() != mesh.positions.len() || mesh.tangents.len() != mesh.positions.len())
+        {
+            let why = "has data per texel: it needs a mesh with texture coordinates and tangents".into();
+            return Err(BakeError::Geometry { slug, why });
+        }
         frame.lights.as_lights().check()?;
         T::lit(self, frame)
     }
 }
 
 /// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
-pub(crate) fn technique(slug: &'static str, text: LocalText, lights: &[Light]) -> GpuTechnique {
+pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
     const STRIDE: usize = 8;
     let mut rows: Vec<f32> = lights.iter().flat_map(Light::row).collect();
     // A buffer is never empty.
     rows.resize(rows.len().max(STRIDE), 0.0);
     let mut uniforms = text.uniforms;
     uniforms.push(Uniform { name: "local_count", value: Value::F32(lights.len() as f32) });
+    let textured = card.needs.uv;
+    let run = if textured { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
     GpuTechnique {
-        slug,
-        modules: vec![text.module, include_str!("local.wgsl").into()],
-        entry: Entry { name: "local_radiance", lobe: false, site: false },
+        slug: card.slug,
+        modules: vec![text.module, include_str!("light.wgsl").into(), run.into()],
+        entry: Entry { name: "local_radiance", lobe: false, site: textured },
         tables: text.tables,
         uniforms,
         buffers: vec![Buffer::new("local_lights", STRIDE, rows)],

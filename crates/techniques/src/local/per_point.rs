@@ -1,20 +1,20 @@
-//! The loop over points and lights; `local.wgsl` has the same.
+//! The loop over points and lights; `local.wgsl` and `textured.wgsl` have the same.
 
-use super::{Light, LocalBaked, LocalFrame, LocalShading, LocalTechnique, technique};
+use super::{Light, LocalBaked, LocalFrame, LocalShading, Place, TexturedTechnique, technique};
 use crate::direct::Shadows;
-use crate::{GpuTechnique, Points, Radiance};
+use crate::{GpuTechnique, PointChart, Points, Radiance};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::Certificate;
 
 /// A local technique's function of two directions, evaluated at every point for every light.
-pub struct PerPoint<T: LocalTechnique> {
+pub struct PerPoint<T: TexturedTechnique> {
     tables: Arc<T::Tables>,
     lights: Vec<Light>,
     certificate: Certificate,
 }
 
-impl<T: LocalTechnique> PerPoint<T> {
+impl<T: TexturedTechnique> PerPoint<T> {
     /// Under the lights of a frame.
     pub fn new(b: &LocalBaked<T>, frame: &LocalFrame<'_>) -> Self {
         Self {
@@ -43,6 +43,18 @@ fn tangent(n: [f32; 3]) -> [f32; 3] {
     c.map(|x| x * s)
 }
 
+/// Normal, tangent, side of the bitangent and footprint of point `i`; with `charted` those of its chart, where it has one.
+#[inline(always)]
+fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
+    let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
+    if charted && !q.chart[0].is_empty() {
+        return PointChart::from_array(q.chart.map(|s| s[i]));
+    }
+    let n = at(&q.n);
+    let t = if q.t[0].is_empty() { tangent(n) } else { at(&q.t) };
+    PointChart { n, t, side: 1.0, footprint: 0.0 }
+}
+
 /// Does the light from `d` reach a point?
 fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> bool {
     let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
@@ -50,30 +62,31 @@ fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance
 }
 
 #[inline(always)]
-fn run<T: LocalTechnique>(
+fn run<T: TexturedTechnique>(
     tables: &T::Tables,
     lights: &[Light],
     shadows: Option<Shadows<'_>>,
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
-    let (tangents, positions) = (!q.t[0].is_empty(), !q.p[0].is_empty());
+    let (positions, textured) = (!q.p[0].is_empty(), T::CARD.needs.uv && !q.uv[0].is_empty());
     for i in 0..q.len() {
         let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
-        let (n, wo) = (at(&q.n), at(&q.wo));
-        let t = if tangents { at(&q.t) } else { tangent(n) };
-        let b = cross(n, t);
-        let local = |v: [f32; 3]| [dot(t, v), dot(b, v), dot(n, v)];
-        let o = local(wo);
+        let c = chart(q, T::CARD.needs.uv, i);
+        let b = cross(c.n, c.t).map(|x| c.side * x);
+        let local = |v: [f32; 3]| [dot(c.t, v), dot(b, v), dot(c.n, v)];
+        let o = local(at(&q.wo));
         // False for NaN too.
         if o[2] > 0.0 {
             let p = positions.then(|| at(&q.p));
+            let uv = if textured { q.uv.map(|s| s[i]) } else { [0.0; 2] };
+            let x = T::texel(tables, Place { uv, footprint: c.footprint }, o);
             let mut sum = [0.0f32; 3];
             for light in lights {
                 let Some((d, e, distance)) = light.at(p) else { continue };
-                let f = T::f_cos(tables, local(d), o);
+                let f = T::f_cos(tables, &x, local(d), o);
                 let seen = match (shadows, p) {
-                    (Some(shadows), Some(p)) if f != [0.0; 3] => arrives(shadows, p, n, d, distance),
+                    (Some(shadows), Some(p)) if f != [0.0; 3] => arrives(shadows, p, c.n, d, distance),
                     _ => true,
                 };
                 if seen {
@@ -85,7 +98,7 @@ fn run<T: LocalTechnique>(
     }
 }
 
-impl<T: LocalTechnique> LocalShading for PerPoint<T> {
+impl<T: TexturedTechnique> LocalShading for PerPoint<T> {
     fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.is_consistent() && out.rgb.iter().all(|p| p.len() == q.len()) {
             steradian_simd::dispatch(|| run::<T>(&self.tables, &self.lights, shadows, q, out));
@@ -93,10 +106,14 @@ impl<T: LocalTechnique> LocalShading for PerPoint<T> {
     }
 
     fn gpu(&self) -> Option<GpuTechnique> {
-        Some(technique(T::CARD.slug, T::text(&self.tables)?, &self.lights))
+        Some(technique(&T::CARD, T::text(&self.tables)?, &self.lights))
     }
 
     fn certificate(&self) -> &Certificate {
         &self.certificate
+    }
+
+    fn is_textured(&self) -> bool {
+        T::CARD.needs.uv
     }
 }

@@ -4,6 +4,8 @@ pub mod ambient;
 pub mod analytic_decomposition;
 pub mod banks_env;
 pub mod banks_table;
+pub mod bump_blinn_phong;
+pub mod bump_horizon;
 pub mod clustered_pca;
 pub mod diffuse_map;
 pub mod factored_lighting;

@@ -8,15 +8,22 @@ use std::f64::consts::{PI, TAU};
 use steradian_base::{ParamValues, Task};
 use steradian_light::{DirectionalLight, Lights, PointLight};
 use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_scene::surface::Planes;
+use steradian_scene::{Bvh, Mesh, Ray};
 use steradian_sphere::Frame;
 use steradian_sphere::quadrature::gauss_legendre;
-use steradian_techniques::local::{AnyLocal, LocalBake, LocalFrame, LocalLights};
-use steradian_techniques::shared::lights;
+use steradian_techniques::local::{AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Place};
+use steradian_techniques::shared::{lights, specimens};
 use steradian_techniques::{BakeError, PointsBuf, Radiance, View, find_local, gpu, locals};
 
 fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBake> {
+    bake_with(t, spec, params, Planes::default())
+}
+
+fn bake_with(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)], planes: Planes) -> Box<dyn LocalBake> {
     let params: ParamValues = params.iter().copied().collect();
-    t.bake(&material(spec), &params, &Task::quiet()).expect("a bake that the Card promises")
+    t.bake(&material(spec).with_textures(planes), &params, &Task::quiet())
+        .expect("a bake that the Card promises")
 }
 
 /// The parameters with which points need no mesh.
@@ -58,7 +65,7 @@ fn judged(l: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     values.expect("nobody cancels").iter().map(|e| e.rgb).collect()
 }
 
-use super::harness::difference;
+use super::harness::{Found, difference};
 
 /// Every technique with each of its specimens.
 fn each() -> impl Iterator<Item = (&'static dyn AnyLocal, &'static str)> {
@@ -111,8 +118,78 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
             lines.push(table::Line::plain(t.card().slug, spec, name, error, b.certificate().error));
             assert!(error <= 1e-3, "{}: {spec}: {name}: {error:.2e}", t.card().slug);
         }
+        if t.planes().iter().any(|p| p.content == Content::Heights) {
+            let b = bake_with(t, spec, &[("relief", RELIEF)], specimens::planes(t.planes()));
+            let found = on_bumps(t, &*b, spec, 1500);
+            let line = table::Line::new(t.card().slug, spec, "bumps", found, b.certificate().error);
+            lines.push(line.doubted(|| on_bumps(t, &*b, spec, 20000)));
+        }
     }
     table::compare_with("local_errors.txt", &lines);
+}
+
+/// Height of white over the width of the map, on bumps.
+const RELIEF: f64 = 0.15;
+
+/// The heights as a mesh in the plane of x and z, y up, of three periods each way; the middle one begins at (0, 0).
+fn relief() -> Mesh {
+    let n = specimens::SIDE;
+    let side = 3 * n + 1;
+    let mut mesh = Mesh::default();
+    for k in 0..side * side {
+        let (i, j) = (k % side, k / side);
+        let y = RELIEF * n as f64 * specimens::height(i % n, j % n);
+        mesh.positions.push(DVec3::new(i as f64 - n as f64, y, j as f64 - n as f64).as_vec3());
+    }
+    for k in 0..(side - 1) * (side - 1) {
+        let (i, j) = (k % (side - 1), k / (side - 1));
+        let [a, b, c, d] =
+            [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| (j * side + i) as u32);
+        // Cut from the upper left to the lower right.
+        mesh.triangles.extend([[a, c, d], [a, d, b]]);
+    }
+    mesh
+}
+
+/// Texels of bumps that the technique has a texture of, each under a directional light of its own, lights and views uniform over
+/// the hemisphere, against the reference about the bump's normal, by central differences, and a ray to the light through a mesh of
+/// the heights where the technique knows shadows.
+fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str, texels: usize) -> Found {
+    let n = specimens::SIDE;
+    let bvh = Bvh::build(&relief());
+    let height = |i: usize, j: usize| RELIEF * n as f64 * specimens::height(i % n, j % n);
+    let direction = |u: f64, v: f64| {
+        let (y, phi) = (u.fract(), v);
+        let s = (1.0 - y * y).sqrt();
+        DVec3::new(s * phi.cos(), y, s * phi.sin())
+    };
+    let (mut got, mut exact) = (Vec::new(), Vec::new());
+    for k in 0..texels {
+        let (i, j) = (31 * k % n, 17 * (k / 3) % n);
+        // Tangent X, normal Y, bitangent −Z, as rows run downwards.
+        let slope = |a: f64, b: f64| 0.5 * (b - a);
+        let (dx, dz) =
+            (slope(height(i + n - 1, j), height(i + 1, j)), slope(height(i, j + n - 1), height(i, j + 1)));
+        let bump = DVec3::new(-dx, 1.0, -dz).normalize();
+        let (x, y) = (k as f64 + 0.5, k as f64);
+        let (wi, wo) = (direction(x * 0.754_878, 2.4 * y), direction(x * 0.569_84, 3.7 * y));
+        // Views that a bump turns away from are bent.
+        if bump.dot(wo) < 0.02 || wi.y < 1e-3 {
+            continue;
+        }
+        let local = |d: DVec3| [d.x as f32, -d.z as f32, d.y as f32];
+        let uv = [i, j].map(|x| (x as f32 + 0.5) / n as f32);
+        got.push(b.f_cos_at(Place { uv, footprint: 0.0 }, local(wi), local(wo)).map(f64::from));
+        let place = DVec3::new(i as f64, height(i, j), j as f64) + 1e-3 * DVec3::Y;
+        let ray = Ray { origin: place.as_vec3(), direction: wi.as_vec3() };
+        let dark = t.card().capabilities.self_shadowing && bvh.occluded(&ray, f32::INFINITY);
+        let light = DirectionalLight { direction: wi, irradiance: [1.0; 3] };
+        let one = Lights { directionals: vec![light], ..Lights::default() };
+        let frame = Frame::from_normal_tangent(bump, DVec3::X);
+        let lit = judged(&one, spec, &[ReferencePoint { frame, wo, position: None }])[0];
+        exact.push(if dark { [0.0; 3] } else { lit });
+    }
+    Found { error: difference(&got, &exact), sigma: 0.0 }
 }
 
 /// 24 × 48 directional lights with the weights of a product rule are constant light, whose radiance is the albedo.
@@ -148,6 +225,8 @@ fn many_directional_lights_are_a_furnace() {
         ("vertex_analytic", "lambert:albedo=0.7", 2e-3),
         ("vertex_analytic", "minnaert:k=0.65", 5e-3),
         ("banks_table", "banks:n=6", 5e-3),
+        ("bump_blinn_phong", "blinn-phong-gl:kd=0.5,ks=0.3,n=8", 5e-3),
+        ("bump_horizon", "lambert:albedo=0.7", 2e-3),
         ("analytic_decomposition", "ggx:alpha=0.6,f0=0.9/0.6/0.3", 5e-3),
         ("analytic_decomposition", "cook-torrance:m=0.6,f0=0.5,g=smith", 1e-2),
         ("analytic_decomposition", "ashikhmin-shirley:nu=4,nv=8,rs=0.3,rd=0.5", 1e-2),
@@ -241,7 +320,8 @@ fn local_shaders_are_valid_and_bakes_repeat() {
         &[],
     );
     for (t, spec) in each() {
-        let (one, two) = (bake(t, spec, per_point(t)), bake(t, spec, per_point(t)));
+        let again = || bake_with(t, spec, per_point(t), specimens::planes(t.planes()));
+        let (one, two) = (again(), again());
         let l = local(&lights::near_point());
         let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
         let [a, b] = [&one, &two].map(|b| b.lit(&frame).expect("no mesh").gpu().expect("a text"));

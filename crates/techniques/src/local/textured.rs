@@ -1,0 +1,165 @@
+//! Techniques whose data differ from texel to texel.
+
+use super::{LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText, PerPoint, error};
+use crate::{BakeError, Card, Material};
+use std::path::PathBuf;
+use std::sync::Arc;
+use steradian_base::{Field, ParamInfo, Params, Task, Value};
+use steradian_scene::surface::NormalMap;
+
+/// Where on its textures a point lies.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Place {
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Side of the square in texture coordinates that the point stands for.
+    pub footprint: f32,
+}
+
+/// What a file holds that a parameter of a technique names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// Heights from 0 (black) to 1 (white), in every channel.
+    Heights,
+    /// Unit normals: x along the tangent, y along the bitangent, z outwards.
+    Normals,
+    /// Linear colours.
+    Colours,
+    /// Numbers as they stand in the file.
+    Numbers,
+    /// A polynomial texture map: six planes, called NAME.0 to NAME.5, of the coefficients of u², v², uv, u, v and 1 in red,
+    /// green and blue; white is 1.
+    Polynomials,
+}
+
+/// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has what it holds under
+/// that name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plane {
+    /// The parameter.
+    pub name: &'static str,
+    /// What the file holds.
+    pub content: Content,
+}
+
+impl Plane {
+    /// A file of this content.
+    pub const fn new(name: &'static str, content: Content) -> Self {
+        Self { name, content }
+    }
+}
+
+/// The name of a file as a technique's parameter has it: it says which plane of the material it stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileName(pub PathBuf);
+
+impl Field for FileName {
+    fn from_value(value: &Value, _: &ParamInfo) -> Option<Self> {
+        if let Value::File(path) = value { Some(Self(path.clone())) } else { None }
+    }
+
+    fn to_value(&self, _: &ParamInfo) -> Value {
+        Value::File(self.0.clone())
+    }
+}
+
+/// A technique for local light whose data may differ from texel to texel. Directions are those of the frame of tangent,
+/// bitangent and normal of the surface itself, before any normal map; u grows along the tangent, v against the bitangent.
+/// Points without texture coordinates are shaded as at (0, 0): who has none asks [`crate::Needs::uv`] first.
+pub trait TexturedTechnique: Send + Sync + Sized + 'static {
+    /// What the technique says of itself.
+    const CARD: Card;
+    /// The files that its parameters name.
+    const PLANES: &'static [Plane];
+    /// Parameters.
+    type Params: Params;
+    /// What it tabulates of the material.
+    type Tables: Send + Sync;
+    /// What it looks up once a point, for all lights.
+    type Texel: Copy;
+
+    /// Tabulates the material, whose reflectance [`Card::materials`] takes.
+    fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
+    /// Does shading with these parameters need the mesh and each point's place on it?
+    fn needs_sites(p: &Self::Params) -> bool {
+        let _ = p;
+        false
+    }
+    /// Figures for the certificate.
+    fn details(t: &Self::Tables) -> Vec<(&'static str, f64)> {
+        let _ = t;
+        Vec::new()
+    }
+    /// Bytes that shading reads.
+    fn bytes(t: &Self::Tables) -> usize;
+    /// The normals that it shades with, for whatever shades the other light.
+    fn normals(t: &Self::Tables) -> Option<Arc<NormalMap>> {
+        let _ = t;
+        None
+    }
+    /// What its error is, in a certificate's words.
+    const METRIC: &'static str;
+    /// Its error against what the tables stand for.
+    fn error(t: &Self::Tables, m: &Material) -> f64;
+    /// What a point has, seen from the unit direction `wo` above the surface.
+    fn texel(t: &Self::Tables, at: Place, wo: [f32; 3]) -> Self::Texel;
+    /// f · ⟨n·wi⟩ at a point, with what the bumps hide of the light, of two unit directions.
+    fn f_cos(t: &Self::Tables, x: &Self::Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
+    /// The same as text for a GPU: `local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel` and
+    /// `local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`; `None` where the reflectance has none.
+    fn text(t: &Self::Tables) -> Option<LocalText>;
+    /// Shading under the lights of a frame.
+    fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
+        Ok(Box::new(PerPoint::<Self>::new(b, frame)))
+    }
+}
+
+/// What the error of a technique is whose texels are all alike.
+const METRIC: &str = "relative RMS error of f cos over directions of light and view, of one local light";
+
+/// Where the reflectance is the same everywhere, so are the texels.
+impl<T: LocalTechnique> TexturedTechnique for T {
+    const CARD: Card = <T as LocalTechnique>::CARD;
+    const PLANES: &'static [Plane] = &[];
+    const METRIC: &'static str = METRIC;
+    type Params = <T as LocalTechnique>::Params;
+    type Tables = <T as LocalTechnique>::Tables;
+    type Texel = ();
+
+    fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError> {
+        <T as LocalTechnique>::bake(m, p, task)
+    }
+
+    fn needs_sites(p: &Self::Params) -> bool {
+        <T as LocalTechnique>::needs_sites(p)
+    }
+
+    fn details(t: &Self::Tables) -> Vec<(&'static str, f64)> {
+        <T as LocalTechnique>::details(t)
+    }
+
+    fn bytes(t: &Self::Tables) -> usize {
+        <T as LocalTechnique>::bytes(t)
+    }
+
+    fn error(t: &Self::Tables, m: &Material) -> f64 {
+        let exact = T::stands_for(t, &*m.brdf);
+        error(&*m.brdf, &exact, |wi, wo| <T as LocalTechnique>::f_cos(t, wi, wo))
+    }
+
+    #[inline(always)]
+    fn texel(_: &Self::Tables, _: Place, _: [f32; 3]) {}
+
+    #[inline(always)]
+    fn f_cos(t: &Self::Tables, (): &(), wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        <T as LocalTechnique>::f_cos(t, wi, wo)
+    }
+
+    fn text(t: &Self::Tables) -> Option<LocalText> {
+        <T as LocalTechnique>::text(t)
+    }
+
+    fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {
+        <T as LocalTechnique>::lit(b, frame)
+    }
+}

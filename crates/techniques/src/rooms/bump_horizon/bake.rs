@@ -1,0 +1,168 @@
+//! Normals and horizons.
+
+use super::shade;
+use crate::local::{FileName, Place, error_at, texel};
+use crate::shared::bumps::{Bumps, exact_frame};
+use crate::shared::texels::Texels;
+use crate::{BakeError, Material};
+use glam::DVec3;
+use std::sync::Arc;
+use steradian_base::{ParamInfo, Task, params};
+use steradian_brdf::SharedBrdf;
+use steradian_relight::height::{Ellipses, HeightField, Horizons};
+use steradian_scene::surface::Texture;
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// The height map.
+        pub height: Option<FileName> = ParamInfo::file("height", "height map, which repeats: its alpha, else its luminance; auto: none").auto(f64::NAN),
+        /// The normal map.
+        pub normal: Option<FileName> = ParamInfo::file("normal", "normal map, green up, in place of the heights' normals; auto: that of the material").auto(f64::NAN),
+        /// Height of white.
+        pub relief: f64 = ParamInfo::real("relief", [-10.0, 10.0], 0.05, "height of white above black, in widths of the height map"),
+        /// What the horizon is kept as.
+        pub shadow: usize = ParamInfo::choice("shadow", &["horizon", "ellipse", "none"], "what bumps hide of the light: the horizon at equal azimuths, one ellipse, or nothing").numbered(0.0),
+        /// Azimuths of the horizon.
+        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 16.0, "azimuths of shadow=horizon"),
+        /// Angular radius of lights.
+        pub width: f64 = ParamInfo::angle("width", [0.0, 45.0], 0.0, "angular radius of the lights, by which shadow=horizon softens"),
+    }
+}
+
+/// How the horizon is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// Nothing is hidden.
+    Open,
+    /// Elevations at this many azimuths, three a texture.
+    Azimuths(usize),
+    /// The five numbers of a conic, in two textures.
+    Ellipse,
+}
+
+/// A bumpy surface.
+pub struct Relief {
+    pub brdf: SharedBrdf,
+    pub bumps: Option<Bumps>,
+    /// Mean normals.
+    pub normals: Texels,
+    pub kept: Kept,
+    pub horizons: Texels,
+    /// Angular radius of the lights, radians.
+    pub width: f32,
+}
+
+pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, BakeError> {
+    let bumps = Bumps::of("bump_horizon", m, p.relief)?;
+    let normals = match &bumps {
+        Some(b) => Arc::new(b.map.mean().clone()),
+        None => Arc::new(Texture::constant([0.0, 0.0, 1.0])),
+    };
+    let (kept, horizons) = match bumps.as_ref().and_then(|b| b.field.as_deref()) {
+        Some(f) if p.shadow == 0 => (Kept::Azimuths(p.azimuths), azimuths(f, p.azimuths, task)?),
+        Some(f) if p.shadow == 1 => (Kept::Ellipse, ellipses(f, task)?),
+        _ => (Kept::Open, Texels::new(Vec::new())),
+    };
+    let width = p.width.to_radians() as f32;
+    Ok(Relief { brdf: m.brdf.clone(), bumps, normals: Texels::new(vec![normals]), kept, horizons, width })
+}
+
+fn azimuths(f: &HeightField, count: usize, task: &Task) -> Result<Texels, BakeError> {
+    let go_on = || task.check().is_ok();
+    let Some(h) = Horizons::new(f, count, &go_on) else {
+        task.check()?;
+        return Ok(Texels::new(Vec::new()));
+    };
+    let texels = f.width() * f.height();
+    let plane = |k: usize| (0..texels).map(|texel| h.sample(texel, k)).collect();
+    let planes: Vec<Vec<f32>> = (0..count).map(plane).collect();
+    Ok(Texels::of_planes(f.width(), f.height(), &planes))
+}
+
+fn ellipses(f: &HeightField, task: &Task) -> Result<Texels, BakeError> {
+    let go_on = || task.check().is_ok();
+    let Some(all) = Ellipses::new(f, &go_on) else {
+        task.check()?;
+        return Ok(Texels::new(Vec::new()));
+    };
+    let planes: Vec<Vec<f32>> = (0..5).map(|k| all.0.iter().map(|e| e.0[k]).collect()).collect();
+    Ok(Texels::of_planes(f.width(), f.height(), &planes))
+}
+
+impl Relief {
+    /// Texels a row and rows.
+    fn size(&self) -> (usize, usize) {
+        match (self.kept, self.normals.size()) {
+            // A flat normal map over heights.
+            (Kept::Azimuths(_) | Kept::Ellipse, (1, 1)) => self.horizons.size(),
+            (_, size) => size,
+        }
+    }
+
+    /// Does a ray over the heights reach the light?
+    fn sees(&self, [i, j]: [usize; 2], wi: DVec3) -> bool {
+        match self.bumps.as_ref().and_then(|b| b.field.as_deref()) {
+            Some(f) if self.kept != Kept::Open => f.sees(i % f.width(), j % f.height(), wi),
+            _ => true,
+        }
+    }
+
+    /// The equation at a texel.
+    fn exact(&self, texel: [usize; 2], wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if wi.z <= 0.0 || wo.z <= 0.0 || !self.sees(texel, wi) {
+            return [0.0; 3];
+        }
+        let n = self.bumps.as_ref().map_or(DVec3::Z, |b| b.normal(texel));
+        let n = facing(n, wo);
+        let [t, b] = exact_frame(n);
+        let local = |w: DVec3| DVec3::new(w.dot(t), w.dot(b), w.dot(n)).normalize_or_zero();
+        self.brdf.f_cos(local(wi), local(wo))
+    }
+}
+
+/// The normal bent towards the viewer, as [`shade::facing`].
+fn facing(n: DVec3, wo: DVec3) -> DVec3 {
+    let (c, least) = (n.dot(wo), wo.z.min(f64::from(shade::GRAZING)));
+    if c >= least {
+        return n;
+    }
+    let across = (n - wo * c).normalize_or_zero();
+    wo * least + across * (1.0 - least * least).sqrt()
+}
+
+/// The texel that a place is the centre of.
+fn texel_at(at: Place, size: (usize, usize)) -> [usize; 2] {
+    [at.uv[0] * size.0 as f32, at.uv[1] * size.1 as f32].map(|x| x as usize)
+}
+
+/// Against the equation at the texels themselves, with rays over the heights.
+pub(super) fn error(t: &Relief, m: &Material) -> f64 {
+    let size = t.size();
+    let shaded = |at, wi, wo| shade::f_cos(t, &shade::texel(t, at, wo), wi, wo);
+    let exact = |at, wi, wo| t.exact(texel_at(at, size), wi, wo);
+    error_at(&*m.brdf, |k| texel(k, size).0, exact, shaded)
+}
+
+/// The part of texels and directions, uniform over the hemisphere, that are lit and should not be, or the other way round.
+pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
+    const TRIED: u32 = 4096;
+    if t.kept == Kept::Open {
+        return Vec::new();
+    }
+    let size = t.size();
+    let wrong = (0..TRIED).filter(|k| {
+        let (at, texel) = texel(*k, size);
+        let (z, phi) = ((f64::from(*k) + 0.5) / f64::from(TRIED), f64::from(*k) * 2.399_963_229_728_653);
+        let s = (1.0 - z * z).sqrt();
+        let wi = DVec3::new(s * phi.cos(), s * phi.sin(), z);
+        let seen = shade::seen(t, at, wi.as_vec3().to_array());
+        (seen > 0.5) != t.sees(texel, wi)
+    });
+    let mut out = vec![("lit wrongly", wrong.count() as f64 / f64::from(TRIED))];
+    if let Kept::Azimuths(n) = t.kept {
+        out.push(("azimuths", n as f64));
+    }
+    out
+}

@@ -1,0 +1,113 @@
+//! Bumps that shadow themselves: any reflectance about normals of a texture, times what each texel sees of the light.
+//!
+//! Heidrich, Daubert, Kautz & Seidel (2000), *Illuminating Micro Geometry Based on Precomputed Visibility*; Sloan & Cohen (2000),
+//! *Interactive Horizon Mapping*; Max (1988); STAR04 6.4.2. With the texel's normal n' and its horizon
+//!
+//! > L_o = Σ_l E_l V(l) f'(l, v) (n'·l)₊
+//!
+//! f' in the frame of n'. V by `shadow=horizon`: the elevation e of the horizon at `azimuths` equal steps, linear between
+//! them; lit where the light stands above it, or, for a light of angular radius ρ (`width`), the part of its disk that a straight
+//! horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By `shadow=ellipse`: five numbers, lit where a x² + b xy + c y²
+//! + d x + e y ≤ 1 of the light's tangential part (x, y). Approximated: the horizon between azimuths or by its conic, and both between
+//! texels, where elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n' turns
+//! away from the viewer it is bent back, as other shading normals are. Light from bump to bump is left out. Exact without bumps.
+//! Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the surface.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::local::{Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::shared::{bumps, lights};
+use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
+use bake::{Params, Relief};
+use shade::Texel;
+use std::sync::Arc;
+use steradian_base::Task;
+use steradian_brdf::Brdf;
+use steradian_scene::surface::NormalMap;
+
+/// The technique.
+pub struct BumpHorizon;
+
+fn materials(_: &dyn Brdf) -> Result<(), String> {
+    Ok(())
+}
+
+impl TexturedTechnique for BumpHorizon {
+    const CARD: Card = Card {
+        slug: "bump_horizon",
+        title: "Bumps that shadow themselves: horizons or ellipses by texel",
+        citation: "Heidrich, Daubert, Kautz & Seidel 2000, Illuminating Micro Geometry Based on Precomputed Visibility; Sloan & \
+                   Cohen 2000, Interactive Horizon Mapping; Max 1988; STAR04 6.4.2",
+        equation: "L_o = Σ_l E_l V(l) f'(l, v) (n'·l)₊",
+        light: "directional and point lights, exact",
+        visibility: "of bumps: the horizon at equal azimuths, or one ellipse; rays at each point where asked for",
+        reflectance: "any, about normals by texel",
+        materials,
+        specimens: &["lambert:albedo=0.6", "ggx:alpha=0.3,f0=0.9"],
+        exact_when: &[
+            Claim::new("no bumps: a near point light", lights::near_point, "ggx:alpha=0.3", 1e-6),
+            Claim::new(
+                "no bumps: three directional lights",
+                lights::three_directionals,
+                "minnaert:k=0.65",
+                1e-6,
+            ),
+        ],
+        capabilities: Capabilities {
+            diffuse: true,
+            certain_isotropic: true,
+            certain_anisotropic: true,
+            all_isotropic: true,
+            all_anisotropic: true,
+            bump_mapping: true,
+            self_shadowing: true,
+            dynamic_lighting: true,
+            dynamic_objects: true,
+            ..Capabilities::NONE
+        },
+        needs: Needs { environment: false, sites: false, uv: true, tangents: true, view: false },
+        waived: &[],
+    };
+    const PLANES: &'static [Plane] =
+        &[Plane::new(bumps::HEIGHT, Content::Heights), Plane::new(bumps::NORMAL, Content::Normals)];
+    const METRIC: &'static str = "relative RMS error of V f cos over texels and directions of light and view, of one local light, \
+                                  against rays over the heights";
+    type Params = Params;
+    type Tables = Relief;
+    type Texel = Texel;
+
+    fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, BakeError> {
+        bake::bake(m, p, task)
+    }
+
+    fn details(t: &Relief) -> Vec<(&'static str, f64)> {
+        bake::details(t)
+    }
+
+    fn bytes(t: &Relief) -> usize {
+        t.normals.bytes() + t.horizons.bytes()
+    }
+
+    fn normals(t: &Relief) -> Option<Arc<NormalMap>> {
+        t.bumps.as_ref().map(|b| b.map.clone())
+    }
+
+    fn error(t: &Relief, m: &Material) -> f64 {
+        bake::error(t, m)
+    }
+
+    fn texel(t: &Relief, at: Place, wo: [f32; 3]) -> Texel {
+        shade::texel(t, at, wo)
+    }
+
+    fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        shade::f_cos(t, x, wi, wo)
+    }
+
+    fn text(t: &Relief) -> Option<LocalText> {
+        shade::text(t)
+    }
+}

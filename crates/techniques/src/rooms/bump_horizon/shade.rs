@@ -1,0 +1,120 @@
+//! The reflectance about a texel's normal and what the texel sees of a light; `shade.wgsl` has the same functions.
+
+use super::bake::{Kept, Relief};
+use crate::gpu::{Uniform, Value};
+use crate::local::{LocalText, Place};
+use crate::shared::angle::{angle, arccos};
+use crate::shared::bumps;
+use glam::DVec3;
+use std::f32::consts::{PI, TAU};
+
+/// Smallest n'·wo, where the surface itself is not seen at less.
+pub(super) const GRAZING: f32 = 0.01;
+
+/// What a point has.
+#[derive(Debug, Clone, Copy)]
+pub struct Texel {
+    /// Tangent, bitangent and normal of the bump.
+    pub frame: [[f32; 3]; 3],
+    /// Where its horizon is looked up.
+    pub at: Place,
+}
+
+#[inline(always)]
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The normal bent towards the viewer so far that n·wo is not below [`GRAZING`], or below that of the surface itself.
+#[inline(always)]
+pub(super) fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let (c, least) = (dot(n, wo), wo[2].min(GRAZING));
+    if c >= least {
+        return n;
+    }
+    let across: [f32; 3] = std::array::from_fn(|k| n[k] - wo[k] * c);
+    let length = dot(across, across).sqrt().max(1e-30);
+    let scale = (1.0 - least * least).sqrt() / length;
+    std::array::from_fn(|k| wo[k] * least + across[k] * scale)
+}
+
+#[inline(always)]
+pub(super) fn texel(t: &Relief, at: Place, wo: [f32; 3]) -> Texel {
+    let mean = t.normals.sample(0, at.uv, at.footprint);
+    let length = dot(mean, mean).sqrt();
+    let n = if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
+    let n = facing(n, wo);
+    let [a, b] = bumps::frame(n);
+    Texel { frame: [a, b, n], at }
+}
+
+/// The part of a light in the direction `wi` above the surface that a place sees.
+#[inline(always)]
+pub(super) fn seen(t: &Relief, at: Place, wi: [f32; 3]) -> f32 {
+    let [x, y, z] = wi;
+    match t.kept {
+        Kept::Open => 1.0,
+        Kept::Ellipse => {
+            let [a, b, c] = t.horizons.sample(0, at.uv, at.footprint);
+            let [d, e, _] = t.horizons.sample(1, at.uv, at.footprint);
+            let q = a * x * x + b * x * y + c * y * y + d * x + e * y;
+            if q <= 1.0 { 1.0 } else { 0.0 }
+        }
+        Kept::Azimuths(n) => {
+            let place = (y.atan2(x) / TAU + 1.0).fract() * n as f32;
+            let k = (place as usize).min(n - 1);
+            let next = if k + 1 < n { k + 1 } else { 0 };
+            let of = |k: usize| t.horizons.sample(k / 3, at.uv, at.footprint)[k % 3];
+            let (e, f) = (of(k), of(next));
+            let horizon = e + (place - k as f32) * (f - e);
+            let above = angle(z.min(1.0), (x * x + y * y).sqrt().min(1.0)) - horizon;
+            disk(above, t.width)
+        }
+    }
+}
+
+/// The part of a disk of angular radius `width` whose middle stands `above` a straight horizon.
+#[inline(always)]
+fn disk(above: f32, width: f32) -> f32 {
+    if above.abs() >= width {
+        return if above > 0.0 { 1.0 } else { 0.0 };
+    }
+    let x = above / width;
+    let acute = arccos(x.abs());
+    let acos = if x < 0.0 { PI - acute } else { acute };
+    1.0 - (acos - x * (1.0 - x * x).sqrt()) / PI
+}
+
+#[inline(always)]
+pub(super) fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    // False for NaN too.
+    if !(wi[2] > 0.0) {
+        return [0.0; 3];
+    }
+    let v = seen(t, x.at, wi);
+    if v == 0.0 {
+        return [0.0; 3];
+    }
+    let unit = |w: [f32; 3]| DVec3::from_array(x.frame.map(|e| f64::from(dot(e, w)))).normalize_or_zero();
+    t.brdf.f_cos(unit(wi), unit(wo)).map(|f| v * f as f32)
+}
+
+/// The model's own text, if it has one.
+pub(super) fn text(t: &Relief) -> Option<LocalText> {
+    // It brings local_brdf_atan2.
+    let own = t.brdf.shader()?.inlined("local");
+    let angle = include_str!("../../local/angle.wgsl");
+    let kind = match t.kept {
+        Kept::Open => [0.0, 1.0],
+        Kept::Azimuths(n) => [1.0, n as f32],
+        Kept::Ellipse => [2.0, 1.0],
+    };
+    Some(LocalText {
+        module: [&own, angle, bumps::FRAME, include_str!("shade.wgsl")].concat().into(),
+        tables: vec![t.normals.table("local_normals"), t.horizons.table("local_horizons")],
+        uniforms: vec![Uniform {
+            name: "local_shadow",
+            value: Value::Vec4([kind[0], kind[1], t.width, 0.0]),
+        }],
+    })
+}
