@@ -15,13 +15,16 @@ const RECORDED: [&str; 2] = [
 const BEGIN: &str = "<!-- errors -->\n";
 const END: &str = "<!-- /errors -->\n";
 
+/// A light for each texel of a height map.
+const BUMPS: &str = "bumps";
+
 /// Names of the suite's lights, as rows of the recorded table have them and as chapters do.
 const LIGHTS: [&[(&str, &str)]; 2] = [
     &[("smooth", "smooth sky"), ("studio", "soft boxes"), ("sunny", "sky with sun")],
     &[
         ("point", "near point light"),
         ("directionals", "three directional lights"),
-        ("bumps", "on bumps, a light for each texel"),
+        (BUMPS, "on bumps, a light for each texel"),
     ],
 ];
 
@@ -73,8 +76,9 @@ fn table(slug: &str, recorded: &str, local: usize) -> Result<String> {
          steradian-xtask -- pages` writes them here.\n\n| reflectance |",
         POINTS[local]
     );
-    // Of some techniques not all are tried.
-    let tried = |light: &&(&str, &str)| cells.keys().any(|k: &(&str, &str)| k.1 == light.0);
+    // Bumps are for techniques that read heights.
+    let bumps = cells.keys().any(|k: &(&str, &str)| k.1 == BUMPS);
+    let tried = |light: &&(&str, &str)| bumps || light.0 != BUMPS;
     let lights: Vec<_> = LIGHTS[local].iter().filter(tried).collect();
     lights.iter().for_each(|(_, name)| out += &format!(" {name} |"));
     out += "\n|---|";

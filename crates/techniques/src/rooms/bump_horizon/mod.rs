@@ -7,8 +7,8 @@
 //!
 //! f' in the frame of n'. V by `shadow=horizon`: the elevation e of the horizon at `azimuths` equal steps, linear between
 //! them; lit where the light stands above it, or, for a light of angular radius ρ (`width`), the part of its disk that a straight
-//! horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By `shadow=ellipse`: five numbers, lit where a x² + b xy + c y²
-//! + d x + e y ≤ 1 of the light's tangential part (x, y). Approximated: the horizon between azimuths or by its conic, and both between
+//! horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By `shadow=ellipse`: five numbers, lit where
+//! a x² + b xy + c y² + d x + e y ≤ 1 of the light's tangential part (x, y). Approximated: the horizon between azimuths or by its conic, and both between
 //! texels, where elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n' turns
 //! away from the viewer it is bent back, as other shading normals are. Light from bump to bump is left out. Exact without bumps.
 //! Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the surface.

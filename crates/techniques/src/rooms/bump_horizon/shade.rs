@@ -88,10 +88,7 @@ fn disk(above: f32, width: f32) -> f32 {
 #[inline(always)]
 pub(super) fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     // False for NaN too.
-    if !(wi[2] > 0.0) {
-        return [0.0; 3];
-    }
-    let v = seen(t, x.at, wi);
+    let v = if wi[2] > 0.0 { seen(t, x.at, wi) } else { 0.0 };
     if v == 0.0 {
         return [0.0; 3];
     }
