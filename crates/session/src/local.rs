@@ -19,9 +19,11 @@ pub struct Local {
     pub params: ParamValues,
     /// What the files hold that its parameters name ([`Session::open_local`]).
     planes: Planes,
-    /// The last bake, and what it was made of.
-    made: Arc<Mutex<Option<(String, Arc<dyn LocalBake>)>>>,
+    made: Arc<Mutex<Option<Made>>>,
 }
+
+/// The last bake, and what it was made of.
+type Made = (String, Arc<dyn LocalBake>);
 
 impl Local {
     /// What stands for exact shading.
