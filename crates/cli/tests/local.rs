@@ -218,7 +218,7 @@ fn data_per_texel_say_what_they_lack() {
         &render("bare.obj", "bump_horizon:height=wall.pfm"),
     );
     refused(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
-    for (columns, lacks) in [("tx,ty,tz", "no u"), ("u,v", "no tx"), ("u,tx,ty,tz", "no column 'v'")] {
+    for (columns, lacks) in [("tx,ty,tz", "no u"), ("u,v", "no tx"), ("u,tx,ty,tz", "'v'")] {
         fs::write(dir.join("p.csv"), csv(&[[0.5; 2]], columns)).expect("written");
         let local = "bump_horizon:height=wall.pfm";
         let made = ["eval", "-p", "p.csv", "-b", "lambert", "--local", local, "-o", "x.csv"];

@@ -92,11 +92,10 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if points.p.is_none() && !request.lights.points.is_empty() {
         return Err(Failure::input(format!("{name}: point lights need the columns px,py,pz")));
     }
-    if request.local.as_ref().is_some_and(|l| l.is_textured(false)) {
-        if let Some(column) = ["u", "v", "tx", "ty", "tz"].into_iter().find(|c| table.column(c).is_none()) {
-            let why = format!("data per texel need the columns u,v and tx,ty,tz: there is no {column}");
-            return Err(Failure::input(format!("{name}: {why}")));
-        }
+    let lacks = ["u", "v", "tx", "ty", "tz"].into_iter().find(|c| table.column(c).is_none());
+    if let (Some(column), true) = (lacks, request.local.as_ref().is_some_and(|l| l.is_textured(false))) {
+        let why = format!("data per texel need the columns u,v and tx,ty,tz: there is no {column}");
+        return Err(Failure::input(format!("{name}: {why}")));
     }
     let (answers, missed) = context.eval(&request, &points)?.even_if_missed();
     write(&o, table, &answers, context)?;
