@@ -5,15 +5,19 @@ pixels.
     cargo build --features view
     scripts/test-view.py target/debug/steradian SHOTS
 
-SHOTS is a folder for screenshots. Needs Xvfb, xdotool and ImageMagick (Debian: xvfb xdotool imagemagick) and a Vulkan driver
-(mesa-vulkan-drivers is one in software). Exit code 1 where a check fails.
+SHOTS is a folder for screenshots. Needs Xvfb, xdotool, ImageMagick and python-xlib (Debian: xvfb xdotool imagemagick
+python3-xlib) and a Vulkan driver (mesa-vulkan-drivers is one in software). Exit code 1 where a check fails.
 """
 
 import os
+import struct
 import subprocess
 import sys
 import tempfile
 import time
+
+from Xlib import X, Xatom, display
+from Xlib.protocol import event
 
 PICTURE = (420, 60, 1180, 640)  # within the picture at 1280 x 820
 PANEL = (4, 4, 280, 30)
@@ -135,6 +139,49 @@ class Window:
         return code
 
 
+def drop(name, window, file):
+    """Drops a file onto a window as a file manager does (XDND 5); was it taken?"""
+    d = display.Display(name)
+    screen = d.screen()
+    source = screen.root.create_window(0, 0, 1, 1, 0, screen.root_depth, event_mask=X.PropertyChangeMask)
+    target = d.create_resource_object("window", int(window))
+    atom = d.intern_atom
+    selection, uris = atom("XdndSelection"), atom("text/uri-list")
+    source.set_selection_owner(selection, X.CurrentTime)
+
+    def send(kind, *data):
+        numbers = [source.id, *data, 0, 0, 0, 0][:5]
+        message = event.ClientMessage(window=target, client_type=atom(kind), data=(32, numbers))
+        target.send_event(message)
+        d.flush()
+
+    send("XdndEnter", 5 << 24, uris)
+    place = target.translate_coords(screen.root, 0, 0)
+    at = (700 - place.x) << 16 | (400 - place.y)
+    send("XdndPosition", 0, at, X.CurrentTime, atom("XdndActionCopy"))
+    taken, deadline = False, time.time() + 10
+    while time.time() < deadline:
+        if not d.pending_events():
+            time.sleep(0.01)
+            continue
+        e = d.next_event()
+        if e.type == X.SelectionRequest:
+            text = f"file://{os.path.abspath(file)}\r\n".encode()
+            e.requestor.change_property(e.property, uris, 8, text)
+            notify = event.SelectionNotify(
+                time=e.time, requestor=e.requestor, selection=e.selection, target=e.target, property=e.property
+            )
+            e.requestor.send_event(notify)
+            d.flush()
+        elif e.type == X.ClientMessage and e.client_type == atom("XdndStatus") and not taken:
+            taken = bool(e.data[1][1] & 1)
+            send("XdndDrop", 0, X.CurrentTime)
+        elif e.type == X.ClientMessage and e.client_type == atom("XdndFinished"):
+            break
+    d.close()
+    return taken
+
+
 def apart(a, b):
     """Mean difference of two pictures in 8-bit steps."""
     return sum(abs(x - y) for x, y in zip(a, b)) / max(len(a), 1)
@@ -230,6 +277,44 @@ def main():
         w.key("t")
         code = w.close()
         check("it closes while it bakes", code == 0, f"exit code {code}")
+
+        w = Window(command, home, 94, ["knot", "-e", "sky:elevation=35", "-b", "ggx:alpha=0.4,f0=1"])
+        w.do("mousemove", "700", "760")
+        noon = w.picture()
+        w.drag(1192, 78, 48, -28)
+        moved = w.changed(noon)
+        check("a sun moves with its handle", apart(noon, moved) > 1, f"{apart(noon, moved):.1f} steps")
+        w.shot(os.path.join(shots, "sun.png"))
+        w.key("ctrl+z")
+        w.changed(moved)
+        for _ in range(8):
+            w.key("k")
+        late = w.changed(noon)
+        check("K makes it later", apart(noon, late) > 1, f"{apart(noon, late):.1f} steps")
+        dropped = os.path.join(home, "red.pfm")
+        with open(dropped, "wb") as f:
+            f.write(b"PF\n8 4\n-1.0\n" + struct.pack("<fff", 1.0, 0.1, 0.1) * 32)
+        taken = drop(w.display, w.id, dropped)
+        red = w.changed(late)
+        share = [sum(red[k::3]) for k in range(3)]
+        check("a light dropped onto it is the light", taken and share[0] > 1.5 * share[1], f"{taken}, {share}")
+        w.shot(os.path.join(shots, "dropped.png"))
+        damaged = os.path.join(home, "damaged.obj")
+        with open(damaged, "w", encoding="ascii") as f:
+            f.write("v 0 0 zero\nf 1 2 3\n")
+        taken = drop(w.display, w.id, damaged)
+        time.sleep(3)
+        w.shot(os.path.join(shots, "damaged.png"))
+        line = w.pixels((330, 10, 1270, 50))
+        reds = sum(1 for k in range(0, len(line), 3) if line[k] > 120 and line[k + 1] < 60)
+        check("a broken mesh is named over the picture", taken and reds > 500, f"{taken}, {reds} pixels")
+        w.key("r")
+        made = os.path.join(home, "steradian-0001.apng")
+        start = time.time()
+        while not os.path.exists(made) and time.time() - start < 240:
+            time.sleep(1)
+        check("R writes a turntable", os.path.exists(made) and b"acTL" in open(made, "rb").read(200))
+        check("and closes cleanly", w.close() == 0)
 
         broken = os.path.join(home, "broken.hdr")
         with open(broken, "w", encoding="ascii") as f:

@@ -85,6 +85,24 @@ fn a_turntable_has_one_exposure() {
     };
     assert_eq!(exposure(0), exposure(1));
     assert_eq!(exposure(0), exposure(2));
+    let text = well(dir, &[&scene[..], &["--orbit", "3", "--json", "-o", "turn.apng"]].concat());
+    assert!(text.contains("exposure"), "{text}");
+    let bytes = std::fs::read(dir.join("turn.apng")).expect("an animation");
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
+    let control = reader.info().animation_control.expect("an animation");
+    assert_eq!((control.num_frames, control.num_plays), (3, 0));
+    let mut pictures = Vec::new();
+    for k in 0..3 {
+        let mut picture = vec![0; reader.output_buffer_size().expect("small")];
+        reader.next_frame(&mut picture).expect("a frame");
+        let frame = std::fs::File::open(dir.join(format!("turn-{k:04}.png"))).expect("a frame");
+        let mut still = png::Decoder::new(std::io::BufReader::new(frame)).read_info().expect("a PNG");
+        let mut same = vec![0; still.output_buffer_size().expect("small")];
+        still.next_frame(&mut same).expect("pixels");
+        assert!(picture == same, "frame {k}");
+        pictures.push(picture);
+    }
+    assert!(pictures[0] != pictures[1]);
     refused(dir, 2, "turn-{}.png", &[&scene[..], &["--orbit", "3", "-o", "turn.png"]].concat());
     refused(dir, 2, "--up must not be zero", &[&scene[..], &["--up", "0,0,0", "-o", "a.png"]].concat());
 }

@@ -20,6 +20,14 @@ fn time(session: &Session, scene: &Scene, light: &str, before: Option<&Live>) ->
     Ok((1e3 * start.elapsed().as_secs_f64(), live))
 }
 
+/// Milliseconds to a preview of them.
+fn preview(session: &Session, scene: &Scene, light: &str, before: &Live) -> Result<f64, Error> {
+    let names = Names { mesh: "teapot".into(), light: light.into() };
+    let start = Instant::now();
+    let live = session.preview(scene, names, before)?;
+    Ok(live.map_or(f64::NAN, |_| 1e3 * start.elapsed().as_secs_f64()))
+}
+
 fn main() -> Result<(), Error> {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let mut session = Session::new();
@@ -29,8 +37,8 @@ fn main() -> Result<(), Error> {
     let mut scene = Scene::of("teapot", Some(FIRST), "studio", &mut session)?;
     println!("milliseconds until the scene is baked; lights of 1024 x 512 texels");
     println!(
-        "{:26} {:>9} {:>11} {:>14} {:>9}",
-        "technique", "at first", "other alpha", "other light", "again"
+        "{:26} {:>9} {:>11} {:>9} {:>14} {:>9} {:>9}",
+        "technique", "at first", "other alpha", "preview", "other light", "preview", "again"
     );
     for t in steradian_techniques::registry() {
         let card = t.card();
@@ -44,11 +52,13 @@ fn main() -> Result<(), Error> {
         scene.lights = studio.clone();
         let (cold, a) = time(&session, &scene, "studio", None)?;
         scene.materials = vec![Material::new(second.clone()).with(Method::Technique(*t))];
+        let early = preview(&session, &scene, "studio", &a)?;
         let (alpha, b) = time(&session, &scene, "studio", Some(&a))?;
         scene.lights = sky.clone();
+        let early_light = preview(&session, &scene, "sky", &b)?;
         let (light, c) = time(&session, &scene, "sky", Some(&b))?;
         let (again, _) = time(&session, &scene, "sky", Some(&c))?;
-        println!("{:26} {cold:9.0} {alpha:11.0} {light:14.0} {again:9.1}", card.slug);
+        println!("{:26} {cold:9.0} {alpha:11.0} {early:9.0} {light:14.0} {early_light:9.0} {again:9.1}", card.slug);
     }
     Ok(())
 }

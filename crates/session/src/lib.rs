@@ -65,7 +65,7 @@ pub use material::{Material, Prepared};
 pub use model::{Model, make_tangents};
 pub use notice::Notice;
 pub use outcome::{Missed, Outcome};
-pub use outputs::{IMAGES, check_format, check_output};
+pub use outputs::{ANIMATION, FRAME_RATE, IMAGES, check_format, check_output, is_animation};
 pub use page::Page;
 pub use paths::Paths;
 pub use picture::{Picture, auto_exposure};

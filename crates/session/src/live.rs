@@ -13,10 +13,12 @@ use glam::{Mat3, Vec3};
 use std::sync::Arc;
 use steradian_base::Certificate;
 use steradian_gpu::scene as gpu;
+use steradian_light::Environment;
 use steradian_light::adjust::about_y;
 use steradian_render::metrics::Errors;
 use steradian_render::{Develop, Display, Film, Settings, Stage};
 use steradian_scene::{Bvh, Camera};
+use steradian_sphere::Layout;
 use steradian_techniques::gpu::Uniform;
 use steradian_techniques::{GpuTechnique, View};
 
@@ -39,7 +41,12 @@ pub struct Live {
     camera: Camera,
     materials: Vec<Prepared>,
     rebaked: usize,
+    preview: bool,
 }
+
+/// Tolerance and rows of the light of previews.
+const PREVIEW_TOLERANCE: f64 = 0.2;
+const PREVIEW_ROWS: usize = 128;
 
 /// What another view changes of an object.
 pub enum Turned {
@@ -85,6 +92,44 @@ impl Session {
     /// Bakes what `scene` needs. Of `before`, whatever was made of the same light, reflectance and geometry is taken over;
     /// where a technique was chosen for a material, it stays under another light.
     pub fn live(&self, scene: &Scene, names: Names, before: Option<&Live>) -> Result<Live, Error> {
+        self.baked(scene, names, before, false)
+    }
+
+    /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser bakes of unknown
+    /// error under light of fewer texels. `None` where nothing of `before` can be taken over, or all of it.
+    pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
+        let same_mesh = before.names.mesh == names.mesh && before.spacing == scene.spacing(scene.methods());
+        let materials = scene.materials.iter().chain(&scene.ground);
+        let mut any = false;
+        for (p, m) in before.materials.iter().zip(materials) {
+            match Changed::of(p, m, before.names.light != names.light, !same_mesh) {
+                Some(Changed::Nothing) => {}
+                Some(_) => any = true,
+                None => return Ok(None),
+            }
+        }
+        if !same_mesh || !any {
+            return Ok(None);
+        }
+        let mut coarse = scene.clone();
+        coarse.tolerance = Some(scene.tolerance.unwrap_or(0.0).max(PREVIEW_TOLERANCE));
+        if before.names.light != names.light {
+            let many = |e: &&Arc<Environment>| e.image.height > PREVIEW_ROWS;
+            if let Some(e) = coarse.lights.environment.as_ref().filter(many) {
+                let image = e.image.resample(Layout::LatLong, 2 * PREVIEW_ROWS, PREVIEW_ROWS);
+                coarse.lights.environment = Some(Arc::new(Environment { image }));
+            }
+        }
+        self.baked(&coarse, names, Some(before), true).map(Some)
+    }
+
+    fn baked(
+        &self,
+        scene: &Scene,
+        names: Names,
+        before: Option<&Live>,
+        preview: bool,
+    ) -> Result<Live, Error> {
         let camera = scene.camera_or_framed()?;
         let spacing = scene.spacing(scene.methods());
         let mesh = before.filter(|b| b.names.mesh == names.mesh && b.spacing == spacing);
@@ -122,7 +167,7 @@ impl Session {
                 (Some(Changed::Nothing), Some((_, p))) => p.shared(m),
                 (Some(changed), Some((_, p))) => {
                     rebaked += 1;
-                    self.rebaked(p, m, changed, under)?
+                    self.rebaked(p, m, changed, under, preview)?
                 }
                 _ => {
                     rebaked += 1;
@@ -139,7 +184,7 @@ impl Session {
         if let Some(why) = unlit(&materials) {
             return Err(Error::usage(why));
         }
-        Ok(Live { scene: staged, names, spacing, bvh, camera, materials, rebaked })
+        Ok(Live { scene: staged, names, spacing, bvh, camera, materials, rebaked, preview })
     }
 
     /// The reference's picture, by quadrature to a relative error of `tolerance` at each point, under the light turned by
@@ -196,6 +241,11 @@ impl Live {
     /// Materials that were baked for it: the others were taken over.
     pub fn rebaked(&self) -> usize {
         self.rebaked
+    }
+
+    /// Is it a preview, of which no error is known?
+    pub fn is_preview(&self) -> bool {
+        self.preview
     }
 
     /// Has `other` the same triangles?
@@ -342,6 +392,12 @@ mod tests {
             assert_eq!(b.rebaked(), 1, "{brdf} under {light}");
             assert!(drawn(&b) == drawn(&fresh), "{brdf} under {light}");
             assert!(drawn(&b) != drawn(&a), "{brdf} under {light}");
+            let preview = session.preview(&changed, names(light), &a).expect("bakes");
+            match preview {
+                Some(p) => assert!(p.is_preview() && !b.is_preview() && drawn(&p) != drawn(&a)),
+                // Light and reflectance at once: all is baked.
+                None => assert_eq!((brdf, light), ("ggx:alpha=0.2,f0=1", "sky")),
+            }
         }
     }
 

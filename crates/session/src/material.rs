@@ -298,7 +298,8 @@ impl Session {
         local.bake(&material.brdf, material.maps.normal.as_deref(), &task).map(Some)
     }
 
-    /// `before` with what changed of its light or its reflectance: only those factors are baked again.
+    /// `before` with what changed of its light or its reflectance: only those factors are baked again. A preview measures no
+    /// error.
     #[cfg(feature = "gpu")]
     pub(crate) fn rebaked(
         &self,
@@ -306,6 +307,7 @@ impl Session {
         material: &Material,
         changed: Changed,
         under: Under<'_>,
+        preview: bool,
     ) -> Result<Prepared, Error> {
         let Some(old) = &before.bake else {
             return Err(Error::failed("a material without a bake"));
@@ -316,11 +318,19 @@ impl Session {
         let (bake, direct) = match changed {
             Changed::Light => {
                 let (baked, direct) = split(under.lights, suns);
-                (old.0.with_light(&baked, &task)?, direct)
+                let bake = match preview {
+                    true => old.0.preview(Some(&baked), None, &task)?,
+                    false => old.0.with_light(&baked, &task)?,
+                };
+                (bake, direct)
             }
             Changed::Reflectance => {
                 let of = steradian_techniques::Material::new(material.brdf.clone());
-                (old.0.with_material(&of, &task)?, before.direct.1.clone())
+                let bake = match preview {
+                    true => old.0.preview(None, Some(&of), &task)?,
+                    false => old.0.with_material(&of, &task)?,
+                };
+                (bake, before.direct.1.clone())
             }
             Changed::Nothing => (old.0.with_view(&view(under.camera)), before.direct.1.clone()),
         };

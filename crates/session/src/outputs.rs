@@ -12,6 +12,17 @@ use steradian_sphere::SphereImage;
 /// Extensions of image files that are written.
 pub const IMAGES: [&str; 5] = ["exr", "hdr", "pic", "pfm", "png"];
 
+/// The extension of animated PNG files.
+pub const ANIMATION: &str = "apng";
+
+/// Frames a second of turntables.
+pub const FRAME_RATE: u16 = 24;
+
+/// Does a name end in [`ANIMATION`]?
+pub fn is_animation(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ANIMATION))
+}
+
 /// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the work, so that
 /// it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
@@ -88,6 +99,33 @@ impl Session {
         let raster = Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
         let options = WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() };
         self.write_image(path, &raster, options).map(|_| ())
+    }
+
+    /// Pictures of one size as an animated PNG that repeats for ever, of `per_second` frames.
+    pub fn write_animation(&self, path: &Path, frames: &[Display], per_second: u16) -> Result<(), Error> {
+        let Some(first) = frames.first() else { return Err(Error::failed("an animation without frames")) };
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, first.width as u32, first.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let encode = |mut encoder: png::Encoder<'_, &mut Vec<u8>>| {
+            encoder.set_animated(frames.len() as u32, 0)?;
+            encoder.set_frame_delay(1, per_second)?;
+            for (key, value) in self.provenance_pairs() {
+                encoder.add_itxt_chunk(key, value)?;
+            }
+            let mut writer = encoder.write_header()?;
+            for frame in frames {
+                self.task.check().map_err(|_| std::io::Error::from(std::io::ErrorKind::Interrupted))?;
+                writer.write_image_data(&frame.rgb)?;
+            }
+            writer.finish()
+        };
+        let encoded = encode(encoder);
+        self.check()?;
+        encoded.map_err(|e| Error::failed(format!("{}: cannot encode: {e}", path.display())))?;
+        Ok(write_atomic(path, |w| w.write_all(&bytes))?)
     }
 
     /// A drawing: .svg or .png.

@@ -35,8 +35,23 @@ impl Baker {
 
     /// What `wish` asks for.
     pub fn bake(&mut self, wish: &Wish, task: Task) -> Result<Arc<Live>, Error> {
+        self.bake_after(wish, task, |_| ())
+    }
+
+    /// The same; where it takes more than the bake before, `preview` gets a coarser one first.
+    pub fn bake_after(
+        &mut self,
+        wish: &Wish,
+        task: Task,
+        preview: impl FnOnce(Arc<Live>),
+    ) -> Result<Arc<Live>, Error> {
         self.session.task = task;
         let (scene, names) = self.scene(wish)?;
+        if let Some(last) = &self.last
+            && let Some(early) = self.session.preview(&scene, names.clone(), last)?
+        {
+            preview(Arc::new(early));
+        }
         let live = Arc::new(self.session.live(&scene, names, self.last.as_deref())?);
         self.last = Some(live.clone());
         Ok(live)

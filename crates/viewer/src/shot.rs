@@ -3,15 +3,15 @@
 use crate::{Baker, Error, Frame, Look, Orbit, Painter, View, Wish};
 use std::path::{Path, PathBuf};
 use steradian_render::{Display, ToneMapper};
-use steradian_session::Session;
+use steradian_session::{FRAME_RATE, Session, is_animation};
 
 /// What is written.
 #[derive(Debug, Clone)]
 pub struct Shot {
-    /// The file. With `{}` in its name, every frame is written.
+    /// The file. With `{}` in its name, every frame is written; .apng is an animation.
     pub file: PathBuf,
-    /// Frames of a full turn of the camera. Without `{}` in the file's name the same view is drawn as often, and the last
-    /// one written.
+    /// Frames of a full turn of the camera. Where the file is one PNG the same view is drawn as often, and the last one
+    /// written.
     pub frames: usize,
     /// Pixels.
     pub size: [usize; 2],
@@ -34,11 +34,13 @@ pub fn shoot(session: Session, wish: &Wish, shot: &Shot) -> Result<Taken, Error>
     let task = session.task.clone();
     let mut painter = Painter::open()?;
     let mut baker = Baker::new(session);
-    let live = baker.bake(wish, task)?;
+    let live = baker.bake(wish, task.clone())?;
     let mut wish = wish.clone();
     let mut orbit = wish.orbit.unwrap_or_else(|| Orbit::of(&live.camera()));
     wish.orbit = Some(orbit);
     let each = shot.file.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
+    let animated = is_animation(&shot.file);
+    let mut shown = Vec::new();
     let mut milliseconds = Vec::new();
     let mut last = None;
     let mut exposure = wish.exposure;
@@ -54,19 +56,26 @@ pub fn shoot(session: Session, wish: &Wish, shot: &Shot) -> Result<Taken, Error>
             truth: None,
             still: true,
         };
+        task.check().map_err(steradian_session::Error::from)?;
         let frame = painter.paint(&view)?;
         exposure = Some(frame.ev);
         milliseconds.push(frame.draw_ms + frame.develop_ms);
-        if each {
+        if animated {
+            shown.push(frame.pictures[0].clone());
+        } else if each {
             let name = shot.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
             let file = shot.file.with_file_name(name.replacen("{}", &format!("{k:04}"), 1));
             write(&baker, &file, &frame.pictures[0])?;
+        }
+        if each || animated {
             orbit.turn(std::f32::consts::TAU / shot.frames.max(1) as f32, 0.0);
         }
         last = Some(frame);
     }
     let Some(frame) = last else { return Err(Error::Window("no frame was drawn".into())) };
-    if !each {
+    if animated {
+        baker.session().write_animation(&shot.file, &shown, FRAME_RATE)?;
+    } else if !each {
         write(&baker, &shot.file, &frame.pictures[0])?;
     }
     let command = wish.command(shot.size, frame.ev);

@@ -23,6 +23,10 @@ const SMALLEST: f32 = 0.015_625;
 /// Numbers from which on a buffer is worth halving; small ones hold counts and offsets.
 const LONG: usize = 1 << 14;
 
+/// Bits that the halves of long arrays lose: prefiltered maps and coefficients stay right to 0.8 %, 0.3 % in the RMS, which
+/// packs into two thirds of the bytes.
+const COARSE: u32 = 4;
+
 /// A texture of floats, `channels` a texel.
 fn texture(
     data: &mut Data,
@@ -31,11 +35,12 @@ fn texture(
     channels: usize,
     floats: &[f32],
 ) -> Result<Value, WebError> {
-    texture_to(data, what, size, channels, floats, 0)
+    let bits = if floats.len() >= LONG { COARSE } else { 0 };
+    texture_to(data, what, size, channels, floats, bits)
 }
 
-/// Bits that halves lose which are looked at and not computed with: they stay right to 0.2 %.
-const UNSEEN: u32 = 2;
+/// Bits that halves lose which are looked at and not computed with: they stay right to 0.4 %, less than a step of 8 bits.
+const UNSEEN: u32 = 3;
 
 /// [`texture`] whose halves are rounded to multiples of 2^`bits` of their last place.
 fn texture_to(
@@ -92,18 +97,18 @@ fn rounded(x: f32, step: f32) -> f32 {
     if step > 0.0 { (x / step).round() * step } else { x }
 }
 
-/// A mesh; positions to a millionth of its extent, normals and tangents to 2^-14.
+/// A mesh; positions to 2^-18 of its extent, normals and tangents to 2^-13.
 pub fn mesh(data: &mut Data, t: &Triangles) -> Result<Value, WebError> {
     let what = format!("a mesh of {} triangles", t.indices.len());
     let (low, high) = t.bounds().unwrap_or_default();
-    let step = f32::exp2(((high - low).max_element().max(1e-30).log2() - 20.0).floor());
+    let step = f32::exp2(((high - low).max_element().max(1e-30).log2() - 18.0).floor());
     let mut rows: Vec<f32> = Vec::with_capacity(12 * t.vertices.len());
     for v in &t.vertices {
         rows.extend([0, 1, 2].map(|k| rounded(v[k], step)));
         rows.push(v[3]);
-        rows.extend([4, 5, 6].map(|k| rounded(v[k], f32::exp2(-14.0))));
+        rows.extend([4, 5, 6].map(|k| rounded(v[k], f32::exp2(-13.0))));
         rows.push(v[7]);
-        rows.extend([8, 9, 10, 11].map(|k| rounded(v[k], f32::exp2(-14.0))));
+        rows.extend([8, 9, 10, 11].map(|k| rounded(v[k], f32::exp2(-13.0))));
     }
     let height = (3 * t.vertices.len()).div_ceil(ROW).max(1);
     if height > SIDE {
@@ -134,7 +139,8 @@ pub fn halved(technique: &GpuTechnique) -> GpuTechnique {
             && v.len() >= LONG
             && (SMALLEST..=LARGEST).contains(&v.iter().fold(0.0f32, |m, x| m.max(x.abs())))
         {
-            b.data = Numbers::F16(v.iter().map(|x| f16::from_f32(*x)).collect());
+            let half = |x: &f32| f16::from_bits(coarse(f16::from_f32(*x), COARSE));
+            b.data = Numbers::F16(v.iter().map(half).collect());
         }
     }
     out
@@ -233,13 +239,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rounded_halves_stay_finite_and_right_to_a_five_hundredth() {
+    fn rounded_halves_stay_finite_and_right_to_half_a_percent() {
         for k in 0..f16::MAX.to_bits() {
             let x = f16::from_bits(k);
             let y = f16::from_bits(coarse(x, UNSEEN));
             assert!(y.is_finite());
             if x > f16::MIN_POSITIVE {
-                assert!((y.to_f32() / x.to_f32() - 1.0).abs() <= 1.0 / 500.0, "{x} {y}");
+                assert!((y.to_f32() / x.to_f32() - 1.0).abs() <= 0.005, "{x} {y}");
             }
             assert_eq!(coarse(x, 0), k);
             assert_eq!(coarse(-x, UNSEEN), coarse(x, UNSEEN) | 0x8000);

@@ -14,8 +14,8 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{NormalFiltering, SurfaceMaps, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    Backend, DEFAULT_SKY, FOV, Local, Material, Method, Model, Picture, Prepared, Renderer, Scene,
-    SceneOverrides, Shadows, check_output, for_any_mesh, make_tangents,
+    ANIMATION, Backend, DEFAULT_SKY, FOV, FRAME_RATE, Local, Material, Method, Model, Picture, Prepared,
+    Renderer, Scene, SceneOverrides, Shadows, check_output, for_any_mesh, is_animation, make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -119,7 +119,8 @@ pub struct Options {
     /// Upward direction of the camera [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub up: Option<[f64; 3]>,
-    /// N pictures around the target, all exposed as the first one is; {} in the name of the output stands for the number
+    /// N pictures around the target, all exposed as the first one is: as an animation where the output is .apng, else {} in
+    /// its name stands for the number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=3600))]
     pub orbit: Option<u16>,
     /// Target of the camera, metres [default: centre of the mesh]
@@ -189,7 +190,10 @@ fn background(text: &str) -> Result<SceneBackground, String> {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    check_output(&o.output, &["png", "exr", "hdr", "pfm"])?;
+    match o.orbit {
+        Some(_) => check_output(&o.output, &["png", "exr", "hdr", "pfm", ANIMATION])?,
+        None => check_output(&o.output, &["png", "exr", "hdr", "pfm"])?,
+    }
     let traced = o.technique.as_deref() == Some(Method::Path.slug());
     context.paths = o.paths.get(traced)?;
     if let Some(path) = &o.variance {
@@ -236,14 +240,23 @@ fn orbit(
     renderer: Option<Renderer>,
     context: &mut Context,
 ) -> Outcome {
-    if !o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}")) {
-        let why = "--orbit writes several pictures: put {} into the name, such as turn-{}.png";
+    let animated = is_animation(&o.output);
+    if !animated && !o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}")) {
+        let why = "--orbit writes several pictures: put {} into the name, such as turn-{}.png, or use .apng";
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
     }
+    let mut shown = Vec::new();
     let orbit = context.orbit(scene, frames, renderer, |session, k, picture| {
         let film = std::mem::take(&mut picture.film);
+        if animated {
+            shown.push(picture.develop.film(&film));
+            return Ok(());
+        }
         session.write_film(&frame(&o.output, k), film, picture.develop)
     })?;
+    if animated {
+        context.write_animation(&o.output, &shown, FRAME_RATE)?;
+    }
     let (last, missed) = orbit.even_if_missed();
     if let Some(picture) = last {
         report(o, scene, &picture, context)?;

@@ -33,10 +33,11 @@ pub struct Options {
     /// Tone mapper: linear, reinhard, aces, agx, neutral, …
     #[arg(long, value_name = "NAME", value_parser = tone_mapper)]
     tone_mapper: Option<ToneMapper>,
-    /// Draw into a file instead of a window, by the same renderer; with {} in its name, every frame of a turn
+    /// Draw into a file instead of a window, by the same renderer; with {} in its name every frame of a turn, as .apng all of
+    /// them
     #[arg(long, value_name = "OUT.png")]
     screenshot: Option<PathBuf>,
-    /// Frames that are drawn; the last one is written, or each where the name has {}
+    /// Frames that are drawn; of one .png the last one is written
     #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot", value_parser = clap::value_parser!(u16).range(1..))]
     frames: u16,
     /// Size of the screenshot, pixels
@@ -52,7 +53,7 @@ pub fn run(_: Options, _: &Context) -> Outcome {
 #[cfg(feature = "view")]
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     use serde_json::json;
-    use steradian_session::{Method, Session, check_output};
+    use steradian_session::{ANIMATION, Method, Session, check_output};
     use steradian_viewer::{Shot, Wish};
 
     let given = [&o.environment, &o.brdf, &o.technique].iter().any(|g| g.is_some())
@@ -78,7 +79,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         let wish = (o.input.is_some() || given).then_some(wish);
         return steradian_viewer::run(wish, context.common.max_memory).map_err(failed);
     };
-    check_output(&file, &["png"])?;
+    check_output(&file, &["png", ANIMATION])?;
     let session = std::mem::take::<Session>(context);
     let shot = Shot { file, frames: o.frames.into(), size: [o.size.0, o.size.1] };
     let taken = steradian_viewer::shoot(session, &wish, &shot).map_err(failed)?;

@@ -72,6 +72,14 @@ pub trait AnyBake: Send + Sync {
     fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
     /// Another geometry: only the transfer and the link are baked again.
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError>;
+    /// Another light, another reflectance or both, to look at while a bake of its own is under way: as [`AnyBake::with_light`]
+    /// and [`AnyBake::with_material`], but the error is not measured, and the certificate is still the one of this bake.
+    fn preview(
+        &self,
+        lights: Option<&Lights>,
+        material: Option<&Material>,
+        task: &Task,
+    ) -> Result<Box<dyn AnyBake>, BakeError>;
 }
 
 /// The erased twin of a [`Technique`].
@@ -175,12 +183,17 @@ impl<T: Technique> Factors<T> {
         Self { light: b.light.clone(), material: b.material.clone(), transfer: b.transfer.clone() }
     }
 
-    /// Links them and certifies the result.
-    fn link(self, params: T::Params, given: &Given, task: &Task) -> Result<Bake<T>, BakeError> {
+    /// Links them; nothing is known of the error yet.
+    fn uncertified(self, params: T::Params, task: &Task) -> Result<(Bake<T>, Report), BakeError> {
         let Self { light, material, transfer } = self;
         let parts = Parts::<T> { light: &light, material: &material, transfer: &transfer };
         let (linked, report): (T::Linked, Report) = T::link(parts, &params, task)?;
-        let mut bake = Bake { params, light, material, transfer, linked, certificate: Certificate::exact() };
+        Ok((Bake { params, light, material, transfer, linked, certificate: Certificate::exact() }, report))
+    }
+
+    /// Links them and certifies the result.
+    fn link(self, params: T::Params, given: &Given, task: &Task) -> Result<Bake<T>, BakeError> {
+        let (mut bake, report) = self.uncertified(params, task)?;
         bake.certificate = given.certificate(&bake, &report, task)?;
         Ok(bake)
     }
@@ -205,6 +218,33 @@ impl<T: Technique> Baked<T> {
         let mut frame = T::Frame::default();
         T::frame(&bake, &view, &mut frame);
         Box::new(Self { bake, frame, view, geometry, given })
+    }
+
+    /// The factors with those baked again that another light or another reflectance changes, and what they are made of.
+    fn changed(
+        &self,
+        lights: Option<&Lights>,
+        material: Option<&Material>,
+        task: &Task,
+    ) -> Result<(Factors<T>, Given), BakeError> {
+        let b = &self.bake;
+        let (mut factors, mut given) = (Factors::of(b), self.given.clone());
+        if let Some(lights) = lights {
+            lights.check()?;
+            factors.light = Arc::new(T::light(lights, &b.params, task)?);
+            given.lights = Some(lights.clone());
+        }
+        if let Some(material) = material {
+            check_material::<T>(material)?;
+            given.brdf = Some(material.brdf.clone());
+            factors.material = Arc::new(T::material(material, &b.params, task)?);
+            if !T::same_transfer(&b.params, &b.material, &factors.material) {
+                let geometry = self.geometry.as_ref();
+                factors.transfer =
+                    Arc::new(transfer::<T>(geometry, &factors.material, &b.params, task)?);
+            }
+        }
+        Ok((factors, given))
     }
 
     /// This bake with other factors, seen as it is.
@@ -282,24 +322,25 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
-        lights.check()?;
-        let light = Arc::new(T::light(lights, &self.bake.params, task)?);
-        let given = Given { lights: Some(lights.clone()), ..self.given.clone() };
-        self.relinked(Factors { light, ..Factors::of(&self.bake) }, self.geometry.clone(), given, task)
+        let (factors, given) = self.changed(Some(lights), None, task)?;
+        self.relinked(factors, self.geometry.clone(), given, task)
     }
 
     fn with_material(&self, material: &Material, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
-        check_material::<T>(material)?;
-        let b = &self.bake;
-        let given = Given { brdf: Some(material.brdf.clone()), ..self.given.clone() };
-        let material = T::material(material, &b.params, task)?;
-        let transfer = if T::same_transfer(&b.params, &b.material, &material) {
-            b.transfer.clone()
-        } else {
-            Arc::new(transfer::<T>(self.geometry.as_ref(), &material, &b.params, task)?)
-        };
-        let factors = Factors { light: b.light.clone(), material: Arc::new(material), transfer };
+        let (factors, given) = self.changed(None, Some(material), task)?;
         self.relinked(factors, self.geometry.clone(), given, task)
+    }
+
+    fn preview(
+        &self,
+        lights: Option<&Lights>,
+        material: Option<&Material>,
+        task: &Task,
+    ) -> Result<Box<dyn AnyBake>, BakeError> {
+        let (factors, given) = self.changed(lights, material, task)?;
+        let (mut bake, _) = factors.uncertified(self.bake.params.clone(), task)?;
+        bake.certificate = self.bake.certificate.clone();
+        Ok(Self::boxed(bake, self.view, self.geometry.clone(), given))
     }
 
     fn with_geometry(&self, geometry: &Geometry, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {

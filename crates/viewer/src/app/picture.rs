@@ -1,0 +1,280 @@
+//! The picture: what the mouse does in it, and what is written over and below it.
+
+use super::{App, Look, bytes, degrees, short, tag};
+use crate::paint::FALSE_COLOUR;
+use crate::reference::STEPS;
+use eframe::egui::{self, Color32, Pos2, Rect, RichText, Sense, Ui, Vec2};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+impl App {
+    /// The picture, and what the mouse does in it.
+    pub(super) fn picture(&mut self, ui: &mut Ui) {
+        let rect = ui.available_rect_before_wrap();
+        let scale = ui.ctx().pixels_per_point();
+        self.pixels = [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as usize);
+        let response = ui.allocate_rect(rect, Sense::click_and_drag());
+        let painter = ui.painter_at(rect);
+        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        if let Some(first) = self.textures.first() {
+            painter.image(first.id(), rect, whole, Color32::WHITE);
+        }
+        let wipe = rect.left() + self.kept.wipe * rect.width();
+        let two = self.kept.split && self.textures.len() > 1;
+        if two {
+            let right = Rect::from_min_max(Pos2::new(wipe, rect.top()), rect.max);
+            let part = Rect::from_min_max(Pos2::new(self.kept.wipe, 0.0), Pos2::new(1.0, 1.0));
+            painter.image(self.textures[1].id(), right, part, Color32::WHITE);
+            painter.vline(wipe, rect.y_range(), (1.5, Color32::WHITE));
+            painter.circle_filled(Pos2::new(wipe, rect.center().y), 6.0, Color32::WHITE);
+            let label = |at: Pos2, align: egui::Align2, text: &str| {
+                tag(&painter, at, align, text);
+            };
+            let name = |t: &Option<String>| t.clone().unwrap_or_else(|| "chosen".into());
+            label(
+                Pos2::new(wipe - 12.0, rect.top() + 14.0),
+                egui::Align2::RIGHT_TOP,
+                &name(&self.kept.wish.technique),
+            );
+            label(Pos2::new(wipe + 12.0, rect.top() + 14.0), egui::Align2::LEFT_TOP, &name(&self.kept.other));
+        }
+        self.mouse(ui, &response, rect, two.then_some(wipe));
+        self.overlay(ui, &painter, rect);
+    }
+
+    pub(super) fn mouse(&mut self, ui: &Ui, response: &egui::Response, rect: Rect, wipe: Option<f32>) {
+        let pointer = response.hover_pos();
+        self.hover =
+            pointer.map(|p| [(p.x - rect.left()) / rect.width(), (p.y - rect.top()) / rect.height()]);
+        let near = |p: Option<Pos2>| wipe.zip(p).is_some_and(|(w, p)| (p.x - w).abs() < 8.0);
+        let under = self.sun_at(rect, pointer);
+        if response.drag_started() {
+            let origin = ui.input(|i| i.pointer.press_origin());
+            self.holding = self.sun_at(rect, origin);
+            self.wiping = self.holding.is_none() && near(origin);
+        }
+        if under.is_some() || self.holding.is_some() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
+        }
+        if near(pointer) || self.wiping {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+        }
+        let d: Vec2 = response.drag_delta();
+        let (shift, secondary) = (
+            ui.input(|i| i.modifiers.shift),
+            response.dragged_by(egui::PointerButton::Secondary)
+                || response.dragged_by(egui::PointerButton::Middle),
+        );
+        if let (true, Some(k), Some(at)) =
+            (response.dragged() && d != Vec2::ZERO, self.holding, response.interact_pointer_pos())
+        {
+            self.drag_sun(k, rect, at);
+        } else if response.dragged() && self.wiping {
+            self.kept.wipe = (self.kept.wipe + d.x / rect.width()).clamp(0.0, 1.0);
+        } else if response.dragged() && self.holding.is_none() && d != Vec2::ZERO {
+            self.moved = Instant::now();
+            if shift {
+                self.kept.wish.turn = degrees(self.kept.wish.turn + f64::from(d.x) * 0.4);
+            } else if let Some(o) = &mut self.kept.wish.orbit {
+                if secondary {
+                    o.shift(-d.x / rect.height(), d.y / rect.height());
+                } else {
+                    o.turn(-d.x * 0.008, d.y * 0.008);
+                }
+            }
+        }
+        if response.drag_stopped() {
+            (self.wiping, self.holding) = (false, None);
+        }
+        if response.double_clicked() {
+            self.home();
+        }
+        if response.hovered() {
+            let (scroll, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+            let factor = (-scroll * 0.002).exp() / pinch;
+            if factor != 1.0
+                && let Some(o) = &mut self.kept.wish.orbit
+            {
+                o.zoom(factor);
+                self.moved = Instant::now();
+            }
+        }
+    }
+
+    /// What is written over the picture: progress, errors, the reference's state, notes.
+    pub(super) fn overlay(&mut self, ui: &mut Ui, painter: &egui::Painter, rect: Rect) {
+        self.draw_suns(painter, rect, self.sun_at(rect, ui.input(|i| i.pointer.hover_pos())));
+        let mut y = rect.top() + 14.0;
+        for side in 0..2 {
+            if self.threads.bakes[side].is_busy() {
+                let bar = &self.threads.bars[side];
+                let label = bar.label.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let (done, total) = (bar.done.load(Ordering::Relaxed), bar.total.load(Ordering::Relaxed));
+                let part = if total > 0 { (done as f32 / total as f32).min(1.0) } else { 0.0 };
+                let percent = if total > 0 { format!(" {:.0} %", 100.0 * part) } else { String::new() };
+                tag(
+                    painter,
+                    Pos2::new(rect.left() + 14.0, y),
+                    egui::Align2::LEFT_TOP,
+                    &format!("Baking: {label}{percent}   (Esc stops)"),
+                );
+                let track =
+                    Rect::from_min_size(Pos2::new(rect.left() + 14.0, y + 25.0), Vec2::new(220.0, 3.0));
+                painter.rect_filled(track, 1.5, Color32::from_black_alpha(120));
+                let fill = Rect::from_min_size(track.min, Vec2::new(220.0 * part, 3.0));
+                painter.rect_filled(fill, 1.5, Color32::from_rgb(255, 190, 90));
+                y += 36.0;
+                ui.ctx().request_repaint_after(Duration::from_millis(100));
+            }
+        }
+        if self.frame.is_none() && self.error.is_none() && y < rect.top() + 20.0 {
+            tag(painter, rect.center(), egui::Align2::CENTER_CENTER, "Drawing …");
+        }
+        if self.look == Look::Heat {
+            let text = self.heat_words();
+            tag(
+                painter,
+                Pos2::new(rect.left() + 14.0, rect.bottom() - 14.0),
+                egui::Align2::LEFT_BOTTOM,
+                &text,
+            );
+            if self.threads.truth.is_busy() {
+                ui.ctx().request_repaint_after(Duration::from_millis(200));
+            }
+        }
+        if self.look == Look::FalseColour {
+            let text = format!(
+                "luminance, {FALSE_COLOUR} stops below (black) to {FALSE_COLOUR} above (pale yellow) middle grey"
+            );
+            tag(
+                painter,
+                Pos2::new(rect.left() + 14.0, rect.bottom() - 14.0),
+                egui::Align2::LEFT_BOTTOM,
+                &text,
+            );
+        }
+        if let Some((text, since)) = &self.said {
+            let left = Duration::from_secs(5).saturating_sub(since.elapsed());
+            if left.is_zero() {
+                self.said = None;
+            } else {
+                tag(
+                    painter,
+                    Pos2::new(rect.center().x, rect.bottom() - 14.0),
+                    egui::Align2::CENTER_BOTTOM,
+                    text,
+                );
+                ui.ctx().request_repaint_after(left);
+            }
+        }
+        if let Some(e) = &self.error {
+            let text = format!("{e}");
+            let galley =
+                painter.layout(text, egui::FontId::proportional(14.0), Color32::WHITE, rect.width() - 60.0);
+            let size = galley.size() + Vec2::new(24.0, 14.0);
+            let at = Rect::from_min_size(Pos2::new(rect.center().x - 0.5 * size.x, rect.top() + 14.0), size);
+            painter.rect_filled(at, 6.0, Color32::from_rgb(150, 40, 36));
+            painter.galley(at.min + Vec2::new(12.0, 7.0), galley, Color32::WHITE);
+        }
+    }
+
+    /// The state of the reference, and the numbers of each side.
+    pub(super) fn heat_words(&self) -> String {
+        let Some((truth, _, step)) = &self.truth else {
+            let bar = &self.threads.truth_bar;
+            let (done, total) = (bar.done.load(Ordering::Relaxed), bar.total.load(Ordering::Relaxed).max(1));
+            return format!(
+                "The reference: {} of {} passes, {:.0} %",
+                0,
+                STEPS.len(),
+                100.0 * done as f64 / total as f64
+            );
+        };
+        let mut text = format!(
+            "FLIP to the reference, whose own error is {:.2} % at most (pass {} of {}{})",
+            100.0 * truth.error,
+            step + 1,
+            STEPS.len(),
+            if self.threads.truth.is_busy() { ", refining" } else { "" }
+        );
+        let history: Vec<_> = self.truth_history.iter().map(|h| format!("{:.2} %", 100.0 * h.0)).collect();
+        if history.len() > 1 {
+            text += &format!("\nits error pass by pass: {}", history.join(", then "));
+        }
+        let names = [self.kept.wish.technique.clone(), self.kept.other.clone()];
+        if let Some(frame) = &self.frame {
+            for (n, name) in frame.numbers.iter().zip(names) {
+                let name = name.unwrap_or_else(|| "chosen".into());
+                text += &format!(
+                    "\n{name}: relative RMS error {:.2} %, {:.3} stops, FLIP {:.4}",
+                    100.0 * n[0],
+                    n[1],
+                    n[2]
+                );
+            }
+        }
+        text
+    }
+
+    /// The line below the picture: what is under the pointer, times, memory.
+    pub(super) fn status(&mut self, ui: &mut Ui) {
+        let room = ui.available_width();
+        let read = self.probe().unwrap_or_else(|| "Point at the picture to read it".into());
+        let mut words = Vec::new();
+        if let Some(f) = &self.frame {
+            words.push(format!("draw {:.0} ms", f.draw_ms));
+            words.push(format!("develop {:.0} ms", f.develop_ms));
+            words.push(format!("data {}", bytes(f.bytes)));
+        }
+        if let Some(live) = &self.lives[0] {
+            words.push(format!("bake {:.2} s", self.seconds[0]));
+            words.push(format!("{} triangles", live.scene().mesh.triangles.len()));
+        }
+        // Where there is little room, what is under the pointer matters more.
+        words.truncate((room / 180.0) as usize);
+        ui.horizontal(|ui| {
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.small_button("?").on_hover_text("Keys and mouse (F1)").clicked() {
+                    self.help = true;
+                }
+                ui.label(RichText::new(words.join("  ·  ")).small())
+                    .on_hover_text(self.adapter.as_ref().map_or("", |a| &a.0));
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.add(egui::Label::new(RichText::new(read).small()).truncate());
+                });
+            });
+        });
+    }
+
+    /// What is under the pointer.
+    pub(super) fn probe(&self) -> Option<String> {
+        let ([u, v], frame, live) = (self.hover?, self.frame.as_ref()?, self.lives[0].as_ref()?);
+        let side = usize::from(self.kept.split && frame.films.len() > 1 && u > self.kept.wipe);
+        let film = frame.films.get(side)?;
+        let at = |n: usize, t: f32| ((t * n as f32) as usize).min(n.saturating_sub(1));
+        let i = at(film.height, v) * film.width + at(film.width, u);
+        let [r, g, b] = film.pixel(i);
+        let mut text = format!("L = {} {} {} W/sr/m²", short(r), short(g), short(b));
+        let camera = self.kept.wish.orbit?.camera();
+        let point = [u * self.pixels[0] as f32, v * self.pixels[1] as f32];
+        if let Some(p) = live.probe(camera, point, self.pixels) {
+            let n = p.normal;
+            text += &format!("   n = {:.2} {:.2} {:.2}   n·v = {:.2}", n.x, n.y, n.z, n.dot(p.wo));
+            let shown = self.lives[side].as_ref().unwrap_or(live);
+            if let Some(m) = shown.materials().get(p.material).filter(|_| !shown.is_preview()) {
+                text += &format!("   {}: ±{:.1} % ({})", m.method.slug(), 100.0 * m.error(), m.known());
+            }
+        }
+        if let Some((truth, ..)) = &self.truth {
+            let t = &truth.film;
+            let j = at(t.height, v) * t.width + at(t.width, u);
+            let y = steradian_render::tone::luminance;
+            let (is, should) = (y([r, g, b]), y(t.pixel(j)));
+            if should > 0.0 {
+                text += &format!("   here {:+.1} % off the reference", 100.0 * (is / should - 1.0));
+            }
+        }
+        Some(text)
+    }
+}
