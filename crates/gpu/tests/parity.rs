@@ -48,6 +48,9 @@ const SUNS: &str = "lights";
 /// The parameter of techniques that know reflections between surfaces.
 const BOUNCES: &str = "bounces";
 
+/// The parameter of techniques that know shadows where they are asked for.
+const VISIBILITY: &str = "visibility";
+
 /// A mesh that shadows itself, for techniques with sites.
 fn ring() -> Geometry {
     Geometry::new(Arc::new(shapes::torus(0.7, 0.3, 16)), Sites::Vertices)
@@ -211,8 +214,12 @@ fn main() {
             let sunny = each().filter(move |_| suns).map(|spec| (spec, Some((SUNS, 1.0.into()))));
             let bounces = t.params().iter().any(|i| i.name == BOUNCES);
             let reflected = each().filter(move |_| bounces).map(|spec| (spec, Some((BOUNCES, 3.0.into()))));
+            let seen = t.params().iter().any(|i| i.name == VISIBILITY);
+            let shadowed =
+                each().filter(move |_| seen).map(|spec| (spec, Some((VISIBILITY, "published".into()))));
             plain
                 .chain(chosen)
+                .chain(shadowed)
                 .chain(sunny)
                 .chain(reflected)
                 .map(|(specs, choice)| (*t, specs, choice))

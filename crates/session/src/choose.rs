@@ -138,7 +138,7 @@ impl<'a> Sample<'a> {
         if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
             return Ok(None);
         }
-        if matches!(&prepared.method, Method::Technique(t) if t.card().needs.sites) {
+        if matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params)) {
             return Ok(None);
         }
         let film = self.film(&prepared.surface, &task.clone().without_progress())?;
@@ -215,7 +215,7 @@ impl Session {
             technique: t.card().slug,
             brdf: p.material.brdf.spec(),
             error: c.error,
-            sites: t.card().needs.sites,
+            sites: t.self_shadowing(&p.material.params),
             known: c.known,
             picture: p.picture_error,
             automatic: p.material.method.is_none(),

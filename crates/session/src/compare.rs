@@ -2,6 +2,7 @@
 
 use crate::material::Under;
 use crate::picture::{auto_exposure, background};
+use crate::scene::given_to;
 use crate::{Error, Kind, Material, Method, Prepared, Renderer, Scene, Session};
 use std::time::Instant;
 use steradian_base::Certificate;
@@ -99,7 +100,7 @@ impl Session {
         plan: &Plan,
     ) -> Result<Vec<Answer>, Error> {
         let camera = scene.camera_or_framed()?;
-        let scene = &*scene.staged(&camera, methods, &self.task)?;
+        let scene = &*scene.staged(&camera, scene.spacing_by(methods), &self.task)?;
         let case = &Subject {
             scene,
             bvh: Bvh::build(&scene.mesh),
@@ -182,10 +183,7 @@ impl Session {
                 _ => case.scene.tolerance,
             };
             let mut m = m.with(method.clone());
-            if let Method::Technique(t) = method {
-                // What is given for several techniques goes to those that have it.
-                m.params.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
-            }
+            m.params = given_to(method, &m.params);
             let under =
                 Under { lights: &case.scene.lights, camera: &case.camera, tolerance, scene: case.scene };
             let prepared = self.prepare(&m, method, under, &self.task)?;

@@ -16,6 +16,7 @@ use steradian_techniques::direct::{Direct, Shadows, split};
 use steradian_techniques::local::{self, LocalFrame, LocalLights, LocalShading};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
+    find,
 };
 
 /// Tolerance of the reference where none is asked for.
@@ -187,7 +188,9 @@ fn baked(
     let material = Material::new(r.brdf.clone());
     let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &r.params, &task)?;
     let shadows = match &r.mesh {
-        Some(mesh) if session.shadows.under(technique) && !(direct.is_empty() && lights.is_empty()) => {
+        Some(mesh)
+            if session.shadows.under(technique, &r.params) && !(direct.is_empty() && lights.is_empty()) =>
+        {
             Some(Bvh::build(mesh))
         }
         _ => None,
@@ -308,7 +311,8 @@ fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[u
     // Every point is its own site.
     let sites: Vec<u32> = points.iter().map(|&i| i as u32).collect();
     let weights = vec![0.0f32; points.len()];
-    if bake.card().needs.sites {
+    let sited = find(bake.card().slug).is_some_and(|t| t.needs_sites(&bake.params()));
+    if sited {
         all.site.index = [&sites, &sites, &sites];
         all.site.weight = [&weights, &weights];
     }
@@ -325,15 +329,13 @@ fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[u
 }
 
 fn geometry(technique: &dyn AnyTechnique, r: &Request, q: &Points) -> Result<Option<Geometry>, Error> {
-    let card = technique.card();
+    let (card, sited) = (technique.card(), technique.needs_sites(&r.params));
     match (&r.mesh, &q.p) {
-        (None, _) if card.needs.sites => {
-            Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug)))
-        }
-        (Some(_), None) if card.needs.sites => {
+        (None, _) if sited => Err(Error::usage(format!("{} bakes on a mesh: give --mesh", card.slug))),
+        (Some(_), None) if sited => {
             Err(Error::input("the points need positions (columns px,py,pz) with --mesh"))
         }
-        (Some(mesh), Some(p)) if card.needs.sites => {
+        (Some(mesh), Some(p)) if sited => {
             let sites = Sites::Points {
                 p: p.iter().map(|v| v.as_vec3()).collect(),
                 n: q.n.iter().map(|v| v.as_vec3()).collect(),

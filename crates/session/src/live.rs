@@ -131,7 +131,7 @@ impl Session {
         preview: bool,
     ) -> Result<Live, Error> {
         let camera = scene.camera_or_framed()?;
-        let spacing = scene.spacing(scene.methods());
+        let spacing = scene.spacing();
         let mesh = before.filter(|b| b.names.mesh == names.mesh && b.spacing == spacing);
         let (staged, bvh) = match mesh {
             Some(b) => {
@@ -142,7 +142,7 @@ impl Session {
                 (staged, b.bvh.clone())
             }
             None => {
-                let staged = scene.staged(&camera, scene.methods(), &self.task)?.into_owned();
+                let staged = scene.staged(&camera, scene.spacing(), &self.task)?.into_owned();
                 let bvh = Arc::new(Bvh::build(&staged.mesh));
                 (staged, bvh)
             }

@@ -259,7 +259,9 @@ impl Session {
             }
         };
         let shadows = match method {
-            Method::Technique(t) if self.shadows.under(*t) && !(direct.is_empty() && lights.is_empty()) => {
+            Method::Technique(t)
+                if self.shadows.under(*t, &material.params) && !(direct.is_empty() && lights.is_empty()) =>
+            {
                 Some(Arc::new(Bvh::build(&under.scene.mesh)))
             }
             _ => None,

@@ -55,7 +55,7 @@ impl Session {
 
 /// Refuses data per vertex, which need the mesh that they were baked on.
 pub fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
-    if file.technique.card().needs.sites {
+    if file.technique.needs_sites(&file.open()?.params()) {
         let why = "holds data for the vertices of one mesh, which is not shaded here yet";
         return Err(Error::usage(format!("{}: {why}", file.path.display())));
     }

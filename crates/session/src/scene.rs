@@ -6,7 +6,7 @@ use crate::{Adjust, Error, Material, Method, Model, Session, ground};
 use glam::Vec3;
 use std::borrow::Cow;
 use std::sync::Arc;
-use steradian_base::Task;
+use steradian_base::{ParamValues, Task};
 use steradian_light::{Lights, Probes};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
@@ -93,29 +93,33 @@ impl Scene {
         camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
 
-    /// The scene with its ground as part of the mesh, for a camera; where `methods` bake at the vertices, with triangles
-    /// divided where shadows and reflections vary over them.
-    pub(crate) fn staged<'a>(
+    /// The scene with its ground as part of the mesh, for a camera; with vertices at most `spacing` apart near the object, where
+    /// shadows and reflections vary between them.
+    pub(crate) fn staged(
         &self,
         camera: &Camera,
-        methods: impl IntoIterator<Item = &'a Method>,
+        spacing: Option<f32>,
         task: &Task,
     ) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        let Some(coarsest) = self.spacing(methods) else { return Ok(scene) };
+        let Some(coarsest) = spacing else { return Ok(scene) };
         let mut scene = scene.into_owned();
         let refinement = Refinement { coarsest, ..Refinement::default() };
         scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &refinement, task)?;
         Ok(Cow::Owned(scene))
     }
 
-    /// How far apart vertices lie at most for those of `methods` that bake at them.
-    pub(crate) fn spacing<'a>(&self, methods: impl IntoIterator<Item = &'a Method>) -> Option<f32> {
-        let spacing = |m: &Method| match m {
-            Method::Technique(t) if t.card().needs.sites => Some(t.spacing()),
-            _ => None,
-        };
-        methods.into_iter().filter_map(spacing).reduce(f32::min)
+    /// How far apart vertices lie at most for those of the materials' techniques that bake shadows at them.
+    pub(crate) fn spacing(&self) -> Option<f32> {
+        let own = |m: &Material| spacing(m.method.as_ref()?, &m.params);
+        self.materials.iter().chain(&self.ground).filter_map(own).reduce(f32::min)
+    }
+
+    /// The same where all materials are shaded by each of `methods`.
+    pub(crate) fn spacing_by(&self, methods: &[Method]) -> Option<f32> {
+        let all = self.materials.iter().chain(&self.ground);
+        let each = all.flat_map(|m| methods.iter().filter_map(|by| spacing(by, &given_to(by, &m.params))));
+        each.reduce(f32::min)
     }
 
     /// The techniques that its materials ask for.
@@ -137,4 +141,21 @@ impl Scene {
         scene.mesh = Mesh::merged(&parts);
         Cow::Owned(scene)
     }
+}
+
+/// How far apart vertices lie at most for a technique that bakes shadows at them.
+fn spacing(method: &Method, params: &ParamValues) -> Option<f32> {
+    match method {
+        Method::Technique(t) if t.self_shadowing(params) => Some(t.spacing()),
+        _ => None,
+    }
+}
+
+/// Of parameters that are given for several techniques those that one has.
+pub(crate) fn given_to(method: &Method, params: &ParamValues) -> ParamValues {
+    let mut own = params.clone();
+    if let Method::Technique(t) = method {
+        own.0.retain(|name, _| t.params().iter().any(|p| p.name == name));
+    }
+    own
 }

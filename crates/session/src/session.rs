@@ -3,7 +3,7 @@
 use crate::{Error, Notice, Paths};
 use std::path::Path;
 use std::sync::Arc;
-use steradian_base::{Input, Provenance, Task};
+use steradian_base::{Input, ParamValues, Provenance, Task};
 use steradian_formats::Limits;
 use steradian_light::load::Negative;
 use steradian_techniques::AnyTechnique;
@@ -46,10 +46,10 @@ pub enum Shadows {
 }
 
 impl Shadows {
-    /// Are rays traced beside `technique`?
-    pub fn under(self, technique: &dyn AnyTechnique) -> bool {
+    /// Are rays traced beside `technique` with these parameters?
+    pub fn under(self, technique: &dyn AnyTechnique, params: &ParamValues) -> bool {
         match self {
-            Self::Auto => technique.card().capabilities.self_shadowing,
+            Self::Auto => technique.self_shadowing(params),
             Self::Off => false,
             Self::Ray => true,
         }

@@ -33,7 +33,7 @@ pub fn tensors(
         return Ok(whole);
     }
     let slug = technique.card().slug;
-    if technique.card().needs.sites {
+    if technique.needs_sites(&done.bake.params()) {
         session.say(format_args!("{slug}: halves are not measured on a mesh; stored as 32-bit floats"));
         return Ok(whole);
     }

@@ -76,9 +76,11 @@ impl Session {
                 return Err(Error::usage(format!("{}: {why}", t.card().slug)));
             }
         }
-        let own: Vec<Method> = scene.methods().cloned().collect();
-        let methods = if request.methods.is_empty() { &own } else { &request.methods };
-        let mut staged = scene.staged(&camera, methods, &self.task)?.into_owned();
+        let spacing = match &request.methods[..] {
+            [] => scene.spacing(),
+            methods => scene.spacing_by(methods),
+        };
+        let mut staged = scene.staged(&camera, spacing, &self.task)?.into_owned();
         let bvh = Bvh::build(&staged.mesh);
         let (mut techniques, mut lights) = (Vec::new(), Vec::new());
         for (name, light) in &request.lights {

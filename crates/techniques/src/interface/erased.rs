@@ -21,6 +21,8 @@ pub trait AnyTechnique: Send + Sync {
     fn params(&self) -> &'static [ParamInfo];
     /// Does a bake with these parameters need a [`Geometry`]? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
+    /// [`Technique::self_shadowing`]; false of parameters that are refused.
+    fn self_shadowing(&self, params: &ParamValues) -> bool;
     /// [`Technique::SPACING`].
     fn spacing(&self) -> f32;
     /// Bakes every factor and links them. Refuses materials that the Card does not take, light that the technique
@@ -123,6 +125,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn needs_sites(&self, params: &ParamValues) -> bool {
         T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
+    }
+
+    fn self_shadowing(&self, params: &ParamValues) -> bool {
+        T::Params::from_values(params).is_ok_and(|p| T::self_shadowing(&p))
     }
 
     fn spacing(&self) -> f32 {

@@ -32,14 +32,14 @@ impl Given {
         if c.error.is_finite() { Ok(c) } else { Err(BakeError::NotFinite { slug }) }
     }
 
-    /// `None` where light, reflectance or, for techniques with sites, the mesh are not known.
+    /// `None` where light, reflectance or, where shading stands for shadows, the mesh are not known.
     fn measured<T: Technique>(
         &self,
         b: &Bake<T>,
         report: &Report,
         task: &Task,
     ) -> Result<Option<Certificate>, BakeError> {
-        if T::CARD.needs.sites {
+        if T::self_shadowing(&b.params) {
             return self.at_sites(b, report, task);
         }
         let brdf: Option<&dyn Brdf> = self.brdf.as_deref().or_else(|| b.material.kept_reflectance());

@@ -35,6 +35,12 @@ pub trait Technique: Send + Sync + 'static {
         let _ = p;
         Self::CARD.needs.sites
     }
+    /// Does shading with these parameters stand for what the mesh blocks of its own light? Certificates then hold it against
+    /// paths through the mesh, and meshes are divided where shadows vary over them.
+    fn self_shadowing(p: &Self::Params) -> bool {
+        let _ = p;
+        Self::CARD.needs.sites
+    }
     /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh should be divided,
     /// whatever varies over it, because what is shaded is interpolated between vertices.
     const SPACING: f32 = 1.0 / 12.0;

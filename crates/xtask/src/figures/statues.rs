@@ -64,7 +64,7 @@ fn baked(
     let technique = find(slug).with_context(|| format!("no technique {slug}"))?;
     let values: ParamValues = params.iter().copied().collect();
     let geometry =
-        technique.card().needs.sites.then(|| Geometry::new(Arc::new(mesh.clone()), Sites::Vertices));
+        technique.needs_sites(&values).then(|| Geometry::new(Arc::new(mesh.clone()), Sites::Vertices));
     technique
         .bake(lights, &Material::new(brdf.clone()), geometry.as_ref(), &values, &Task::quiet())
         .map_err(|e| anyhow!("{e}"))

@@ -1,6 +1,7 @@
 //! The material's factor, the fit; and what of it shading reads for the levels of a chain.
 
 use super::light::Light;
+use super::visibility::{self, Blocked, MOST};
 use crate::certify::Report;
 use crate::shared::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
@@ -11,6 +12,7 @@ use steradian_brdf::fit::gaussian::{
 };
 use steradian_brdf::model::lobes;
 use steradian_brdf::{Brdf, Form, SharedBrdf};
+use steradian_sphere::sh::zonal;
 
 params! {
     /// The parameters.
@@ -26,10 +28,36 @@ params! {
         pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own)").preset("round"),
         /// Lookups of a lobe at most.
         pub taps: usize = ParamInfo::whole("taps", [1.0, 64.0], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
+        /// What stands in the way of light, as one of [`VISIBILITY`].
+        pub visibility: usize = ParamInfo::choice("visibility", &VISIBILITY, "what a mesh blocks of its own light, by spherical harmonics at its vertices: nothing; the unblocked fraction of the hemisphere; visibility at each lobe's mean (eq. 7); or its mean over the lobe"),
+        /// Bands of visibility.
+        pub visibility_bands: usize = ParamInfo::whole("visibility_bands", [2.0, 4.0], 4.0, "bands of spherical harmonics of visibility"),
+        /// Absolute error of the coefficients of transfer.
+        pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of the coefficients of transfer, with visibility"),
         /// σ of level 1, degrees.
         pub sigma: f64 = ParamInfo::real("sigma", [0.25, 30.0], 1.0, "width of the first filtered map; level 0 is the light itself").unit("degrees"),
         /// Intervals per cube edge of level 0; the environment's own where `None`.
         pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
+    }
+}
+
+/// Words of `visibility`.
+const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
+
+impl Params {
+    /// Does anything block light?
+    pub(super) fn is_shadowed(&self) -> bool {
+        self.visibility > 0
+    }
+
+    /// Bands of visibility: the fraction of the hemisphere is one.
+    pub(super) fn bands(&self) -> usize {
+        if self.visibility == 1 { 1 } else { self.visibility_bands }
+    }
+
+    /// Is visibility convolved with the lobe?
+    fn is_convolved(&self) -> bool {
+        self.visibility == 3
     }
 }
 
@@ -96,6 +124,8 @@ pub struct Views {
     pub means: Vec<[f32; 4]>,
     /// Weights, 0.
     pub weights: Vec<[f32; 4]>,
+    /// A_1, A_2, A_3 of the Gaussian that is looked up, 0; empty where visibility is not convolved with it.
+    pub zonal: Vec<[f32; 4]>,
     /// Lobes.
     pub lobes: usize,
     /// ρ_d.
@@ -106,6 +136,11 @@ impl Views {
     /// Views of each lobe.
     pub fn count(&self) -> usize {
         self.means.len() / self.lobes
+    }
+
+    /// Is there a diffuse part?
+    pub(super) fn is_diffuse(&self) -> bool {
+        self.diffuse.iter().any(|d| *d > 0.0)
     }
 }
 
@@ -134,7 +169,7 @@ fn taps(lobe: &GaussianLobe, most: usize) -> [f64; 3] {
 }
 
 /// Joins chain and fit.
-pub(super) fn link(light: &Light, m: &Fitted, p: &Params) -> (Views, Report) {
+pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> (Views, Report) {
     let (fit, lobes) = (&m.fit, m.fit.lobes());
     let rows = (fit.views.len() - 1) * FINER + 1;
     let at: Vec<_> = (0..rows).map(|i| fit.at(LAST * i as f64 / (rows - 1) as f64)).collect();
@@ -149,13 +184,19 @@ pub(super) fn link(light: &Light, m: &Fitted, p: &Params) -> (Views, Report) {
         let [r, g, b] = row(k, i).weight;
         [r as f32, g as f32, b as f32, 0.0]
     };
+    let zonal = |(k, i): (usize, usize)| {
+        let [sigma, ..] = taps(&row(k, i), p.taps);
+        let a = zonal::gaussian(MOST - 1, (sigma * sigma).recip());
+        [1, 2, 3, 4].map(|l| a.get(l).map_or(0.0, |x| (x / a[0]) as f32))
+    };
     let views = Views {
         means: means.collect(),
         weights: all().map(weight).collect(),
+        zonal: if p.is_convolved() { all().map(zonal).collect() } else { Vec::new() },
         lobes,
         diffuse: fit.diffuse.map(|d| d as f32),
     };
-    let report = report(light, fit, p);
+    let report = visibility::report(blocked, &views, report(light, fit, p));
     let looked = |t: &[f32; 4]| f64::from(t[3]).ceil();
     let most = views.means.iter().map(looked).fold(0.0, f64::max);
     let mean = views.means.iter().map(looked).sum::<f64>() / views.count() as f64;
@@ -205,6 +246,9 @@ impl Part for Views {
         put_f32(to, format!("{prefix}.means"), shape(), self.means.concat());
         put_f32(to, format!("{prefix}.weights"), shape(), self.weights.concat());
         put_f32(to, format!("{prefix}.diffuse"), vec![3], self.diffuse.to_vec());
+        if !self.zonal.is_empty() {
+            put_f32(to, format!("{prefix}.zonal"), shape(), self.zonal.concat());
+        }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -222,10 +266,15 @@ impl Part for Views {
         let name = format!("{prefix}.diffuse");
         let (_, diffuse) = get_f32(from, &name, 1)?;
         let diffuse = diffuse[..].try_into().map_err(|_| PartError::Unexpected(name))?;
-        Ok(Self { means, weights, lobes, diffuse })
+        let name = format!("{prefix}.zonal");
+        let zonal = if from.tensors.contains_key(&name) { table(name.clone())?.1 } else { Vec::new() };
+        if ![0, means.len()].contains(&zonal.len()) {
+            return Err(PartError::Unexpected(name));
+        }
+        Ok(Self { means, weights, zonal, lobes, diffuse })
     }
 
     fn bytes(&self) -> usize {
-        32 * self.means.len() + 12
+        16 * (2 * self.means.len() + self.zonal.len()) + 12
     }
 }

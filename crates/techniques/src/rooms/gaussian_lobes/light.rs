@@ -4,6 +4,7 @@ use super::GaussianLobes;
 use super::bake::Params;
 use crate::shared::chain::Chain;
 use crate::shared::distant::DistantLight;
+use crate::shared::sh_light::ShLight;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
@@ -28,6 +29,8 @@ pub struct Light {
     pub(super) sigmas: Vec<f64>,
     /// E/π.
     pub(super) irradiance: EdgeCube,
+    /// The first bands, of which the blocked part of diffuse light is made; `None` without visibility.
+    pub(super) sh: Option<ShLight>,
     distant: DistantLight,
 }
 
@@ -67,7 +70,8 @@ impl Light {
         let irradiance = filtered(&Lobe::lambert(), 64)?.cube;
         task.end();
         let chain = Chain::new(levels).ok_or_else(|| BakeError::Light { slug, why: "no levels".into() })?;
-        Ok(Self { chain, sigmas, irradiance, distant })
+        let sh = p.is_shadowed().then(|| ShLight::bake(slug, lights, 0.0)).transpose()?;
+        Ok(Self { chain, sigmas, irradiance, sh, distant })
     }
 
     /// The level of the chain, between two, whose mixture has the second moment of a Gaussian of `sigma`.
@@ -88,6 +92,7 @@ impl Part for Light {
         self.chain.save(to, prefix);
         save_cube(&self.irradiance, to, format!("{prefix}.irradiance_over_pi"));
         put_f64(to, format!("{prefix}.sigma"), vec![self.sigmas.len()], self.sigmas.clone());
+        self.sh.iter().for_each(|sh| sh.save(to, prefix));
         self.distant.save(to, prefix);
     }
 
@@ -101,7 +106,9 @@ impl Part for Light {
             return Err(PartError::Unexpected(name));
         }
         let irradiance = load_cube(from, &format!("{prefix}.irradiance_over_pi"))?;
-        Ok(Self { chain, sigmas, irradiance, distant: DistantLight::load(from, prefix)? })
+        let first = format!("{prefix}.radiance_sh");
+        let sh = from.tensors.contains_key(&first).then(|| ShLight::load(from, prefix)).transpose()?;
+        Ok(Self { chain, sigmas, irradiance, sh, distant: DistantLight::load(from, prefix)? })
     }
 
     fn bytes(&self) -> usize {

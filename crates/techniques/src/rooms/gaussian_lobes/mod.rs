@@ -9,18 +9,22 @@
 //! depends on no material. The reflectance is the fit of [`steradian_brdf::fit::gaussian`], about a kilobyte: N elevations
 //! of K lobes, round or stretched along the plane of incidence, whose logarithms of widths, angles and weights are linear in between. A lobe's width lies between two levels, mixed
 //! so that the mean cosine about its axis is its own: the second moment, exactly also where lobes are wide. The diffuse
-//! part, split off before the fit, is looked up in a map of E/π. V = 1. Radiance in W sr⁻¹ m⁻². Refused: anisotropic
-//! reflectance, point lights.
+//! part, split off before the fit, is looked up in a map of E/π. Radiance in W sr⁻¹ m⁻².
+//!
+//! V = 1, or section 3.3 with eq. 7: each lookup is multiplied by the visibility V(r + μ_k) of the point, of a few bands of
+//! spherical harmonics baked at the vertices of a mesh (`visibility`); from the diffuse part their blocked irradiance is taken
+//! (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each other is left out. Refused: anisotropic reflectance, point
+//! lights.
 
 mod bake;
 mod light;
 mod shade;
 #[cfg(test)]
 mod tests;
+mod visibility;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::light_rotation::LightRotation;
 use crate::shared::{lights, reflectance};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
@@ -28,8 +32,10 @@ use crate::{
 };
 use bake::{Fitted, Params, Views};
 use light::Light;
+use shade::Frame;
 use steradian_base::Task;
 use steradian_light::Lights;
+use visibility::Blocked;
 
 /// The technique.
 pub struct GaussianLobes;
@@ -40,9 +46,9 @@ impl Technique for GaussianLobes {
         title: "Gaussian lobes about the mirror direction",
         citation: "Green, Kautz & Durand 2007, Efficient Reflectance and Visibility Approximations for Environment \
                    Map Rendering",
-        equation: "L_o = ρ_d E/π + Σ_k w_k (G_σk ⋆ L)(r + μ_k)",
+        equation: "L_o = ρ_d E/π + Σ_k w_k V(r + μ_k) (G_σk ⋆ L)(r + μ_k)",
         light: "one chain of cube maps for all materials: itself, then convolved with Gaussians of doubling width",
-        visibility: "none: V = 1",
+        visibility: "none: V = 1; or where asked for per site and lobe, spherical harmonics of 2 to 4 bands outside the integral",
         reflectance: "any isotropic, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a \
                       kilobyte; the albedo of every fitted view exact",
         materials: reflectance::isotropic,
@@ -80,6 +86,7 @@ impl Technique for GaussianLobes {
             certain_isotropic: true,
             all_isotropic: true,
             bump_mapping: true,
+            self_shadowing: true,
             dynamic_objects: true,
             ..Capabilities::NONE
         },
@@ -89,9 +96,9 @@ impl Technique for GaussianLobes {
     type Params = Params;
     type Light = Light;
     type Material = Fitted;
-    type Transfer = ();
+    type Transfer = Blocked;
     type Linked = Views;
-    type Frame = LightRotation;
+    type Frame = Frame;
 
     fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)
@@ -101,31 +108,39 @@ impl Technique for GaussianLobes {
         Fitted::new(m, p, task)
     }
 
-    fn transfer(_: Option<&Geometry>, _: &Fitted, _: &Params, _: &Task) -> Result<(), BakeError> {
-        Ok(())
+    fn needs_sites(p: &Params) -> bool {
+        p.is_shadowed()
+    }
+
+    fn transfer(g: Option<&Geometry>, _: &Fitted, p: &Params, task: &Task) -> Result<Blocked, BakeError> {
+        Blocked::new(g, p, task)
+    }
+
+    fn self_shadowing(p: &Params) -> bool {
+        p.is_shadowed()
     }
 
     fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<(Views, Report), BakeError> {
-        Ok(bake::link(parts.light, parts.material, p))
+        Ok(bake::link(parts.light, parts.material, parts.transfer, p))
     }
 
-    fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
-        *f = LightRotation::new(v.light_rotation);
+    fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
+        *f = Frame::new(b, v);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
-        b.light.bytes() + b.linked.bytes()
+        b.light.bytes() + b.transfer.bytes() + b.linked.bytes()
     }
 
-    fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.light, &b.linked, f, q, out);
+    fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+        shade::shade(b, f, q, out);
     }
 
-    fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
-        shade::gpu(&b.light, &b.linked, f)
+    fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
+        shade::gpu(b, f)
     }
 
-    fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
-        Some(vec![f.uniform()])
+    fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
+        Some(f.uniforms())
     }
 }

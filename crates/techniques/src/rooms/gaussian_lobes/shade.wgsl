@@ -36,26 +36,29 @@ fn spread(taps: f32) -> vec2<f32> {
     return vec2<f32>(all, sqrt(all / max(square, 1e-6)));
 }
 
-fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
-    let d = dot(n, wo);
-    if !(d > 0.0) {
-        return vec3<f32>(0.0);
-    }
-    let r = 2.0 * d * n - wo;
-    let cosine = min(d, 1.0);
+// The sine of theta_o, and theta_o over 89 degrees.
+fn elevation(cos_o: f32) -> vec2<f32> {
+    let cosine = min(cos_o, 1.0);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let x = atan2(sine, cosine) * technique.counts.w;
-    var sum = technique.diffuse.rgb * fetch_irradiance(technique.turn * n);
+    return vec2<f32>(sine, atan2(sine, cosine) * technique.counts.w);
+}
+
+// The lobes, each lookup times what is seen there.
+fn lobes(n: vec3<f32>, r: vec3<f32>, cosine: f32, b: Blocked) -> vec3<f32> {
+    let view_at = elevation(cosine);
+    var sum = vec3<f32>(0.0);
     for (var i = 0.0; i < technique.counts.x; i += 1.0) {
-        let at = view(i, x);
+        let at = view(i, view_at.y);
         let lobe = fetch_means(at);
         let weight = fetch_weights(at).rgb;
+        let zonal = zonal_at(at);
         let taps = number(lobe.w);
         let even = spread(taps);
         for (var k = 0.0; k < taps; k += 1.0) {
             let along = place(k, taps);
-            let o = technique.turn * mean_direction(n, r, cosine, sine, lobe.x + lobe.z * even.y * along);
-            sum += tap(along) / even.x * weight * fetch_chain(o, lobe.y);
+            let d = mean_direction(n, r, cosine, view_at.x, lobe.x + lobe.z * even.y * along);
+            let share = tap(along) / even.x * visible(b, n, zonal, d);
+            sum += share * weight * fetch_chain(technique.turn * d, lobe.y);
         }
     }
     return sum;

@@ -188,3 +188,198 @@ fn what_it_refuses_says_why() {
     let why = (t.card().materials)(&*parse("ggx:ax=0.1,ay=0.2").expect("spec")).expect_err("anisotropic");
     assert!(why.contains("isotropic"), "{why}");
 }
+
+/// The parameters of visibility, for a bake on a mesh, with small maps.
+fn seen_by(visibility: &str, bands: usize) -> ParamValues {
+    let values = [("visibility_bands", bands as f64), ("precision", 2e-3), ("size", 16.0), ("sigma", 8.0)];
+    let mut values: ParamValues = values.into_iter().collect();
+    values.0.insert("visibility".into(), visibility.into());
+    values
+}
+
+/// Every treatment of visibility.
+fn treatments() -> impl Iterator<Item = (&'static str, usize)> {
+    let of = |bands| [("published", bands), ("convolved", bands)];
+    [("ambient", 2)].into_iter().chain((2..=4).flat_map(of))
+}
+
+fn on_mesh(
+    light: &Lights,
+    material: &Material,
+    g: Option<&Geometry>,
+    values: &ParamValues,
+) -> Box<dyn AnyBake> {
+    let t = find("gaussian-lobes").expect("registered");
+    t.bake(light, material, g, values, &Task::quiet()).expect("baked")
+}
+
+fn radiance(b: &dyn AnyBake, q: &PointsBuf) -> [Vec<f32>; 3] {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    rgb
+}
+
+/// One round lobe about the mirror direction, without a diffuse part.
+fn one_lobe(angle: f64, sigma: f64, sweep: f64) -> Material {
+    let lobe = GaussianLobe { angle, sigma, sweep, weight: [1.0, 0.7, 0.2] };
+    let fit = GaussianFit { diffuse: [0.0; 3], views: vec![vec![lobe]; 2], report: Vec::new() };
+    Material::new(Arc::new(Lobes::new("lobes:a".into(), fit)))
+}
+
+/// Where nothing is in the way, all treatments shade the bits that none shades, between vertices too.
+#[test]
+fn a_sphere_shades_as_without_visibility() {
+    let mesh = Arc::new(steradian_scene::shapes::icosphere(2));
+    let g = Geometry::new(mesh.clone(), crate::Sites::Vertices);
+    let mut q = PointsBuf::default();
+    for (k, corners) in mesh.triangles.iter().enumerate() {
+        let w = [0.2, 0.5, 0.3];
+        let n = (0..3).map(|c| mesh.normals[corners[c] as usize] * w[c]).sum::<Vec3>().normalize();
+        let t = n.any_orthonormal_vector();
+        let c = [1.0, 0.8, 0.4, 0.1, 0.02][k % 5];
+        q.push(n, t, n * c + t * (1.0f32 - c * c).sqrt(), n);
+        q.locate(glam::Vec2::ZERO, *corners, [w[1], w[2]]);
+    }
+    let material = Material::new(parse("dielectric:alpha=0.16,f0=0.04,albedo=0.6/0.3/0.1").expect("spec"));
+    let light = lights::studio();
+    let open = radiance(&*on_mesh(&light, &material, None, &seen_by("none", 4)), &q);
+    assert!(open.iter().flatten().any(|l| *l > 0.0));
+    for (visibility, bands) in treatments() {
+        let b = on_mesh(&light, &material, Some(&g), &seen_by(visibility, bands));
+        assert_eq!(radiance(&*b, &q), open, "{visibility} {bands}");
+        let detail = |name: &str| b.certificate().details.iter().find(|d| d.0 == name).map(|d| d.1);
+        assert_eq!(detail("visibility of lobes, mean"), Some(1.0));
+        assert_eq!(detail("weight whose visibility was below 0 and is cut"), Some(0.0));
+    }
+}
+
+/// A wall that blocks half of what a point sees: of lobes whose mean lies in its plane half is seen, at any width and by any
+/// number of bands, and half of the sky's irradiance. Inside a closed box nothing is seen.
+#[test]
+fn half_a_space_and_a_closed_one_are_closed_forms() {
+    let wall = Arc::new(steradian_scene::shapes::cuboid([2.0, 2000.0, 2000.0], 1));
+    let sites = |p: Vec3| {
+        let (p, n): (Arc<[Vec3]>, Arc<[Vec3]>) = ([p].into(), [Vec3::Y].into());
+        Geometry::new(wall.clone(), crate::Sites::Points { p, n })
+    };
+    let beside = Vec3::new(1.002, 0.0, 0.0);
+    let mut q = PointsBuf::default();
+    for k in 0..9 {
+        let (s, c) = (0.17 * k as f32).sin_cos();
+        q.push(Vec3::Y, Vec3::X, Vec3::new(0.0, c, s), beside);
+        q.locate(glam::Vec2::ZERO, [0; 3], [0.0; 2]);
+    }
+    let light = lights::furnace();
+    let lambert = Material::new(parse("lambert:albedo=0.8/0.5/0.2").expect("spec"));
+    for material in [one_lobe(0.1, 0.05, 0.0), one_lobe(-0.2, 0.5, 0.4), lambert] {
+        let open = radiance(&*on_mesh(&light, &material, None, &seen_by("none", 4)), &q);
+        for (visibility, bands) in treatments() {
+            for (at, share) in [(beside, 0.5), (Vec3::ZERO, 0.0)] {
+                let b = on_mesh(&light, &material, Some(&sites(at)), &seen_by(visibility, bands));
+                for (l, o) in radiance(&*b, &q).iter().flatten().zip(open.iter().flatten()) {
+                    assert!(
+                        (l - share * o).abs() < 0.02 * o,
+                        "{visibility} {bands}: {l} of {o}, not {share}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// V at a mean, and V convolved with the lobe, of 3 bands of blocked coefficients against the harmonics and against the lobe's
+/// own integral over them.
+#[test]
+fn visibility_is_the_harmonics_and_their_mean_under_the_lobe() {
+    use steradian_sphere::sh;
+    let n = DVec3::new(0.2, 0.9, -0.3).normalize();
+    let mut b = [0.0f32; 16];
+    (0..16).for_each(|i| b[i] = 0.05 * (1.7 * i as f32).sin());
+    let (open, mut y) = (sh::zonal::phong(3, 0.0), [0.0; 16]);
+    // Blocked, and seen by the open hemisphere, of a few bands.
+    let mut of = |d: DVec3| {
+        sh::eval(3, d, &mut y);
+        let blocked: f64 = (0..16).map(|i| f64::from(b[i]) * y[i]).sum();
+        [blocked, sh::zonal::value(&open, n.dot(d))]
+    };
+    let (count, single) = (40_000, |d: DVec3| d.as_vec3().to_array());
+    for sigma in [0.05, 0.4, 1.0f64] {
+        let lambda = (sigma * sigma).recip();
+        let a = sh::zonal::gaussian(3, lambda);
+        let zonal = [1, 2, 3, 3].map(|l| (a[l] / a[0]) as f32);
+        for k in 0..20 {
+            let d = steradian_prefilter::probe::direction(k, 40);
+            let d = if d.dot(n) < 0.05 { (d - (d.dot(n) - 0.1) * n).normalize() } else { d };
+            let [blocked, all] = of(d);
+            let got = visibility::ratio::<4>(&b, single(n), [1.0; 4], single(d));
+            assert!((f64::from(got) - (1.0 - blocked / all)).abs() < 1e-5, "{got}");
+            let mut sum = [0.0; 3];
+            for j in 0..count {
+                let w = steradian_prefilter::probe::direction(j, count);
+                let g = (lambda * (w.dot(d) - 1.0)).exp();
+                let [blocked, all] = of(w);
+                [g * blocked, g * all, g].iter().zip(&mut sum).for_each(|(x, s)| *s += x);
+            }
+            let got = visibility::ratio::<4>(&b, single(n), zonal, single(d));
+            assert!((f64::from(got) - (1.0 - sum[0] / sum[1])).abs() < 1e-3, "{sigma}: {got}");
+        }
+    }
+    // A lobe over the whole sphere sees the fraction of the hemisphere, a thin one V at its mean.
+    let d = single((n + DVec3::new(0.3, 0.0, 0.5)).normalize());
+    let wide = visibility::ratio::<4>(&b, single(n), [0.0; 4], d);
+    assert!((wide - visibility::ratio::<1>(&b, single(n), [0.0; 4], d)).abs() < 1e-6);
+}
+
+/// Saved and loaded on a mesh that shadows itself; another material, and another light, as if baked anew.
+#[test]
+fn shadowed_bakes_are_saved_and_relinked() {
+    let mesh = Arc::new(steradian_scene::shapes::torus(0.7, 0.3, 12));
+    let g = Geometry::new(mesh.clone(), crate::Sites::Vertices);
+    let mut q = PointsBuf::default();
+    for (k, (p, n)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
+        let t = n.any_orthonormal_vector();
+        q.push(*n, t, (*n * 0.7 + t * 0.7).normalize(), *p);
+        q.locate(glam::Vec2::ZERO, [k as u32; 3], [0.0; 2]);
+    }
+    let of = |spec: &str| Material::new(parse(spec).expect(spec));
+    let (first, second) =
+        (of("dielectric:alpha=0.16,f0=0.04,albedo=0.6/0.3/0.1"), of("sgd:gold-metallic-paint"));
+    let t = find("gaussian_lobes").expect("registered");
+    for (visibility, bands) in [("ambient", 4), ("published", 3), ("convolved", 4)] {
+        let values = seen_by(visibility, bands);
+        let b = on_mesh(&lights::studio(), &first, Some(&g), &values);
+        let shaded = radiance(&*b, &q);
+        let open = radiance(&*on_mesh(&lights::studio(), &first, None, &seen_by("none", 4)), &q);
+        let sum = |rgb: &[Vec<f32>; 3]| rgb.iter().flatten().sum::<f32>();
+        assert!(sum(&shaded) < 0.95 * sum(&open), "{} of {}", sum(&shaded), sum(&open));
+        let loaded = t.load(&b.save()).expect("loaded");
+        assert_eq!(radiance(&*loaded, &q), shaded, "{visibility}");
+        let other = b.with_material(&second, &Task::quiet()).expect("linked");
+        let other = other.with_light(&lights::smooth(), &Task::quiet()).expect("linked");
+        let anew = on_mesh(&lights::smooth(), &second, Some(&g), &values);
+        assert_eq!(radiance(&*other, &q), radiance(&*anew, &q), "{visibility}");
+        assert!(b.certificate().metric.contains("paths"), "{}", b.certificate().metric);
+    }
+    let e = t
+        .bake(&lights::studio(), &first, None, &seen_by("published", 4), &Task::quiet())
+        .err()
+        .expect("no mesh");
+    assert_eq!(e.to_string(), "gaussian_lobes: bakes per site of a mesh: give one (--mesh)");
+}
+
+/// The texts for every number of bands are valid, with and without a diffuse part.
+#[test]
+fn shaders_of_visibility_are_valid() {
+    let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(0)), crate::Sites::Vertices);
+    for material in [one_lobe(0.0, 0.1, 0.0), Material::new(parse("lambert:albedo=0.5").expect("spec"))] {
+        for (visibility, bands) in treatments() {
+            let b = on_mesh(&lights::furnace(), &material, Some(&g), &seen_by(visibility, bands));
+            let text = crate::gpu::module(&b.gpu());
+            let module = naga::front::wgsl::parse_str(&text).map_err(|e| e.emit_to_string(&text));
+            let flags = naga::valid::ValidationFlags::all();
+            let valid = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+                .validate(&module.unwrap_or_else(|e| panic!("{visibility} {bands}: {e}")));
+            assert!(valid.is_ok(), "{visibility} {bands}: {:?}", valid.err());
+        }
+    }
+}
