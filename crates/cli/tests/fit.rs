@@ -54,6 +54,50 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
 }
 
+/// The page of a fit holds all that it shows; where it cannot go is said before anything is fitted.
+#[test]
+fn a_page_tells_how_good_a_fit_is() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let fit = ["fit", "ggx:alpha=0.4", "--lobes", "2", "--views", "5", "-o", "a.safetensors", "--report"];
+    fs::write(dir.join("taken"), "").expect("written");
+    fails(dir, 1, "exists and is not a folder", &[&fit[..], &["taken"]].concat());
+    assert!(!dir.join("a.safetensors").exists());
+    let o = run(dir, &[&fit[..], &["pages", "--environment", "furnace"]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    let page = fs::read_to_string(dir.join("pages/alpha-0.4.html")).expect("a page");
+    assert_eq!(page.matches("data:image/png;base64,").count(), 4);
+    assert!(page.contains("<svg") && page.contains("furnace: the fit") && !page.contains("http-equiv"));
+    assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http://"));
+    let o = run(dir, &["fit", "lambert", "-o", "b.safetensors", "--environment", "sky"]);
+    assert_eq!(o.status.code(), Some(2), "a light without a page");
+}
+
+/// Visibility asks for a mesh, and points on it see what they see; a bake of one mesh is not shaded on another.
+#[test]
+fn lobes_are_shadowed_where_that_is_asked_for() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    fs::write(dir.join("p.csv"), "nx,ny,nz,vx,vy,vz,px,py,pz\n-1,0,0,-1,0.3,0,0.4,0,0\n").expect("written");
+    let brdf = "ggx:alpha=0.3,f0=0.9";
+    let eval = ["eval", "-e", "furnace", "-b", brdf, "-p", "p.csv", "-t", "gaussian-lobes"];
+    let red = |arguments: &[&str]| -> f64 {
+        let o = run(dir, arguments);
+        let text = String::from_utf8_lossy(&o.stdout).into_owned();
+        let row = text.lines().nth(1).unwrap_or_else(|| panic!("{}", String::from_utf8_lossy(&o.stderr)));
+        row.split(',').nth(9).expect("ten columns").parse().expect("a number")
+    };
+    let asked = [&eval[..], &["--param", "visibility=published"]].concat();
+    fails(dir, 2, "gaussian_lobes bakes on a mesh: give --mesh", &asked);
+    let (open, seen) = (red(&eval), red(&[&asked[..], &["--mesh", "torus"]].concat()));
+    assert!(seen > 0.0 && seen < 0.9 * open, "{seen} of {open}");
+    let bake = ["bake", "furnace", "-t", "gaussian-lobes", "-b", brdf, "--mesh", "sphere"];
+    let o = run(dir, &[&bake[..], &["--param", "visibility=ambient", "-o", "b.safetensors"]].concat());
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
+    let render = ["render", "sphere", "--bake", "b.safetensors", "--size", "16x16", "-o", "a.png"];
+    fails(dir, 2, "holds data for the vertices of one mesh", &render);
+}
+
 /// Files of round lobes, which hold five numbers a lobe, mean what they meant.
 #[test]
 fn round_lobes_of_five_numbers_load() {

@@ -1,5 +1,7 @@
 //! Reflectances as Gaussian lobes, one or many.
 
+mod report;
+
 use crate::{Error, Session};
 use std::path::{Path, PathBuf};
 use std::time::Instant;

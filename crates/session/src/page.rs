@@ -4,6 +4,7 @@ use crate::Error;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use steradian_render::Display;
+use steradian_render::plot::Drawing;
 
 /// A page in the making.
 pub struct Page(String);
@@ -25,6 +26,21 @@ impl Page {
     /// A heading.
     pub fn heading(&mut self, text: &str) {
         self.0.push_str(&format!("<h2>{}</h2>\n", escaped(text)));
+    }
+
+    /// A paragraph.
+    pub fn paragraph(&mut self, text: &str) {
+        self.0.push_str(&format!("<p>{}</p>\n", escaped(text)));
+    }
+
+    /// What comes next begins below.
+    pub fn line_break(&mut self) {
+        self.0.push_str("<br>\n");
+    }
+
+    /// A line drawing.
+    pub fn drawing(&mut self, drawing: &Drawing) {
+        self.0.push_str(&drawing.svg());
     }
 
     /// A table with a head.

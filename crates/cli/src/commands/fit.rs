@@ -28,6 +28,13 @@ pub struct Options {
     /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's)
     #[arg(long, value_name = "stretched|round", default_value = "stretched", value_parser = shape)]
     shape: Shape,
+    /// Folder of a web page for each fit: pictures of every view beside what is fitted, errors, parameters, spheres under
+    /// light beside the reference
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Lights of the pages' spheres: files or skies [default: studio and sky]
+    #[arg(long, value_name = "FILE|SKY", requires = "report")]
+    environment: Vec<String>,
     /// Output: .safetensors; {} in its name stands for the material's
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -58,6 +65,11 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let jobs = jobs(&o, specs)?;
     let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective, shape: o.shape };
     let done = context.fit(jobs, plan)?;
+    if let Some(folder) = &o.report {
+        let usual = || vec!["studio".to_string(), "sky".to_string()];
+        let lights = if o.environment.is_empty() { usual() } else { o.environment.clone() };
+        context.fit_pages(&done, plan, &lights, folder)?;
+    }
     if context.common.json {
         let fits: Vec<Value> = done.iter().map(document).collect();
         return context.print_json(json!({ "fits": fits }));
@@ -73,6 +85,9 @@ fn jobs(o: &Options, specs: Vec<String>) -> Result<Vec<(String, PathBuf)>, Failu
         return Err(Failure::usage(format!("{}: {why}", o.output.display())));
     }
     let mut places = Destinations::default();
+    if let Some(folder) = &o.report {
+        places.folder(folder, false)?;
+    }
     let mut out = Vec::with_capacity(specs.len());
     for spec in specs {
         let output = o.output.with_file_name(file.replacen("{}", &brdf_name(&spec), 1));

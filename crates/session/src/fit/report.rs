@@ -1,0 +1,305 @@
+//! Pages that show how good fits are.
+
+use super::Fitted;
+use crate::compare::Plan as Comparison;
+use crate::{Adjust, Error, Material, Method, Page, Renderer, Scene, Session};
+use glam::DVec3;
+use std::path::Path;
+use steradian_base::{ParamValues, brief};
+use steradian_brdf::fit::gaussian::{GaussianFit, Objective, Plan, Shape, SliceReport};
+use steradian_brdf::{Brdf, SharedBrdf};
+use steradian_formats::{write_atomic, write_dir_atomic};
+use steradian_light::Lights;
+use steradian_render::plot::{Anchor, Drawing, Mark};
+use steradian_render::{Cell, Display, Row, Settings, Sheet};
+
+/// Pixels a side of a strip's cell, and of a sphere.
+const CELL: usize = 60;
+const BALL: usize = 200;
+/// Columns of strips at most.
+const COLUMNS: usize = 15;
+/// Relative error of the reference on spheres.
+const TRUTH: f64 = 3e-3;
+/// Degrees about the mirror direction that a strip shows at least.
+const LEAST: f64 = 6.0;
+/// What lies below the horizon.
+const BELOW: [u8; 3] = [38, 44, 66];
+
+impl Session {
+    /// Writes a page that needs no other file for each fit, `NAME.html` in `folder`: what each view's lobes look like beside
+    /// what they stand for, errors and parameters by view, and spheres under each of `environments` beside the reference.
+    ///
+    /// # Errors
+    /// A light or a reflectance that cannot be read, or a folder that cannot be written.
+    pub fn fit_pages(
+        &mut self,
+        done: &[Fitted],
+        plan: Plan,
+        environments: &[String],
+        folder: &Path,
+    ) -> Result<(), Error> {
+        let mut lights = Vec::new();
+        for spec in environments {
+            lights.push((brief(spec).into_owned(), self.light(spec, &Adjust::default())?));
+        }
+        let mut pages = Vec::new();
+        for f in done {
+            self.check()?;
+            let brdf = self.brdf(&f.spec)?;
+            pages.push((format!("{}.html", f.name), self.fit_page(f, &brdf, plan, &lights)?));
+        }
+        write_dir_atomic(folder, |at| {
+            pages
+                .iter()
+                .try_for_each(|(name, page)| write_atomic(&at.join(name), |w| w.write_all(page.as_bytes())))
+        })?;
+        Ok(())
+    }
+
+    fn fit_page(
+        &self,
+        f: &Fitted,
+        brdf: &SharedBrdf,
+        plan: Plan,
+        lights: &[(String, Lights)],
+    ) -> Result<String, Error> {
+        let fit = &f.fit;
+        let shape = if plan.shape == Shape::Stretched { "stretched" } else { "round" };
+        let kept = match plan.objective {
+            Objective::Energy => "least squares with each view's albedo kept",
+            Objective::Published => "plain least squares",
+        };
+        let about = format!(
+            "{}: {} {shape} Gaussian lobes at each of {} elevations of the view, {kept}. {} bytes; fitted in {:.2} s of one processor.",
+            brdf.spec(),
+            fit.lobes(),
+            fit.views.len(),
+            fit.bytes(),
+            f.seconds
+        );
+        let mut page = Page::new(&f.name, &about);
+        page.heading("The reflectance and its fit, by view");
+        let (picture, degrees) = strips(&**brdf, fit);
+        page.figure(
+            &picture,
+            &format!(
+                "f cos, the cube root over the view's peak, {degrees:.0} degrees about the mirror direction; up is towards the normal, blue \
+                 is below the horizon"
+            ),
+        )?;
+        page.heading("Error by view");
+        page.drawing(&curves(&fit.report));
+        page.heading("Spheres under light, beside the reference");
+        let mut rows = Vec::new();
+        for (name, light) in lights {
+            rows.extend(self.balls(brdf, plan, name, light, &mut page)?);
+        }
+        let head =
+            ["light", "relative RMS error", "FLIP", "baked in s", "shaded in s", "bytes with the light"]
+                .map(String::from);
+        page.table(&head, rows.into_iter());
+        page.heading("Parameters");
+        let text = |v: f64| format!("{v:.3}");
+        let diffuse = fit.diffuse.map(text).join(" ");
+        let head = ["view", "lobe", "mean", "width", "length", "weight r g b", "error", "below horizon"]
+            .map(String::from);
+        page.table(&head, parameters(fit));
+        page.paragraph(&format!(
+            "Diffuse albedo {diffuse}. Angles in degrees; a mean is the angle from the mirror direction away from the normal, width is across \
+             and length along the plane of incidence; a weight is what the lobe reflects of constant light. The error of a \
+             view is that of its specular part, squared; beside it, how much of the lobes lies below the horizon."
+        ));
+        Ok(page.finish())
+    }
+
+    /// A sphere by the reference and by the fit under a light, with the difference; the numbers as a row.
+    fn balls(
+        &self,
+        brdf: &SharedBrdf,
+        plan: Plan,
+        name: &str,
+        light: &Lights,
+        page: &mut Page,
+    ) -> Result<Option<Vec<String>>, Error> {
+        let mut params: ParamValues =
+            [("lobes", plan.lobes as f64), ("views", plan.views as f64)].into_iter().collect();
+        let objective = if plan.objective == Objective::Published { "published" } else { "energy" };
+        params.0.insert("objective".into(), objective.into());
+        let shape = if plan.shape == Shape::Stretched { "stretched" } else { "round" };
+        params.0.insert("shape".into(), shape.into());
+        let material = Material { params, ..Material::new(brdf.clone()) };
+        let mut scene = Scene::new(steradian_scene::shapes::sphere(96), vec![material], light.clone());
+        scene.settings = Settings::new(BALL, BALL);
+        let comparison = Comparison { reference_tolerance: TRUTH, paths: false, ev: 0.0 };
+        let method = Method::find("gaussian_lobes")?;
+        let mut row = None;
+        for answer in self.compare(&scene, &[method], &[Renderer::Cpu], &comparison)? {
+            let Some(r) = answer.rendering() else { continue };
+            let Some((e, flip)) = &r.errors else {
+                page.figure(&r.picture, &format!("{name}: the reference"))?;
+                continue;
+            };
+            page.figure(&r.picture, &format!("{name}: the fit"))?;
+            if let Some(difference) = &r.difference {
+                page.figure(difference, "difference (FLIP)")?;
+            }
+            row = Some(vec![
+                name.to_owned(),
+                format!("{:.2} %", 100.0 * e.relative_rms),
+                format!("{flip:.4}"),
+                format!("{:.2}", r.bake_seconds),
+                format!("{:.3}", r.shade_seconds),
+                r.bytes.to_string(),
+            ]);
+        }
+        page.line_break();
+        Ok(row)
+    }
+}
+
+/// Data, fit and difference of up to [`COLUMNS`] views as rows of pictures; and the degrees about the mirror direction that they show.
+fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
+    let views = fit.views.len();
+    let columns = views.min(COLUMNS);
+    let view = |k: usize| if columns > 1 { k * (views - 1) / (columns - 1) } else { 0 };
+    let extent = extent(fit);
+    let mut rows: [Vec<Option<Cell>>; 3] = Default::default();
+    for k in 0..columns {
+        let pictures = cells(brdf, fit, fit.theta(view(k)), extent);
+        for (row, picture) in rows.iter_mut().zip(pictures) {
+            row.push(Some(Cell { picture, caption: Vec::new() }));
+        }
+    }
+    let labels = ["data", "fit", "difference"];
+    let rows = labels.iter().zip(rows).map(|(l, cells)| Row { label: vec![(*l).into()], cells });
+    let sheet = Sheet {
+        columns: (0..columns).map(|k| format!("{:.0}°", fit.theta(view(k)).to_degrees())).collect(),
+        rows: rows.collect(),
+        text_size: 12.0,
+        ..Sheet::default()
+    };
+    (sheet.draw(), extent.to_degrees())
+}
+
+/// How far about the mirror direction lobes reach that matter: 2.5 times the length of the longest that has a tenth of a view's weight,
+/// away from grazing views.
+fn extent(fit: &GaussianFit) -> f64 {
+    let mut longest = 0.0f64;
+    for (_, lobes) in fit.views.iter().enumerate().filter(|(k, _)| *k == 0 || fit.theta(*k) < 1.35) {
+        let weight = |l: &steradian_brdf::fit::gaussian::GaussianLobe| l.weight.iter().sum::<f64>();
+        let all: f64 = lobes.iter().map(weight).sum();
+        for l in lobes.iter().filter(|l| weight(l) > 0.1 * all) {
+            longest = longest.max(l.along() + 0.4 * l.angle.abs());
+        }
+    }
+    (2.5 * longest).clamp(LEAST.to_radians(), std::f64::consts::FRAC_PI_2)
+}
+
+/// f·cos about the mirror direction of a view: the reflectance's, the fit's, and their difference.
+fn cells(brdf: &dyn Brdf, fit: &GaussianFit, theta: f64, extent: f64) -> [Display; 3] {
+    let (s, c) = theta.sin_cos();
+    let (wo, r, away) = (DVec3::new(s, 0.0, c), DVec3::new(-s, 0.0, c), DVec3::new(-c, 0.0, -s));
+    let mut values: [Vec<[f64; 3]>; 3] = Default::default();
+    let mut below = Vec::new();
+    for k in 0..CELL * CELL {
+        let at = |k: usize| extent * ((2 * k + 1) as f64 / CELL as f64 - 1.0);
+        let (x, y) = (at(k % CELL), at(k / CELL));
+        let angle = x.hypot(y);
+        let (sine, cosine) = angle.sin_cos();
+        let d = r * cosine + (DVec3::Y * x + away * y) * (sine / angle.max(1e-9));
+        let data = if d.z > 0.0 { brdf.f_cos(d, wo) } else { [0.0; 3] };
+        let fitted = fit.f_cos(d, wo);
+        values[0].push(data);
+        values[1].push(fitted);
+        values[2].push(std::array::from_fn(|c| (fitted[c] - data[c]).abs()));
+        below.push(d.z <= 0.0);
+    }
+    let peak = values[0].iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
+    values.map(|all| {
+        let mut out = Display::filled(CELL, CELL, [0; 3]);
+        for (k, v) in all.iter().enumerate() {
+            for c in 0..3 {
+                let shown = 255.0 * (v[c] / peak).clamp(0.0, 1.0).cbrt();
+                out.rgb[3 * k + c] = (shown as u8).max(if below[k] { BELOW[c] } else { 0 });
+            }
+        }
+        out
+    })
+}
+
+const PANEL: (f64, f64) = (520.0, 240.0);
+const CORNER: (f64, f64) = (64.0, 18.0);
+const INK: [u8; 3] = [60, 62, 66];
+const FAINT: [u8; 3] = [222, 224, 228];
+/// What the lines of the chart are, and their colours.
+const LINES: [(&str, [u8; 3]); 3] = [
+    ("of the whole, squared", [190, 215, 195]),
+    ("of the specular part, squared", [68, 119, 170]),
+    ("of the specular part, plain", [238, 102, 119]),
+];
+/// Per cent at the bottom, and decades.
+const BOTTOM: f64 = 0.01;
+const DECADES: f64 = 4.0;
+
+/// Errors by view, per cent on a logarithmic scale.
+fn curves(report: &[SliceReport]) -> Drawing {
+    let mut page = Drawing::new((CORNER.0 + PANEL.0 + 80.0) as usize, (CORNER.1 + PANEL.1 + 78.0) as usize);
+    let x = |degrees: f64| CORNER.0 + PANEL.0 * degrees / 90.0;
+    let y = |percent: f64| {
+        let place = (percent.max(BOTTOM) / BOTTOM).log10() / DECADES;
+        CORNER.1 + PANEL.1 * (1.0 - place.clamp(0.0, 1.0))
+    };
+    let text = |at, text: String, anchor| Mark::Text { at, text, size: 12.0, colour: INK, anchor };
+    let mut marks = Vec::new();
+    for k in 0..=DECADES as i32 {
+        let percent = BOTTOM * 10f64.powi(k);
+        let points = vec![(x(0.0), y(percent)), (x(90.0), y(percent))];
+        marks.push(Mark::Line { points, colour: FAINT, width: 1.0 });
+        marks.push(text((CORNER.0 - 8.0, y(percent) - 4.0), format!("{percent} %"), Anchor::End));
+    }
+    for k in 0..=6 {
+        let degrees = 15.0 * f64::from(k);
+        let points = vec![(x(degrees), CORNER.1), (x(degrees), CORNER.1 + PANEL.1)];
+        marks.push(Mark::Line { points, colour: FAINT, width: 1.0 });
+        marks.push(text((x(degrees), CORNER.1 + PANEL.1 + 9.0), format!("{degrees}°"), Anchor::Middle));
+    }
+    for (k, (name, colour)) in LINES.into_iter().enumerate() {
+        let value = |r: &SliceReport| 100.0 * [r.of_whole, r.energy, r.norm()][k];
+        let points: Vec<(f64, f64)> = report.iter().map(|r| (x(r.theta.to_degrees()), y(value(r)))).collect();
+        marks.extend(points.iter().map(|at| Mark::Dot { at: *at, colour, radius: 2.5 }));
+        // The first may lie below the second.
+        marks.push(Mark::Line { points, colour, width: if k == 0 { 6.0 } else { 2.0 } });
+        let at = (CORNER.0 + [0.0, 160.0, 370.0][k], CORNER.1 + PANEL.1 + 46.0);
+        marks.push(Mark::Line { points: vec![at, (at.0 + 18.0, at.1)], colour, width: 2.5 });
+        marks.push(text((at.0 + 24.0, at.1 - 5.0), name.into(), Anchor::Start));
+    }
+    page.marks = marks;
+    page
+}
+
+/// A row for each lobe.
+fn parameters(fit: &GaussianFit) -> impl Iterator<Item = Vec<String>> {
+    fit.views.iter().enumerate().flat_map(move |(k, lobes)| {
+        lobes.iter().enumerate().map(move |(i, l)| {
+            let degrees = |a: f64| format!("{:.2}", a.to_degrees());
+            let view = if i == 0 { format!("{:.1}°", fit.theta(k).to_degrees()) } else { String::new() };
+            let report = fit.report.get(k).filter(|_| i == 0);
+            let error = report.map_or_else(String::new, |r| {
+                let converged = if r.converged { "" } else { ", not converged" };
+                format!("{:.2} %{converged}", 100.0 * r.energy)
+            });
+            let below = report.map_or_else(String::new, |r| format!("{:.1} %", 100.0 * r.leak));
+            let weight = l.weight.map(|w| format!("{w:.4}")).join(" ");
+            vec![
+                view,
+                (i + 1).to_string(),
+                degrees(l.angle),
+                degrees(l.sigma),
+                degrees(l.along()),
+                weight,
+                error,
+                below,
+            ]
+        })
+    })
+}
