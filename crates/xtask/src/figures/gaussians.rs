@@ -31,7 +31,7 @@ struct Entry {
 }
 
 /// The descriptions, each of 100 materials; or what `--brdf` says.
-fn sets(o: &Options) -> Result<Vec<(String, Vec<String>)>> {
+pub fn sets(o: &Options) -> Result<Vec<(String, Vec<String>)>> {
     if !o.brdfs.is_empty() {
         let mut specs = Vec::new();
         for spec in &o.brdfs {

@@ -3,7 +3,7 @@
 //! Durand 2007 (`gkd07-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -13,11 +13,13 @@
 mod chart;
 mod elevations;
 mod energy;
+mod engines;
 mod gaussians;
 mod grazing;
 mod kautz;
 mod light;
 mod microfacet;
+mod occluded;
 mod picture;
 mod statues;
 mod velvet;
@@ -38,7 +40,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures 5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -64,6 +66,10 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "5.9" => grazing::run(&o),
         "elevations" => elevations::run(&o),
         "gkd07-4" => gaussians::run(&o),
+        "gkd07-5" => occluded::widths(&o),
+        "gkd07-6" => occluded::materials(&o),
+        "gkd07-7" => occluded::shadows(&o),
+        "gkd07-ggx" => engines::run(&o),
         "kss02-2" => kautz::table(&o),
         "kss02-3" => statues::lights(&o),
         "kss02-6" => kautz::exponents(&o),
