@@ -58,7 +58,10 @@ fn main() -> Result<(), Error> {
         let early_light = preview(&session, &scene, "sky", &b)?;
         let (light, c) = time(&session, &scene, "sky", Some(&b))?;
         let (again, _) = time(&session, &scene, "sky", Some(&c))?;
-        println!("{:26} {cold:9.0} {alpha:11.0} {early:9.0} {light:14.0} {early_light:9.0} {again:9.1}", card.slug);
+        println!(
+            "{:26} {cold:9.0} {alpha:11.0} {early:9.0} {light:14.0} {early_light:9.0} {again:9.1}",
+            card.slug
+        );
     }
     Ok(())
 }

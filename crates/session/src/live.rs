@@ -98,7 +98,7 @@ impl Session {
     /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser bakes of unknown
     /// error under light of fewer texels. `None` where nothing of `before` can be taken over, or all of it.
     pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
-        let same_mesh = before.names.mesh == names.mesh && before.spacing == scene.spacing(scene.methods());
+        let same_mesh = before.names.mesh == names.mesh && before.spacing == scene.spacing();
         let materials = scene.materials.iter().chain(&scene.ground);
         let mut any = false;
         for (p, m) in before.materials.iter().zip(materials) {

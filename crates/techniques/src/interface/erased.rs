@@ -246,8 +246,7 @@ impl<T: Technique> Baked<T> {
             factors.material = Arc::new(T::material(material, &b.params, task)?);
             if !T::same_transfer(&b.params, &b.material, &factors.material) {
                 let geometry = self.geometry.as_ref();
-                factors.transfer =
-                    Arc::new(transfer::<T>(geometry, &factors.material, &b.params, task)?);
+                factors.transfer = Arc::new(transfer::<T>(geometry, &factors.material, &b.params, task)?);
             }
         }
         Ok((factors, given))

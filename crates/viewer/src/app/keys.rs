@@ -242,7 +242,8 @@ impl App {
     /// Draws a full turn of the camera into the working folder, under a name that is free.
     pub(super) fn turntable(&mut self) {
         let Some(frame) = &self.frame else { return };
-        let free = (1..10_000).map(|k| PathBuf::from(format!("steradian-{k:04}.{ANIMATION}"))).find(|f| !f.exists());
+        let free =
+            (1..10_000).map(|k| PathBuf::from(format!("steradian-{k:04}.{ANIMATION}"))).find(|f| !f.exists());
         let Some(file) = free.filter(|_| !self.threads.is_turning()) else { return };
         // Half a window is enough to send around.
         let size = frame.size.map(|n| n.div_ceil(2));

@@ -111,11 +111,14 @@ impl App {
         }
         if let Some([_, azimuth]) = suns::of_spec(&spec) {
             ui.horizontal(|ui| {
-                let about = "Solar time at 35° north on the day of equal length; north is −Z, east +X. J and K step.";
+                let about =
+                    "Solar time at 35° north on the day of equal length; north is −Z, east +X. J and K step.";
                 controls::label(ui, "time of day").on_hover_text(about);
                 ui.spacing_mut().slider_width = (ui.available_width() - 58.0).max(40.0);
                 let mut hour = suns::hour_of(azimuth).clamp(*suns::DAY.start(), *suns::DAY.end());
-                let clock = |h: f64, _| format!("{}:{:02}", (60.0 * h).round() as u32 / 60, (60.0 * h).round() as u32 % 60);
+                let clock = |h: f64, _| {
+                    format!("{}:{:02}", (60.0 * h).round() as u32 / 60, (60.0 * h).round() as u32 % 60)
+                };
                 let slider = egui::Slider::new(&mut hour, suns::DAY).custom_formatter(clock);
                 if ui.add(slider).changed() {
                     wish.light = suns::with_sun(&spec, suns::at_hour(hour));
@@ -196,7 +199,11 @@ impl App {
         }
         if let Some(c) = self.lives[0].as_ref().and_then(|l| l.certificate()) {
             let early = self.lives[0].as_ref().is_some_and(|l| l.is_preview());
-            let text = if early { "Error: a preview's is not measured".into() } else { format!("Error {:.2} % ({})", 100.0 * c.error, c.known.word()) };
+            let text = if early {
+                "Error: a preview's is not measured".into()
+            } else {
+                format!("Error {:.2} % ({})", 100.0 * c.error, c.known.word())
+            };
             ui.label(text)
                 .on_hover_text("Relative RMS error of radiance over all normals and views, as certified");
         }
@@ -256,7 +263,11 @@ impl App {
             {
                 self.export();
             }
-            if ui.button("Turntable").on_hover_text("R: a full turn as an animated PNG in the working folder").clicked() {
+            if ui
+                .button("Turntable")
+                .on_hover_text("R: a full turn as an animated PNG in the working folder")
+                .clicked()
+            {
                 self.turntable();
             }
             if ui.button("First view").on_hover_text("0, or a double click").clicked() {

@@ -77,7 +77,8 @@ pub(super) fn suns(lights: &Lights) -> Vec<Vec3> {
         let mean = (0..n).map(|k| f64::from(y(k))).sum::<f64>() / n as f64;
         let brightest = (0..n).max_by(|&a, &b| y(a).total_cmp(&y(b)));
         if let Some(k) = brightest.filter(|&k| f64::from(y(k)) > BRIGHT * mean) {
-            let (i, j, face) = (k % image.width, k / image.width % image.height, k / (image.width * image.height));
+            let (i, j, face) =
+                (k % image.width, k / image.width % image.height, k / (image.width * image.height));
             let d = image.layout.texel_direction(image.width, image.height, face, i, j);
             out.extend(d.map(|d| d.as_vec3()));
         }
@@ -129,7 +130,8 @@ impl App {
 
     /// Moves sun `k` to where the mouse is: the sun of a sky itself, any other light turns with it.
     pub(super) fn drag_sun(&mut self, k: usize, rect: Rect, at: Pos2) {
-        let (Some((centre, azimuth)), Some(old)) = (self.sun_map(rect), self.turned_suns().get(k).copied()) else {
+        let (Some((centre, azimuth)), Some(old)) = (self.sun_map(rect), self.turned_suns().get(k).copied())
+        else {
             return;
         };
         let new = direction(at - centre, azimuth);
@@ -172,9 +174,14 @@ impl App {
         for (k, d) in self.turned_suns().into_iter().enumerate() {
             let at = centre + place(d, azimuth);
             let held = under == Some(k) || self.holding == Some(k);
-            let colour = if d.y < 0.0 { Color32::from_rgb(150, 120, 80) } else { Color32::from_rgb(255, 200, 90) };
+            let colour =
+                if d.y < 0.0 { Color32::from_rgb(150, 120, 80) } else { Color32::from_rgb(255, 200, 90) };
             painter.circle_filled(at, if held { 8.0 } else { 6.0 }, colour);
-            painter.circle_stroke(at, if held { 8.0 } else { 6.0 }, Stroke::new(1.0, Color32::from_black_alpha(160)));
+            painter.circle_stroke(
+                at,
+                if held { 8.0 } else { 6.0 },
+                Stroke::new(1.0, Color32::from_black_alpha(160)),
+            );
         }
     }
 }

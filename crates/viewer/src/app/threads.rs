@@ -15,7 +15,6 @@ use std::time::Instant;
 use steradian_base::{Progress, Task};
 use steradian_session::Session;
 
-
 /// Progress that a window reads.
 #[derive(Default)]
 pub(super) struct Bar {
@@ -73,7 +72,12 @@ impl Threads {
                         Task::quiet().with_max_memory(memory).with_progress(bar.clone()).with_cancel(cancel);
                     let made = baker.bake_after(&wish, task, |early| {
                         let seconds = start.elapsed().as_secs_f64();
-                        let _ = say.send(Said::Baked { side, wish: Box::new(wish.clone()), made: Ok(early), seconds });
+                        let _ = say.send(Said::Baked {
+                            side,
+                            wish: Box::new(wish.clone()),
+                            made: Ok(early),
+                            seconds,
+                        });
                         ctx.request_repaint();
                     });
                     let seconds = start.elapsed().as_secs_f64();
@@ -92,7 +96,19 @@ impl Threads {
             let (desk, bar, say, ctx) = (truth.clone(), truth_bar.clone(), say.clone(), ctx.clone());
             running.push(std::thread::spawn(move || refine(&desk, &bar, &say, &ctx, memory)));
         }
-        Self { bakes, bars, paint, truth, truth_bar, said, say, running, turntable: None, memory, ctx: ctx.clone() }
+        Self {
+            bakes,
+            bars,
+            paint,
+            truth,
+            truth_bar,
+            said,
+            say,
+            running,
+            turntable: None,
+            memory,
+            ctx: ctx.clone(),
+        }
     }
 
     /// Is a turntable being drawn?
@@ -109,7 +125,8 @@ impl Threads {
 
     /// Draws a turn of the camera into a file, beside the window.
     pub fn turn(&mut self, wish: Wish, shot: Shot) {
-        let (cancel, say, ctx, memory) = (Arc::<AtomicBool>::default(), self.say.clone(), self.ctx.clone(), self.memory);
+        let (cancel, say, ctx, memory) =
+            (Arc::<AtomicBool>::default(), self.say.clone(), self.ctx.clone(), self.memory);
         let flag = cancel.clone();
         let work = move || {
             let mut session = Session::new();
