@@ -24,8 +24,8 @@ fn brdf_scale(wi: vec3<f32>, wo: vec3<f32>, radius: f32) -> f32 {
         let off = wi - brdf_mirror(wo);
         let away = max(vec2<f32>(length(off.xy), abs(off.z)) - (radius + brdf.peak.z), vec2<f32>(0.0));
         let mean = 0.5 * (max(wi.z, 0.0) + wo.z);
-        let width = narrow * clamp(min(wo.z, mean), 0.02, 1.0);
-        let tail = max(away.x, clamp(mean, 0.02, 1.0) * away.y);
+        let width = narrow * clamp(min(wo.z, mean), 1e-4, 1.0);
+        let tail = max(away.x, clamp(mean, 1e-4, 1.0) * away.y);
         return min(max(width, 0.5 * tail * narrow / brdf.peak.z), 0.6);
     }
     if kind == 4.0 {

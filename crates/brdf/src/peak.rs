@@ -33,7 +33,7 @@ pub enum Peak {
 /// Nothing varies more slowly, radians.
 const SMOOTH: f64 = 0.6;
 /// Mean cosines below this narrow no further.
-const GRAZING: f64 = 0.02;
+const GRAZING: f64 = 1e-4;
 
 impl Peak {
     /// The angle over which f_cos(·, wo) varies within `radius` of `wi`, radians: the width of the ridge on it, and the

@@ -94,6 +94,47 @@ fn points(sites: Option<&Geometry>) -> PointsBuf {
     out
 }
 
+/// Views from 3° above the horizon to a tenth of one, which see a sun in `to` at the horizon across from them.
+fn grazing(to: DVec3) -> PointsBuf {
+    let mut out = PointsBuf::default();
+    let aside = to.any_orthonormal_vector();
+    for k in 0..240 {
+        let u = |by: f64| (f64::from(k) * by + 0.5).fract();
+        let cosine = 1.5e-3 * 30f64.powf(u(0.618_033_989));
+        let elevation = -0.015 + 0.05 * u(0.754_877_666);
+        let across = glam::DQuat::from_axis_angle(to, 6.0 * u(0.569_840_291)) * aside;
+        let n = to * elevation.sin() + across * elevation.cos();
+        let level = (to - n * n.dot(to)).normalize();
+        let level = glam::DQuat::from_axis_angle(n, 0.06 * (u(0.324_717_957) - 0.5)) * level;
+        let wo = n * cosine - level * (1.0 - cosine * cosine).sqrt();
+        out.push(n.as_vec3(), Frame::from_normal(n).t.as_vec3(), wo.as_vec3(), Vec3::ZERO);
+    }
+    out
+}
+
+/// Suns apart where lobes are narrowest: a disk, and the texel of a photograph.
+fn horizon(spec: &str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let mut texel = light();
+    let image = &mut Arc::make_mut(texel.environment.as_mut().ok_or("an image")?).image;
+    let k = image.index(0, 37, 18);
+    image.planes.iter_mut().for_each(|p| p[k] = 2e4);
+    let at = image.layout.texel_direction(128, 64, 0, 37, 18).ok_or("a texel")?;
+    let disks = sunny();
+    let to = disks.disks[0].direction;
+    for (light, to) in [(disks, to), (texel, at)] {
+        let material = Material::new(steradian_brdf::parse(spec)?);
+        let t = steradian_techniques::find("shrm_slices").ok_or("no such technique")?;
+        let params: ParamValues = [(SUNS, 1.0)].into_iter().collect();
+        let bake = t.bake(&light, &material, None, &params, &Task::quiet())?;
+        if !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
+            return Err("the sun is not apart: nothing of it was compared".into());
+        }
+        compare(gpu, &*bake, &grazing(to))?;
+    }
+    Ok(())
+}
+
 fn compare(gpu: &Gpu, bake: &dyn AnyBake, points: &PointsBuf) -> Result<(), Failed> {
     let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
@@ -243,6 +284,9 @@ fn main() {
             let name = format!("{}::{spec}{with}", t.card().slug);
             Trial::test(name, move || local(t, spec, choice)).with_ignored_flag(ignored)
         });
-    let trials = trials.chain(near).collect();
+    let low = ["ggx:alpha=0.1,f0=0.9", "cook-torrance:m=0.127,f0=0.25"].into_iter().map(|spec| {
+        Trial::test(format!("suns at the horizon::{spec}"), move || horizon(spec)).with_ignored_flag(ignored)
+    });
+    let trials = trials.chain(near).chain(low).collect();
     libtest_mimic::run(&arguments, trials).exit();
 }

@@ -7,9 +7,10 @@
 //! integrate the part above the horizon without its kink.
 
 use super::adaptive::{self, Patch};
+use super::horizon::Horizon;
 use super::rule::{POINT, REACH, nodes};
 use glam::{DMat3, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use steradian_brdf::{Brdf, Domain};
 use steradian_sphere::Frame;
 
@@ -89,6 +90,10 @@ impl CellLight {
         }
         let scale = brdf.peak().scale(centre, wo, radius);
         let f = |wi: DVec3| brdf.f_cos(wi, wo);
+        if let Some(h) = Horizon::of(brdf, centre, radius, scale, wo) {
+            let (sides, breaks) = (local.sides(), local.breaks());
+            return h.polygon(&sides, &breaks, &f);
+        }
         let least = if !whole && centre.z < radius { CROSSED } else { 1 };
         let [Some(n), Some(m)] = [height, width].map(|side| across(side / scale)) else {
             let at = |theta, phi| local.direction(theta, phi);
@@ -101,6 +106,44 @@ impl CellLight {
             return adaptive::integrate(&patch, &|wi, radius| brdf.peak().scale(wi, wo, radius), &f);
         };
         local.product(n.max(least), m.max(least), whole, f)
+    }
+
+    /// d·a ≥ k for each (a, k) where d is in it, unless it is wider than half of the sphere.
+    fn sides(&self) -> [(DVec3, f64); 4] {
+        let across = self.pole.cross(self.meridian);
+        let (s, c) = self.half.sin_cos();
+        let [top, bottom] = self.theta.map(f64::cos);
+        [
+            (across * c + self.meridian * s, 0.0),
+            (self.meridian * s - across * c, 0.0),
+            (self.pole, bottom),
+            (-self.pole, -top),
+        ]
+    }
+
+    /// Elevations above z = 0, radians and ascending, of its corners and of what is highest and lowest on its sides.
+    fn breaks(&self) -> Vec<f64> {
+        let across = self.pole.cross(self.meridian);
+        let mut out = Vec::with_capacity(16);
+        let mut put = |d: DVec3| out.push(d.z.clamp(-1.0, 1.0).asin());
+        for theta in self.theta {
+            let highest = across.z.atan2(self.meridian.z);
+            for phi in [-self.half, self.half, highest, highest - PI, highest + PI] {
+                if phi.abs() <= self.half {
+                    put(self.direction(theta, phi));
+                }
+            }
+        }
+        for phi in [-self.half, self.half] {
+            let highest = self.direction(FRAC_PI_2, phi).z.atan2(self.pole.z);
+            for theta in [highest, highest + PI] {
+                if theta > self.theta[0] && theta < self.theta[1] {
+                    put(self.direction(theta, phi));
+                }
+            }
+        }
+        out.sort_by(f64::total_cmp);
+        out
     }
 
     /// `m` meridians of `n` nodes each.

@@ -30,6 +30,9 @@ fn gpu_cell(pole: vec3<f32>, meridian: vec3<f32>, theta: vec2<f32>, half: f32, w
         return vec3<f32>(0.0);
     }
     let scale = brdf_scale(c, wo, radius);
+    if gpu_at_horizon(c, radius, scale, wo) {
+        return gpu_horizon_cell(pole, meridian, theta, half, wo);
+    }
     let least = select(1u, 8u, !whole && c.z < radius);
     let n = max(gpu_across(height / scale), least);
     let m = max(gpu_across(width / scale), least);

@@ -82,7 +82,11 @@ fn gpu_disk(c: vec3<f32>, radius: f32, wo: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let crossed = !brdf_is_whole() && (radius >= 1.5 || c.z < reach);
-    let n = gpu_rings(radius / brdf_scale(c, wo, radius), crossed);
+    let scale = brdf_scale(c, wo, radius);
+    if gpu_at_horizon(c, radius, scale, wo) {
+        return gpu_horizon_disk(c, radius, wo);
+    }
+    let n = gpu_rings(radius / scale, crossed);
     if crossed {
         return gpu_strips(c, radius, n, wo);
     }

@@ -10,6 +10,7 @@
 
 mod adaptive;
 mod cell;
+mod horizon;
 pub mod rule;
 mod shadow;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod tests;
 use crate::{Points, Radiance, View};
 pub use cell::CellLight;
 use glam::DVec3;
+use horizon::Horizon;
 use rule::Cap;
 use shadow::Place;
 pub use shadow::Shadows;
@@ -31,7 +33,7 @@ use steradian_sphere::Frame;
 /// `gpu_disk(c, radius, wo) -> vec3<f32>`, the integral of f_cos over a disk in the local frame: the WGSL twin of
 /// [`Direct::radiance`]'s. It calls `brdf_value`, `brdf_scale` and `brdf_is_whole` of [`BrdfShader::wgsl`], and
 /// `gpu_node(i: u32) -> vec2<f32>`, entry i of [`rule::gauss`].
-pub const DISK_WGSL: &str = include_str!("disk.wgsl");
+pub const DISK_WGSL: &str = concat!(include_str!("horizon.wgsl"), include_str!("disk.wgsl"));
 
 /// [`DISK_WGSL`] with its `gpu_node`, and `gpu_cell(pole, meridian, theta, half, wo) -> vec3<f32>`, the twin of
 /// [`CellLight::integral`].
@@ -227,6 +229,9 @@ fn disk(brdf: &dyn Brdf, cap: &Cap, wo: DVec3) -> [f64; 3] {
     let crossed = !whole && (cap.radius >= 1.5 || cap.centre.z < reach);
     let scale = brdf.peak().scale(cap.centre, wo, cap.radius);
     let f = |wi: DVec3| brdf.f_cos(wi, wo);
+    if let Some(h) = Horizon::of(brdf, cap.centre, cap.radius, scale, wo) {
+        return h.disk(cap.centre, cap.radius, &f);
+    }
     match rule::rings(cap.radius / scale, crossed) {
         Some(n) if crossed => cap.strips(n, f),
         Some(n) => cap.polar(n, f),

@@ -193,6 +193,62 @@ fn a_tail_above_a_grazing_ridge_is_narrow() {
     }
 }
 
+/// Views from 3° above the horizon to a hundredth of one, and suns about their mirror directions that the horizon cuts or nearly
+/// cuts: lobes are as narrow there, across the plane of incidence, as n·wi + n·wo is small. Relative to the largest radiance
+/// at that view.
+#[test]
+fn suns_at_the_horizon_follow_the_reference() {
+    let task = Task::quiet();
+    let frame = Frame::from_normal(DVec3::new(0.3, 0.8, -0.5).normalize());
+    let mut report = Vec::new();
+    for spec in [
+        "cook-torrance:m=0.127,f0=0.25",
+        "ggx:alpha=0.1,f0=0.9",
+        "ggx:alpha=0.4",
+        "blinn-phong:n=100",
+        "ggx:ax=0.05,ay=0.3",
+    ] {
+        let brdf = steradian_brdf::parse(spec).expect(spec);
+        for cosine in [0.05f64, 0.02, 7e-3, 2e-3, 2e-4] {
+            let s = (1.0 - cosine * cosine).sqrt();
+            let wo = frame.to_world(DVec3::new(0.6 * s, 0.8 * s, cosine));
+            let (mut top, mut worst) = ([0.0f64; 2], [0.0f64; 2]);
+            for (up, aside) in [(-0.016, 0.004), (0.0, 0.0), (0.01, 0.01), (0.03, -0.002)] {
+                let azimuth = 0.8f64.atan2(0.6) + PI + aside;
+                let wi: DVec3 = DVec3::new(azimuth.cos(), azimuth.sin(), up).normalize();
+                let d = frame.to_world(wi);
+                let disk = DiskLight { direction: d, angular_radius: 0.02, radiance: [1.0; 3] };
+                let (width, height) = (128, 64);
+                let column = ((0.5 + d.z.atan2(d.x) / (2.0 * PI)) * width as f64) as usize;
+                let (i, j) = (column.min(width - 1), (d.y.acos() / PI * height as f64) as usize);
+                let cell = CellLight { radiance: [1.0; 3], ..CellLight::texel(i, j, width, height) };
+                let mut image = SphereImage::new(Layout::LatLong, width, height);
+                let k = image.index(0, i, j);
+                image.planes.iter_mut().for_each(|p| p[k] = 1.0);
+                let cases = [
+                    (
+                        Direct { disks: vec![disk], ..Direct::default() },
+                        Lights { disks: vec![disk], ..Lights::default() },
+                    ),
+                    (Direct { cells: vec![cell], ..Direct::default() }, Lights::from(Environment { image })),
+                ];
+                for (k, (direct, lights)) in cases.into_iter().enumerate() {
+                    let reference = Reference::new(&lights, Lookup::Constant, &task)
+                        .expect("sound")
+                        .with_budget(2_000_000);
+                    let exact = reference.radiance(&*brdf, &frame, wo, None, 1e-5);
+                    let got = direct.radiance(&*brdf, &frame, wo, None)[0];
+                    top[k] = top[k].max(exact.rgb[0]);
+                    worst[k] = worst[k].max((got - exact.rgb[0]).abs() - exact.error * exact.rgb[0]);
+                }
+            }
+            (0..2).for_each(|k| report.push((worst[k] / top[k], spec, cosine, ["disk", "texel"][k])));
+        }
+    }
+    report.sort_by(|a, b| b.0.total_cmp(&a.0));
+    assert!(report[0].0 < 2e-3, "{:#?}", &report[..12]);
+}
+
 /// Half of a sun behind an edge; lights that stand free, and those that stand behind.
 #[test]
 fn rays_shadow_what_stands_behind_the_mesh() {
