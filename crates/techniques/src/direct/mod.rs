@@ -5,8 +5,8 @@
 //! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
 //! technique's data and which are added here. Nothing shadows them (V = 1), as in techniques that know no geometry and in the
 //! reference, or rays do ([`Shadows`]), as under techniques that know it. Disks are integrated by rules whose size follows from the reflectance's width there
-//! ([`steradian_brdf::Peak`]): relative to the largest radiance that the disk causes, the error is at most about 1e-3
-//! and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
+//! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative to the largest
+//! radiance that the disk causes, the error is at most about 1e-3 and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
 
 mod adaptive;
 mod cell;
