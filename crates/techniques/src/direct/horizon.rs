@@ -31,6 +31,9 @@ const ACROSS: [usize; 2] = [16, 32];
 /// Nothing is narrower than at this mean cosine.
 const LEAST: f64 = 1e-5;
 
+/// Is given pieces of a circle of elevation, from and to which azimuth.
+type Pieces<'a> = dyn FnMut([f64; 2]) + 'a;
+
 /// The lobe of a grazing view.
 #[derive(Debug, Clone, Copy)]
 pub struct Horizon {
@@ -86,7 +89,7 @@ impl Horizon {
     fn integrate(
         &self,
         breaks: &[f64],
-        pieces: &dyn Fn(f64, &mut dyn FnMut([f64; 2])),
+        pieces: &dyn Fn(f64, &mut Pieces<'_>),
         f: &dyn Fn(DVec3) -> [f64; 3],
     ) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -114,7 +117,7 @@ impl Horizon {
         let middle = centre.z.clamp(-1.0, 1.0).asin();
         let off = self.off(centre);
         let top = (0.5 * radius).sin().powi(2);
-        let pieces = |e: f64, piece: &mut dyn FnMut([f64; 2])| {
+        let pieces = |e: f64, piece: &mut Pieces<'_>| {
             let square =
                 (top - (0.5 * (e - middle)).sin().powi(2)).max(0.0) / (e.cos() * middle.cos()).max(1e-12);
             let half = 2.0 * square.sqrt().min(1.0).asin();
@@ -136,7 +139,7 @@ impl Horizon {
         breaks: &[f64],
         f: &dyn Fn(DVec3) -> [f64; 3],
     ) -> [f64; 3] {
-        let pieces = |e: f64, piece: &mut dyn FnMut([f64; 2])| {
+        let pieces = |e: f64, piece: &mut Pieces<'_>| {
             let (se, ce) = e.sin_cos();
             // Where the circle of this elevation crosses sides.
             let (mut at, mut count) = ([-PI, PI, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2);
