@@ -218,6 +218,14 @@ fn data_per_texel_say_what_they_lack() {
         &render("bare.obj", "bump_horizon:height=wall.pfm"),
     );
     refused(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
+    refused(dir, 3, "broken.pfm", &render("plane", "lafortune_svbrdf:n_1=broken.pfm"));
+    refused(dir, 3, "cut.pfm", &render("plane", "lafortune_svbrdf:rho_1=cut.pfm"));
+    refused(dir, 2, "takes ward, ggx and blinn-phong-gl, not lambert", &render("plane", "shift_variant"));
+    for (spec, file) in [("widths=broken.pfm", "broken.pfm"), ("tangent=none.pfm", "none.pfm")] {
+        let local = format!("shift_variant:{spec}");
+        let made = ["render", "plane", "-b", "ward:ax=0.2,ay=0.4", "--local", &local, "-o", "x.pfm"];
+        refused(dir, 3, file, &[&made[..], &light].concat());
+    }
     for (columns, lacks) in [("tx,ty,tz", "no u"), ("u,v", "no tx"), ("u,tx,ty,tz", "'v'")] {
         fs::write(dir.join("p.csv"), csv(&[[0.5; 2]], columns)).expect("written");
         let local = "bump_horizon:height=wall.pfm";
@@ -236,4 +244,64 @@ fn data_per_texel_say_what_they_lack() {
         refused(dir, 3, why, &["render", "scene/s.toml", "-t", "sh-irradiance", "-o", "x.pfm"]);
     }
     assert!(!dir.join("x.pfm").exists() && !dir.join("x.csv").exists());
+}
+
+/// Numbers by texel: a picture's halves have their own lobes and widths, as plain models of these numbers have.
+#[test]
+fn reflectances_differ_from_texel_to_texel() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let halves = |file: &str, [left, right]: [[f32; 3]; 2]| {
+        let plane = |c: usize| (0..64).map(|k| if k % 8 < 4 { left[c] } else { right[c] }).collect();
+        let raster = Raster::rgb(8, 8, [plane(0), plane(1), plane(2)]);
+        write_image(&dir.join(file), &raster, &WriteOptions::default()).expect("written");
+    };
+    halves("rho.pfm", [[0.5, 0.5, 0.5], [0.2, 0.4, 0.6]]);
+    halves("n.pfm", [[4.0; 3], [20.0; 3]]);
+    halves("widths.pfm", [[0.2, 0.5, 0.0], [0.5, 0.2, 0.0]]);
+    let black = vec![0.0; 8 * 4];
+    let dark = Raster::rgb(8, 4, [black.clone(), black.clone(), black]);
+    write_image(&dir.join("dark.pfm"), &dark, &WriteOptions::default()).expect("written");
+    fs::write(dir.join("points.csv"), csv(&[[0.3125, 0.5], [0.8125, 0.5]], "u,v,tx,ty,tz")).expect("written");
+    let radiance = |brdf: &str, local: &str| -> Vec<f64> {
+        let light = "directional:direction=0.2/0.5/0.8,irradiance=1/1/1";
+        let fixed =
+            ["eval", "-p", "points.csv", "-e", "dark.pfm", "--light", light, "--quiet", "-t", "sh_brdf"];
+        let (code, out, err) = run(dir, &[&fixed[..], &["-b", brdf, "--local", local]].concat());
+        assert_eq!(code, Some(0), "{brdf} {local}: {err}");
+        let green = |row: &str| row.split(',').nth(12).and_then(|x| x.parse().ok()).expect("green");
+        out.lines().skip(1).map(green).collect()
+    };
+    let lobe = |n: f64, ks: f64| format!("lafortune:cx=-1,cy=-1,cz=1,n={n},ks={ks},kd=0.3");
+    for (textured, plain) in [
+        (
+            radiance("lambert:albedo=0.3", "lafortune_svbrdf:rho_1=rho.pfm,n_1=n.pfm"),
+            [lobe(4.0, 0.5), lobe(20.0, 0.4)],
+        ),
+        (
+            radiance("ward:ax=0.3,ay=0.3,rs=0.5,rd=0.2", "shift_variant:widths=widths.pfm"),
+            ["ward:ax=0.2,ay=0.5,rs=0.5,rd=0.2".into(), "ward:ax=0.5,ay=0.2,rs=0.5,rd=0.2".into()],
+        ),
+    ] {
+        for (k, spec) in plain.iter().enumerate() {
+            let want = radiance(spec, "exact")[k];
+            assert!((textured[k] - want).abs() < 1e-5 * want, "{spec}: {} {want}", textured[k]);
+        }
+        assert!((textured[0] - textured[1]).abs() > 1e-3, "{textured:?}");
+    }
+}
+
+/// A ground has none of the mesh's textures, and who asks for both hears it.
+#[test]
+fn a_ground_is_shaded_without_the_textures_of_the_mesh() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    walls(dir);
+    let light = ["--light", "directional:direction=0.2/0.8/0.3,irradiance=1/1/1", "-e", "overcast"];
+    let made = ["render", "sphere", "-b", "lambert", "--ground=lambert", "--size", "24", "-o", "p.pfm"];
+    let local = ["-t", "sh-irradiance", "--local", "bump_horizon:height=wall.pfm"];
+    let (code, out, err) = run(dir, &[&made[..], &light, &local].concat());
+    assert_eq!(code, Some(0), "{err}");
+    let said = format!("{out}{err}");
+    assert!(said.contains("ground: not by bump_horizon (its files belong to the mesh)"), "{said}");
 }

@@ -1,24 +1,34 @@
-//! Photographs under known lights become a polynomial texture map.
+//! Photographs under known lights become a polynomial texture map, and such a map a surface, its normals and its albedo.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use steradian_formats::{Limits, PtmTexels, Raster, WriteOptions, read_ptm, write_image};
+use steradian_formats::{
+    Limits, PtmTexels, Raster, ReadOptions, WriteOptions, read_image_with, read_ptm, write_image,
+};
 
 const LIST: &str = "set.lp";
 
-fn convert(dir: &Path) -> Output {
-    let arguments = ["convert", LIST, "-o", "out.ptm"];
+fn run(dir: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
 }
 
-/// Exit code 3 in one line that says this, and nothing is written.
-fn refused(dir: &Path, why: &str) {
-    let o = convert(dir);
+fn convert(dir: &Path) -> Output {
+    run(dir, &["convert", LIST, "-o", "out.ptm"])
+}
+
+/// The exit code, and one line that says this.
+fn fails(dir: &Path, code: i32, why: &str, arguments: &[&str]) {
+    let o = run(dir, arguments);
     let text = String::from_utf8_lossy(&o.stderr);
-    assert_eq!(o.status.code(), Some(3), "{text}");
-    assert!(text.contains(why) && text.trim_end().lines().count() == 1, "{text}");
+    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {text}");
+    assert!(text.contains(why) && text.trim_end().lines().count() == 1, "{arguments:?}: {text}");
+}
+
+/// The list is refused with exit code 3, and nothing is written.
+fn refused(dir: &Path, why: &str) {
+    fails(dir, 3, why, &["convert", LIST, "-o", "out.ptm"]);
     assert!(!dir.join("out.ptm").exists());
 }
 
@@ -74,4 +84,85 @@ fn lights_and_photographs_that_do_not_fit_are_refused() {
     let outside = fs::read_to_string(d.path().join(LIST)).expect("a list").replace("7.pfm", "../7.pfm");
     fs::write(d.path().join(LIST), outside).expect("written");
     refused(d.path(), "../7.pfm");
+}
+
+/// A map under a lamp: by `eval`, the polynomial of each texel over π; of its list of photographs, the same up to the bytes of the
+/// file. As images, the direction of the brightest light, and what is reflected of it.
+#[test]
+fn maps_are_shaded_and_become_normals_and_albedo() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    photographs(dir, 400, [0.0, 1.0]);
+    assert!(convert(dir).status.success());
+    let black = vec![0.0; 8 * 4];
+    let dark = Raster::rgb(8, 4, [black.clone(), black.clone(), black]);
+    write_image(&dir.join("dark.pfm"), &dark, &WriteOptions::default()).expect("written");
+    let rows =
+        "u,v,nx,ny,nz,tx,ty,tz,vx,vy,vz\n0.25,0.25,0,0,1,1,0,0,0,0,1\n0.75,0.75,0,0,1,1,0,0,0.6,0,0.8\n";
+    fs::write(dir.join("points.csv"), rows).expect("written");
+    for (map, within) in [("out.ptm", 4e-3), (LIST, 1e-3)] {
+        let local = format!("polynomial_texture_map:map={map}");
+        let light = "directional:direction=0.6/0/0.8,irradiance=1/1/1";
+        let made = ["eval", "-p", "points.csv", "-e", "dark.pfm", "--light", light, "--quiet"];
+        let o = run(dir, &[&made[..], &["-b", "lambert", "-t", "sh-irradiance", "--local", &local]].concat());
+        assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+        let text = String::from_utf8_lossy(&o.stdout).into_owned();
+        for (row, albedo) in text.lines().skip(1).zip([[0.8, 0.4, 0.2], [0.1, 0.1, 0.4]]) {
+            let all: Vec<f64> = row.split(',').filter_map(|x| x.parse().ok()).collect();
+            for (got, a) in all[11..14].iter().zip(albedo) {
+                let want = a * (1.125 - 0.9375 * 0.36) / std::f64::consts::PI;
+                assert!((got - want).abs() < within, "{map}: {row}: {got} {want}");
+            }
+        }
+    }
+    let image = |part: &str| {
+        let o = run(dir, &["convert", "out.ptm", "--map", part, "-o", "x.pfm"]);
+        assert!(o.status.success(), "{}", String::from_utf8_lossy(&o.stderr));
+        let options = ReadOptions { data: true, limits: Limits::default(), ..ReadOptions::default() };
+        let raster = read_image_with(&dir.join("x.pfm"), &options).expect("reads");
+        raster.into_rgb().expect("three channels").map(|p| [p[0], p[3]])
+    };
+    let near = |[a, b]: [f32; 2], want: [f32; 2]| (a - want[0]).abs() < 0.02 && (b - want[1]).abs() < 0.02;
+    let [x, y, z] = image("normal");
+    assert!(near(x, [0.5; 2]) && near(y, [0.5; 2]) && near(z, [1.0; 2]), "{x:?} {y:?} {z:?}");
+    let [r, g, b] = image("albedo");
+    assert!(near(r, [0.9, 0.1125]) && near(g, [0.45, 0.1125]) && near(b, [0.225, 0.45]), "{r:?} {g:?} {b:?}");
+}
+
+/// Maps that are cut anywhere, of another kind or without numbers, and photographs that are not finite.
+#[test]
+fn broken_maps_are_refused_by_name() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    photographs(dir, 12, [0.1, 1.0]);
+    assert!(convert(dir).status.success());
+    let map = fs::read(dir.join("out.ptm")).expect("a map");
+    fs::write(dir.join("cut.ptm"), &map[..map.len() - 1]).expect("written");
+    fs::write(dir.join("other.ptm"), [b"PTM_3.0".as_slice(), &map[7..]].concat()).expect("written");
+    let head = "PTM_1.2\nPTM_FORMAT_LRGB\n1\n1\nnan 1 1 1 1 1\n0 0 0 0 0 0\n";
+    fs::write(dir.join("nan.ptm"), [head.as_bytes(), &[0; 9]].concat()).expect("written");
+    let mut photograph = fs::read(dir.join("3.pfm")).expect("a photograph");
+    let last = photograph.len() - 4;
+    photograph[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(dir.join("3.pfm"), photograph).expect("written");
+    for (map, why) in [
+        ("cut.ptm", "cut.ptm"),
+        ("other.ptm", "other.ptm"),
+        ("nan.ptm", "nan.ptm"),
+        (LIST, "3.pfm"),
+        ("no.ptm", "no.ptm"),
+    ] {
+        let local = format!("polynomial_texture_map:map={map}");
+        let light = ["--light", "directional:direction=0/0/1,irradiance=1/1/1", "-t", "sh-irradiance"];
+        let made = ["render", "plane", "-b", "lambert", "--local", &local, "-o", "x.pfm"];
+        fails(dir, 3, why, &[&made[..], &light].concat());
+        if map != LIST {
+            fails(dir, 3, why, &["convert", map, "--map", "albedo", "-o", "x.pfm"]);
+        }
+    }
+    fails(dir, 2, "--map", &["convert", "0.pfm", "--map", "albedo", "-o", "x.pfm"]);
+    let o = run(dir, &["convert", "out.ptm", "--map", "heights", "-o", "x.pfm"]);
+    assert_eq!(o.status.code(), Some(2));
+    fails(dir, 2, "x.csv", &["convert", "out.ptm", "-o", "x.csv"]);
+    assert!(!dir.join("x.pfm").exists());
 }

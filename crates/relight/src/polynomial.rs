@@ -18,7 +18,7 @@ const TERMS: usize = 6;
 /// photographs.
 const MAX_CONDITION: f64 = 1e5;
 /// Weights of linear Rec. 709 red, green and blue in luminance.
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// What white is in the files of the usual fitters.
 const WHITE: f64 = 255.0;
 

@@ -439,9 +439,7 @@ impl Session {
                 let (w, h, planes) = self.data(path)?;
                 one(Texture::new(w, h, &planes).map(Arc::new).ok_or_else(empty)?)
             }
-            Content::Polynomials => {
-                return Err(Error::input(format!("{}: is no polynomial texture map", path.display())));
-            }
+            Content::Polynomials => self.polynomial_planes(path)?,
         })
     }
 

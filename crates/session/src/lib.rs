@@ -69,7 +69,7 @@ pub use outputs::{ANIMATION, FRAME_RATE, IMAGES, check_format, check_output, is_
 pub use page::Page;
 pub use paths::Paths;
 pub use picture::{Picture, auto_exposure};
-pub use polynomial::{POLYNOMIALS, PolynomialFacts};
+pub use polynomial::{POLYNOMIALS, PolynomialFacts, PolynomialPart};
 pub use relief::{HORIZONS, HorizonFacts, HorizonForm, MAX_AZIMUTHS};
 pub use renderer::Renderer;
 pub use saved::{for_any_mesh, light_as_baked};

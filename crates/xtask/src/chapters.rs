@@ -34,6 +34,9 @@ const POINTS: [&str; 2] = [
     "The points are 256 of a ball, with views up to 80° from the normal; parameters are the defaults, with rate=pixel where a mesh would be needed.",
 ];
 
+/// What they are on bumps.
+const ON_BUMPS: &str = " On bumps they are texels, under lights and from views as certificates have them, where the bump faces the viewer.";
+
 /// The chapters of all techniques with their error tables as recorded.
 pub fn pages(root: &Path) -> Result<Vec<Page>> {
     let read = |file: &'static str| std::fs::read_to_string(root.join(file)).context(file);
@@ -70,14 +73,14 @@ fn table(slug: &str, recorded: &str, local: usize) -> Result<String> {
         }
         cells.insert((spec, light), format!("{} ({})", short(found)?, short(stated)?));
     }
-    let mut out = format!(
-        "**Error.** Relative RMS of outgoing radiance against the reference, no tolerance given, and in parentheses what \
-         the certificate states.\n{} The conformance suite records\nand checks these numbers; `cargo run -p \
-         steradian-xtask -- pages` writes them here.\n\n| reflectance |",
-        POINTS[local]
-    );
     // Bumps are for techniques that read heights.
     let bumps = cells.keys().any(|k: &(&str, &str)| k.1 == BUMPS);
+    let points = format!("{}{}", POINTS[local], if bumps { ON_BUMPS } else { "" });
+    let mut out = format!(
+        "**Error.** Relative RMS of outgoing radiance against the reference, no tolerance given, and in parentheses what \
+         the certificate states.\n{points} The conformance suite records\nand checks these numbers; `cargo run -p \
+         steradian-xtask -- pages` writes them here.\n\n| reflectance |"
+    );
     let tried = |light: &&(&str, &str)| bumps || light.0 != BUMPS;
     let lights: Vec<_> = LIGHTS[local].iter().filter(tried).collect();
     lights.iter().for_each(|(_, name)| out += &format!(" {name} |"));

@@ -16,7 +16,7 @@ use steradian_render::{Develop, Film, ToneMapper};
 use steradian_session::inspect::is_lp;
 use steradian_session::{
     Adjust, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
-    check_format, check_output, is_sky,
+    PolynomialPart, check_format, check_output, is_sky,
 };
 use steradian_sphere::SphereImage;
 
@@ -25,7 +25,7 @@ use steradian_sphere::SphereImage;
 pub struct Options {
     /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
     /// brdf:SPEC, a reflectance that becomes a table of measurements, a list of light positions (.lp), whose
-    /// photographs become a polynomial texture map, or with --horizons a height map
+    /// photographs become a polynomial texture map, such a map (.ptm), or with --horizons a height map
     #[arg(value_name = "INPUT")]
     input: String,
     /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) or
@@ -59,6 +59,10 @@ pub struct Options {
     /// a layer; or `ellipses`, one conic a texel
     #[arg(long, value_name = "N|ellipses", value_parser = horizon_form)]
     horizons: Option<HorizonForm>,
+    /// Of a polynomial texture map (.ptm): normal, where each texel is brightest, as a normal map, green up; or albedo, what
+    /// it reflects there [default: normal]
+    #[arg(long, value_name = "normal|albedo", value_parser = polynomial_part)]
+    map: Option<PolynomialPart>,
     /// With --horizons: how far white is above black, as a part of the map's width
     #[arg(long, value_name = "R", value_parser = relief, default_value_t = 0.08)]
     relief: f64,
@@ -67,6 +71,10 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
+    let map = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("ptm"));
+    if o.map.is_some() && !map {
+        return Err(Failure::usage(format!("{}: --map belongs to a polynomial texture map (.ptm)", o.input)));
+    }
     if let Some(spec) = o.input.strip_prefix("brdf:") {
         return tabulated(spec, &o.output, context);
     }
@@ -75,6 +83,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if let Some(form) = o.horizons {
         return horizons(&o, form, context);
+    }
+    if map {
+        return part(&o, context);
     }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
@@ -155,6 +166,37 @@ fn polynomials(o: &Options, context: &mut Context) -> Outcome {
         x.photographs,
         x.condition
     ));
+    Ok(())
+}
+
+fn polynomial_part(text: &str) -> Result<PolynomialPart, String> {
+    match text {
+        "normal" => Ok(PolynomialPart::Normal),
+        "albedo" => Ok(PolynomialPart::Albedo),
+        _ => Err(steradian_base::unknown("map", text, &["normal", "albedo"])),
+    }
+}
+
+/// The normals or the albedo of a polynomial texture map.
+fn part(o: &Options, context: &mut Context) -> Outcome {
+    check_output(&o.output, &IMAGES)?;
+    let part = o.map.unwrap_or(PolynomialPart::Normal);
+    let raster = context.polynomial_map(Path::new(&o.input), part)?;
+    let name = if part == PolynomialPart::Normal { "normals" } else { "albedo" };
+    let mut options =
+        WriteOptions { already_encoded: part == PolynomialPart::Normal, ..WriteOptions::default() };
+    if o.half {
+        options.exr_samples = ExrSamples::Half;
+    }
+    let report = context.write_image(&o.output, &raster, options)?;
+    if context.common.json {
+        let file = o.output.file_name().map(|n| n.to_string_lossy());
+        return context.print_json(json!({
+            "output": file, "map": name, "width": raster.width, "height": raster.height,
+            "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
+        }));
+    }
+    context.say(format_args!("{}: {name}, {} x {}", o.output.display(), raster.width, raster.height));
     Ok(())
 }
 

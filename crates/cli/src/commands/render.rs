@@ -321,9 +321,16 @@ fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Fa
         Method::Technique(t) => (t.card().materials)(&*brdf).is_ok(),
         _ => true,
     });
-    let taken = |l: &Local| (l.technique.card().materials)(&*brdf).is_ok();
-    // A ground has no texture coordinates.
-    let local = o.local.get()?.flatten().filter(taken).filter(|l| !l.is_textured(false));
+    let asked = o.local.get()?.flatten();
+    let taken = |l: &Local| (l.technique.card().materials)(&*brdf).is_ok() && !l.is_textured(false);
+    let local = asked.clone().filter(taken);
+    if let (Some(l), None) = (&asked, &local) {
+        let name = l.technique.card().slug;
+        let why =
+            if l.is_textured(false) { "its files belong to the mesh" } else { "of another reflectance" };
+        context
+            .say(format_args!("ground: not by {name} ({why}): directional and point lights are exact there"));
+    }
     Ok(Material { method, local, ..Material::new(brdf) })
 }
 

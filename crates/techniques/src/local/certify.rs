@@ -20,6 +20,30 @@ pub fn error(
     error_at(brdf, |_| Place::default(), |_, wi, wo| exact(wi, wo), |_, wi, wo| shaded(wi, wo))
 }
 
+/// Directions of light and view in the frame of the surface, both above it, and the weight that errors have there.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// To the light.
+    pub wi: DVec3,
+    /// To the viewer.
+    pub wo: DVec3,
+    /// One over the density of wi, sr.
+    pub weight: f64,
+}
+
+/// The pairs that errors are measured at, of `count` that are drawn, with their numbers; always the same.
+pub fn pairs(brdf: &dyn Brdf, count: u32) -> impl Iterator<Item = (u32, Pair)> {
+    let (lattice, mut random) = (R2::default(), Pcg32::new(7, 11));
+    (0..count).filter_map(move |k| {
+        let wo = hemisphere::sample(lattice.point(k));
+        let u = DVec2::new(random.next_f64(), random.next_f64());
+        let drawn = if k % 2 == 0 { Some(hemisphere::sample(u)) } else { brdf.sample(wo, u).map(|s| s.wi) };
+        let wi = drawn.filter(|wi| wi.z > 0.0 && wo.z > 0.0)?;
+        let weight = 1.0 / (0.5 / (2.0 * PI) + 0.5 * brdf.pdf(wi, wo));
+        Some((k, Pair { wi, wo, weight }))
+    })
+}
+
 /// The same over places of textures too, one for each pair of directions: place `k` of as many as are asked for. Directions are
 /// drawn about the surface's own normal.
 pub fn error_at(
@@ -28,14 +52,8 @@ pub fn error_at(
     exact: impl Fn(Place, DVec3, DVec3) -> [f64; 3],
     shaded: impl Fn(Place, [f32; 3], [f32; 3]) -> [f32; 3],
 ) -> f64 {
-    let (lattice, mut random) = (R2::default(), Pcg32::new(7, 11));
     let (mut squares, mut energy) = (0.0, 0.0);
-    for k in 0..PAIRS {
-        let wo = hemisphere::sample(lattice.point(k));
-        let u = DVec2::new(random.next_f64(), random.next_f64());
-        let drawn = if k % 2 == 0 { Some(hemisphere::sample(u)) } else { brdf.sample(wo, u).map(|s| s.wi) };
-        let Some(wi) = drawn.filter(|wi| wi.z > 0.0 && wo.z > 0.0) else { continue };
-        let weight = 1.0 / (0.5 / (2.0 * PI) + 0.5 * brdf.pdf(wi, wo));
+    for (k, Pair { wi, wo, weight }) in pairs(brdf, PAIRS) {
         let single = |d: DVec3| d.as_vec3().to_array();
         let at = place(k);
         let (a, b) = (shaded(at, single(wi), single(wo)), exact(at, wi, wo));
@@ -54,4 +72,9 @@ pub fn texel(k: u32, (width, height): (usize, usize)) -> (Place, [usize; 2]) {
     let (i, j) = (cell(p.x, width), cell(p.y, height));
     let uv = [(i as f32 + 0.5) / width as f32, (j as f32 + 0.5) / height as f32];
     (Place { uv, footprint: 0.0 }, [i, j])
+}
+
+/// Column and row of the texel that a place is the centre of.
+pub fn texel_at(at: Place, (width, height): (usize, usize)) -> [usize; 2] {
+    [at.uv[0] * width as f32, at.uv[1] * height as f32].map(|x| x as usize)
 }

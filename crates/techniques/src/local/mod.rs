@@ -14,15 +14,18 @@ mod lights;
 mod per_point;
 mod textured;
 
-pub use certify::{error, error_at, texel};
+pub use certify::{Pair, error, error_at, pairs, texel, texel_at};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
-use crate::rooms::{analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, vertex_analytic};
-use crate::{BakeError, Card, GpuTechnique, Material, Points, Radiance, View};
+use crate::rooms::{
+    analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, lafortune_svbrdf,
+    polynomial_texture_map, shift_variant, vertex_analytic,
+};
+use crate::{BakeError, Capabilities, Card, GpuTechnique, Material, Needs, Points, Radiance, View};
 use glam::DVec3;
 use std::borrow::Cow;
 use std::marker::PhantomData;
@@ -38,6 +41,9 @@ const LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
     &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
     &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
+    &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
+    &ErasedLocal::<lafortune_svbrdf::LafortuneSvbrdf>::new(),
+    &ErasedLocal::<shift_variant::ShiftVariant>::new(),
 ];
 
 /// Every technique for local light, in the order of menus.
@@ -50,6 +56,19 @@ pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
     let slug = slug.replace('-', "_");
     locals().iter().copied().find(|t| t.card().slug == slug)
 }
+
+/// What light Cards of local techniques have.
+pub(crate) const LIGHT: &str = "directional and point lights, exact";
+/// What shadows those have that cast none of their own.
+pub(crate) const VISIBILITY: &str = "rays at each point where asked for";
+/// What each of them can do: as nothing of the light or of the mesh is in its tables, both may change.
+pub(crate) const CAPABILITIES: Capabilities =
+    Capabilities { dynamic_lighting: true, dynamic_objects: true, ..Capabilities::NONE };
+/// What those need that shade point by point.
+pub(crate) const NEEDS: Needs =
+    Needs { environment: false, sites: false, uv: false, tangents: true, view: false };
+/// What those need that have data per texel.
+pub(crate) const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
 
 /// f · ⟨n·wi⟩ of two local directions.
 pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;

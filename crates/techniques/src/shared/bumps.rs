@@ -1,8 +1,11 @@
 //! Bumps of a surface: normals, and the heights that they come from.
 
+use super::harmonics::dot;
+use crate::local::{Content, Plane};
 use crate::{BakeError, Material};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
+use steradian_base::ParamInfo;
 use steradian_relight::height::HeightField;
 use steradian_scene::surface::{NormalMap, Texture, Wrap};
 
@@ -10,6 +13,28 @@ use steradian_scene::surface::{NormalMap, Texture, Wrap};
 pub const HEIGHT: &str = "height";
 /// The plane of unit normals.
 pub const NORMAL: &str = "normal";
+
+/// The files of bumps: heights and normals.
+pub const PLANES: [Plane; 2] = [Plane::new(HEIGHT, Content::Heights), Plane::new(NORMAL, Content::Normals)];
+/// The parameter that names the height map.
+pub const HEIGHT_FILE: ParamInfo =
+    ParamInfo::file(HEIGHT, "height map, which repeats: its alpha, else its luminance; auto: none")
+        .auto(f64::NAN);
+/// The parameter that names the normal map.
+pub const NORMAL_FILE: ParamInfo = ParamInfo::file(
+    NORMAL,
+    "normal map, green up, in place of the heights' normals; auto: that of the material",
+)
+.auto(f64::NAN);
+/// The height of white.
+pub const RELIEF: ParamInfo = ParamInfo::real(
+    "relief",
+    [-10.0, 10.0],
+    0.05,
+    "height of white above black, in widths of the height map",
+);
+/// Smallest n'·wo, where the surface itself is not seen at less.
+const GRAZING: f32 = 0.01;
 
 /// What varies over a bumpy surface.
 #[derive(Debug, Clone)]
@@ -85,8 +110,43 @@ pub fn exact_frame(n: DVec3) -> [DVec3; 2] {
     [t, n.cross(t)]
 }
 
-/// The twin of [`frame`]: `local_frame(n: vec3<f32>) -> LocalFrame`, with members t and b.
-pub const FRAME: &str = include_str!("bumps.wgsl");
+/// The unit vector along a mean of normals, the surface's own normal where they cancel, and the length of the mean.
+#[inline(always)]
+pub fn unit(mean: [f32; 3]) -> ([f32; 3], f32) {
+    let length = dot(mean, mean).sqrt();
+    (if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] }, length)
+}
+
+/// The normal bent towards the viewer so far that n·wo is not below 0.01, or below that of the surface itself.
+#[inline(always)]
+pub fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let (c, least) = (dot(n, wo), wo[2].min(GRAZING));
+    if c >= least {
+        return n;
+    }
+    let across: [f32; 3] = std::array::from_fn(|k| n[k] - wo[k] * c);
+    let scale = (1.0 - least * least).sqrt() / dot(across, across).sqrt().max(1e-30);
+    std::array::from_fn(|k| wo[k] * least + across[k] * scale)
+}
+
+/// The same in double precision.
+pub fn exact_facing(n: DVec3, wo: DVec3) -> DVec3 {
+    let (c, least) = (n.dot(wo), wo.z.min(f64::from(GRAZING)));
+    if c >= least {
+        return n;
+    }
+    wo * least + (n - wo * c).normalize_or_zero() * (1.0 - least * least).sqrt()
+}
+
+/// ln(1 − x), which keeps its digits where x is small.
+#[inline(always)]
+pub fn log_less(x: f32) -> f32 {
+    if x < 0.02 { -x * (1.0 + x * (0.5 + x * (0.333_333_34 + x * 0.25))) } else { (1.0 - x).max(0.0).ln() }
+}
+
+/// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit`], without the length,
+/// [`facing`] and [`log_less`], their names after `local_`.
+pub const TEXT: &str = include_str!("bumps.wgsl");
 
 #[cfg(test)]
 mod tests {

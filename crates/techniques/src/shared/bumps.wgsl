@@ -13,3 +13,27 @@ fn local_frame(n: vec3<f32>) -> LocalFrame {
     }
     return LocalFrame(t, cross(n, t));
 }
+
+fn local_unit(mean: vec3<f32>) -> vec3<f32> {
+    let size = length(mean);
+    return select(vec3<f32>(0.0, 0.0, 1.0), mean / max(size, 1e-30), size > 0.0);
+}
+
+// The normal bent towards the viewer.
+fn local_facing(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    let c = dot(n, wo);
+    let least = min(wo.z, 0.01);
+    if c >= least {
+        return n;
+    }
+    let across = n - wo * c;
+    return wo * least + across * (sqrt(1.0 - least * least) / max(length(across), 1e-30));
+}
+
+// ln(1 - x)
+fn local_log_less(x: f32) -> f32 {
+    if x < 0.02 {
+        return -x * (1.0 + x * (0.5 + x * (0.33333334 + x * 0.25)));
+    }
+    return log(max(1.0 - x, 1e-37));
+}

@@ -23,6 +23,32 @@ pub fn texture(f: impl Fn(usize, usize) -> [f64; 3]) -> Arc<Texture> {
     Arc::new(Texture::new(SIDE, SIDE, &planes).unwrap_or_else(|| Texture::constant([0.0; 3])))
 }
 
+/// Coefficients of u², v², uv, u, v and 1 in red, green and blue: tilted Lambertian facets of several colours, roughly.
+pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 6] {
+    let (x, y) = ((i as f64 + 0.5) / SIDE as f64, (j as f64 + 0.5) / SIDE as f64);
+    let (a, b) = (0.6 * (TAU * x).sin(), 0.4 * (TAU * (x + 2.0 * y)).cos());
+    let shape = [-0.9 + 0.2 * a, -0.8 - 0.1 * b, 0.2 * a * b, a, b, 1.0 - 0.2 * a * a];
+    let colour = [0.8, 0.4 + 0.3 * (TAU * y).sin(), 0.3];
+    shape.map(|s| colour.map(|c| c * s))
+}
+
+/// Colours between 0.1 and 0.5.
+fn colour(i: usize, j: usize) -> [f64; 3] {
+    let wave = |a: usize, b: usize| 0.3 + 0.2 * (TAU * (a * i + b * j) as f64 / SIDE as f64).sin();
+    [wave(1, 0), wave(1, 1), wave(0, 2)]
+}
+
+/// Numbers that a parameter of this name may have: products C of lobes, exponents, widths and angles.
+fn numbers(name: &str, i: usize, j: usize) -> [f64; 3] {
+    let wave = |a: usize, b: usize| (TAU * (a * i + b * j) as f64 / SIDE as f64).sin();
+    match name.as_bytes()[0] {
+        b'c' => [-0.9 + 0.1 * wave(1, 0), -0.8 + 0.1 * wave(0, 1), 0.9 + 0.1 * wave(1, 2)],
+        b'n' => [12.0 + 8.0 * wave(2, 1); 3],
+        b'w' => [0.3 + 0.1 * wave(1, 1), 0.4 + 0.2 * wave(2, 0), 0.0],
+        _ => [0.5 + 0.4 * wave(1, 0); 3],
+    }
+}
+
 /// Planes for what a technique reads: heights, where it reads heights and normals.
 pub fn planes(read: &[Plane]) -> Planes {
     let heights = read.iter().any(|p| p.content == Content::Heights);
@@ -30,6 +56,13 @@ pub fn planes(read: &[Plane]) -> Planes {
     for p in read {
         match p.content {
             Content::Heights => out = out.with(p.name, texture(|i, j| [height(i, j); 3])),
+            Content::Polynomials => {
+                for k in 0..6 {
+                    out = out.with(&format!("{}.{k}", p.name), texture(|i, j| polynomial(i, j)[k]));
+                }
+            }
+            Content::Colours => out = out.with(p.name, texture(|i, j| colour(i + 7 * p.name.len(), j))),
+            Content::Numbers => out = out.with(p.name, texture(|i, j| numbers(p.name, i, j))),
             Content::Normals if heights => {}
             _ => {}
         }

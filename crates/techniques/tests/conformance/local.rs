@@ -12,9 +12,11 @@ use steradian_scene::surface::Planes;
 use steradian_scene::{Bvh, Mesh, Ray};
 use steradian_sphere::Frame;
 use steradian_sphere::quadrature::gauss_legendre;
-use steradian_techniques::local::{AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Place};
+use steradian_techniques::local::{
+    AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Pair, pairs, texel,
+};
 use steradian_techniques::shared::{lights, specimens};
-use steradian_techniques::{BakeError, PointsBuf, Radiance, View, find_local, gpu, locals};
+use steradian_techniques::{BakeError, Check, PointsBuf, Radiance, View, find_local, gpu, locals};
 
 fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBake> {
     bake_with(t, spec, params, Planes::default())
@@ -65,7 +67,7 @@ fn judged(l: &Lights, spec: &str, points: &[ReferencePoint]) -> Vec<[f64; 3]> {
     values.expect("nobody cancels").iter().map(|e| e.rgb).collect()
 }
 
-use super::harness::{Found, difference};
+use super::harness::difference;
 
 /// Every technique with each of its specimens.
 fn each() -> impl Iterator<Item = (&'static dyn AnyLocal, &'static str)> {
@@ -76,7 +78,8 @@ fn each() -> impl Iterator<Item = (&'static dyn AnyLocal, &'static str)> {
 fn local_cards_keep_their_word() {
     for t in locals() {
         let card = t.card();
-        assert!(!card.capabilities.global && !card.specimens.is_empty() && !card.exact_when.is_empty());
+        assert!(!card.capabilities.global && !card.specimens.is_empty());
+        assert_eq!(card.exact_when.is_empty(), card.waived(Check::ExactWhen).is_some(), "{}", card.slug);
         assert_eq!(find_local(&card.slug.replace('_', "-")).map(|t| t.card().slug), Some(card.slug));
         assert!(steradian_techniques::find(card.slug).is_none(), "{}: one name, one technique", card.slug);
         for spec in card.specimens.iter().copied().chain(card.exact_when.iter().map(|c| c.brdf)) {
@@ -116,13 +119,15 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
             let got = shade(&*b, &local(&light), &View::default(), &q);
             let error = difference(&got, &judged(&light, spec, &points));
             lines.push(table::Line::plain(t.card().slug, spec, name, error, b.certificate().error));
-            assert!(error <= 1e-3, "{}: {spec}: {name}: {error:.2e}", t.card().slug);
+            let approximate = t.card().waived(Check::ExactWhen).is_some();
+            assert!(approximate || error <= 1e-3, "{}: {spec}: {name}: {error:.2e}", t.card().slug);
         }
         if t.planes().iter().any(|p| p.content == Content::Heights) {
-            let b = bake_with(t, spec, &[("relief", RELIEF)], specimens::planes(t.planes()));
-            let found = on_bumps(t, &*b, spec, 1500);
-            let line = table::Line::new(t.card().slug, spec, "bumps", found, b.certificate().error);
-            lines.push(line.doubted(|| on_bumps(t, &*b, spec, 20000)));
+            let heights: Vec<_> =
+                t.planes().iter().copied().filter(|p| p.content == Content::Heights).collect();
+            let b = bake_with(t, spec, &[("relief", RELIEF)], specimens::planes(&heights));
+            let error = on_bumps(t, &*b, spec);
+            lines.push(table::Line::plain(t.card().slug, spec, "bumps", error, b.certificate().error));
         }
     }
     table::compare_with("local_errors.txt", &lines);
@@ -151,45 +156,40 @@ fn relief() -> Mesh {
     mesh
 }
 
-/// Texels of bumps that the technique has a texture of, each under a directional light of its own, lights and views uniform over
-/// the hemisphere, against the reference about the bump's normal, by central differences, and a ray to the light through a mesh of
-/// the heights where the technique knows shadows.
-fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str, texels: usize) -> Found {
+/// Texels of bumps that the technique has a texture of, each under a directional light of its own, with the lights, views and
+/// weights of certificates, against the reference about the bump's normal, by central differences, and a ray to the light
+/// through a mesh of the heights where the technique knows shadows. A few grazing views whose highlight is hidden, or should
+/// be, have most of the error: directions that are merely uniform miss them.
+fn on_bumps(t: &dyn AnyLocal, b: &dyn LocalBake, spec: &'static str) -> f64 {
     let n = specimens::SIDE;
     let bvh = Bvh::build(&relief());
     let height = |i: usize, j: usize| RELIEF * n as f64 * specimens::height(i % n, j % n);
-    let direction = |u: f64, v: f64| {
-        let (y, phi) = (u.fract(), v);
-        let s = (1.0 - y * y).sqrt();
-        DVec3::new(s * phi.cos(), y, s * phi.sin())
-    };
+    // Tangent X, normal Y, bitangent −Z, as rows run downwards.
+    let world = |d: DVec3| DVec3::new(d.x, d.z, -d.y);
     let (mut got, mut exact) = (Vec::new(), Vec::new());
-    for k in 0..texels {
-        let (i, j) = (31 * k % n, 17 * (k / 3) % n);
-        // Tangent X, normal Y, bitangent −Z, as rows run downwards.
+    for (k, Pair { wi, wo, weight }) in pairs(&*material(spec).brdf, 1 << 13) {
+        let (place, [i, j]) = texel(k, (n, n));
         let slope = |a: f64, b: f64| 0.5 * (b - a);
         let (dx, dz) =
             (slope(height(i + n - 1, j), height(i + 1, j)), slope(height(i, j + n - 1), height(i, j + 1)));
         let bump = DVec3::new(-dx, 1.0, -dz).normalize();
-        let (x, y) = (k as f64 + 0.5, k as f64);
-        let (wi, wo) = (direction(x * 0.754_878, 2.4 * y), direction(x * 0.569_84, 3.7 * y));
         // Views that a bump turns away from are bent.
-        if bump.dot(wo) < 0.02 || wi.y < 1e-3 {
+        if bump.dot(world(wo)) < 0.02 {
             continue;
         }
-        let local = |d: DVec3| [d.x as f32, -d.z as f32, d.y as f32];
-        let uv = [i, j].map(|x| (x as f32 + 0.5) / n as f32);
-        got.push(b.f_cos_at(Place { uv, footprint: 0.0 }, local(wi), local(wo)).map(f64::from));
-        let place = DVec3::new(i as f64, height(i, j), j as f64) + 1e-3 * DVec3::Y;
-        let ray = Ray { origin: place.as_vec3(), direction: wi.as_vec3() };
+        let single = |d: DVec3| d.as_vec3().to_array();
+        got.push(b.f_cos_at(place, single(wi), single(wo)).map(|x| weight.sqrt() * f64::from(x)));
+        let at = DVec3::new(i as f64, height(i, j), j as f64) + 1e-3 * DVec3::Y;
+        let ray = Ray { origin: at.as_vec3(), direction: world(wi).as_vec3() };
         let dark = t.card().capabilities.self_shadowing && bvh.occluded(&ray, f32::INFINITY);
-        let light = DirectionalLight { direction: wi, irradiance: [1.0; 3] };
+        let light = DirectionalLight { direction: world(wi), irradiance: [1.0; 3] };
         let one = Lights { directionals: vec![light], ..Lights::default() };
         let frame = Frame::from_normal_tangent(bump, DVec3::X);
-        let lit = judged(&one, spec, &[ReferencePoint { frame, wo, position: None }])[0];
-        exact.push(if dark { [0.0; 3] } else { lit });
+        let point = ReferencePoint { frame, wo: world(wo), position: None };
+        let lit = if dark { [0.0; 3] } else { judged(&one, spec, &[point])[0] };
+        exact.push(lit.map(|x| weight.sqrt() * x));
     }
-    Found { error: difference(&got, &exact), sigma: 0.0 }
+    difference(&got, &exact)
 }
 
 /// 24 × 48 directional lights with the weights of a product rule are constant light, whose radiance is the albedo.
@@ -227,6 +227,9 @@ fn many_directional_lights_are_a_furnace() {
         ("banks_table", "banks:n=6", 5e-3),
         ("bump_blinn_phong", "blinn-phong-gl:kd=0.5,ks=0.3,n=8", 5e-3),
         ("bump_horizon", "lambert:albedo=0.7", 2e-3),
+        ("polynomial_texture_map", "lambert:albedo=0.7", 1e-2),
+        ("lafortune_svbrdf", "lafortune:cx=-0.9,cy=-0.8,cz=0.9,n=4,ks=0.3,kd=0.3", 5e-3),
+        ("shift_variant", "ward:ax=0.4,ay=0.6,rs=0.4,rd=0.4", 1e-2),
         ("analytic_decomposition", "ggx:alpha=0.6,f0=0.9/0.6/0.3", 5e-3),
         ("analytic_decomposition", "cook-torrance:m=0.6,f0=0.5,g=smith", 1e-2),
         ("analytic_decomposition", "ashikhmin-shirley:nu=4,nv=8,rs=0.3,rd=0.5", 1e-2),

@@ -21,9 +21,9 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{LocalTechnique, LocalText};
+use crate::local::{self, LocalTechnique, LocalText};
 use crate::shared::lights;
-use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
+use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Params, Tables};
 use steradian_base::Task;
 
@@ -37,8 +37,8 @@ impl LocalTechnique for AnalyticDecomposition {
         citation: "Heidrich & Seidel 1999, Realistic, Hardware-Accelerated Shading and Lighting; Steigleder 2002, \
                    Factorization of the Ashikhmin BRDF for Real-Time Rendering; STAR04 6.2.2, eq. 12",
         equation: "L_o = Σ_l E_l T1(h·l, n·h) T2(n·l, n·v), T1 = F D/4, T2 = G/(n·v)",
-        light: "directional and point lights, exact",
-        visibility: "rays at each point where asked for",
+        light: local::LIGHT,
+        visibility: local::VISIBILITY,
         reflectance: "ggx of one alpha, cook-torrance with g=smith, ashikhmin-shirley, linear between entries of tables",
         materials: bake::materials,
         specimens: &[
@@ -70,11 +70,9 @@ impl LocalTechnique for AnalyticDecomposition {
             certain_isotropic: true,
             certain_anisotropic: true,
             bump_mapping: true,
-            dynamic_lighting: true,
-            dynamic_objects: true,
-            ..Capabilities::NONE
+            ..local::CAPABILITIES
         },
-        needs: Needs { environment: false, sites: false, uv: false, tangents: true, view: false },
+        needs: local::NEEDS,
         waived: &[],
     };
     type Params = Params;

@@ -17,9 +17,9 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{FCos, LocalTechnique, LocalText};
+use crate::local::{self, FCos, LocalTechnique, LocalText};
 use crate::shared::lights;
-use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
+use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Params, Table};
 use steradian_base::Task;
 use steradian_brdf::model::strand::Kind;
@@ -46,8 +46,8 @@ impl LocalTechnique for BanksTable {
         citation: "Heidrich & Seidel 1998, Efficient Rendering of Anisotropic Surfaces Using Computer Graphics Hardware; \
                    Banks 1994, Illumination in Diverse Codimensions; STAR04 6.2.2, eq. 33",
         equation: "L_o = Σ_l E_l (n·l)(k_d cos a + k_s cosᴺ(a + b)₊), sin a = l·t, sin b = v·t",
-        light: "directional and point lights, exact",
-        visibility: "rays at each point where asked for",
+        light: local::LIGHT,
+        visibility: local::VISIBILITY,
         reflectance: "banks, linear between the entries of a table",
         materials,
         specimens: &["banks:n=30", "banks:n=60"],
@@ -65,14 +65,8 @@ impl LocalTechnique for BanksTable {
                 1e-3,
             ),
         ],
-        capabilities: Capabilities {
-            certain_anisotropic: true,
-            bump_mapping: true,
-            dynamic_lighting: true,
-            dynamic_objects: true,
-            ..Capabilities::NONE
-        },
-        needs: Needs { environment: false, sites: false, uv: false, tangents: true, view: false },
+        capabilities: Capabilities { certain_anisotropic: true, bump_mapping: true, ..local::CAPABILITIES },
+        needs: local::NEEDS,
         waived: &[],
     };
     type Params = Params;

@@ -1,8 +1,8 @@
 //! Normals with their moments, and the numbers of the model.
 
 use super::shade;
-use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::bumps::Bumps;
+use crate::local::{FileName, Place, error_at, texel, texel_at};
+use crate::shared::bumps::{self, Bumps};
 use crate::shared::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
@@ -17,11 +17,11 @@ params! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
         /// The height map.
-        pub height: Option<FileName> = ParamInfo::file("height", "height map, which repeats: its alpha, else its luminance; auto: none").auto(f64::NAN),
+        pub height: Option<FileName> = bumps::HEIGHT_FILE,
         /// The normal map.
-        pub normal: Option<FileName> = ParamInfo::file("normal", "normal map, green up, in place of the heights' normals; auto: that of the material").auto(f64::NAN),
+        pub normal: Option<FileName> = bumps::NORMAL_FILE,
         /// Height of white.
-        pub relief: f64 = ParamInfo::real("relief", [-10.0, 10.0], 0.05, "height of white above black, in widths of the height map"),
+        pub relief: f64 = bumps::RELIEF,
         /// How the surface's own horizon shadows.
         pub self_shadow: usize = ParamInfo::choice("self_shadow", &["step", "ramp"], "the light at the surface's own horizon: a step, or Kilgard's ramp min(1, 8 n·l)").numbered(0.0),
         /// How normals under a footprint widen the highlight.
@@ -88,11 +88,7 @@ fn shaded(t: &Bumped, at: Place, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 pub(super) fn error(t: &Bumped, m: &Material) -> f64 {
     let brdf: &dyn Brdf = &*m.brdf;
     let size = t.texels.size();
-    // The sequence of places, once more, for the texel of each.
-    let exact = |at: Place, wi, wo| {
-        let [i, j] = [at.uv[0] * size.0 as f32, at.uv[1] * size.1 as f32].map(|x| x as usize);
-        t.exact(t.normal([i, j]), wi, wo)
-    };
+    let exact = |at: Place, wi, wo| t.exact(t.normal(texel_at(at, size)), wi, wo);
     error_at(brdf, |k| texel(k, size).0, exact, |at, wi, wo| shaded(t, at, wi, wo))
 }
 

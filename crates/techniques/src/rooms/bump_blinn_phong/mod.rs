@@ -25,9 +25,9 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::{bumps, lights};
-use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
+use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Bumped, Params};
 use shade::Texel;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ impl TexturedTechnique for BumpBlinnPhong {
         citation: "Kilgard 2000, A Practical and Robust Bump-mapping Technique for Today's GPUs; Blinn 1978, Simulation of \
                    Wrinkled Surfaces; Toksvig 2005, Mipmapping Normal Maps; STAR04 6.3.1",
         equation: "L_o = Σ_l E_l s(n·l) (k_d/π (n'·l)₊ + k_s (n'·h)₊ᴺ)",
-        light: "directional and point lights, exact",
+        light: local::LIGHT,
         visibility: "rays at each point where asked for; none between bumps",
         reflectance: "blinn-phong-gl and lambert, about normals by texel with their mean and covariance",
         materials,
@@ -80,17 +80,12 @@ impl TexturedTechnique for BumpBlinnPhong {
             diffuse: true,
             certain_isotropic: true,
             bump_mapping: true,
-            dynamic_lighting: true,
-            dynamic_objects: true,
-            ..Capabilities::NONE
+            ..local::CAPABILITIES
         },
-        needs: Needs { environment: false, sites: false, uv: true, tangents: true, view: false },
+        needs: local::NEEDS_TEXELS,
         waived: &[],
     };
-    const PLANES: &'static [Plane] =
-        &[Plane::new(bumps::HEIGHT, Content::Heights), Plane::new(bumps::NORMAL, Content::Normals)];
-    const METRIC: &'static str =
-        "relative RMS error of f cos over texels and directions of light and view, of one local light";
+    const PLANES: &'static [Plane] = &bumps::PLANES;
     type Params = Params;
     type Tables = Bumped;
     type Texel = Texel;

@@ -4,6 +4,7 @@ use super::bake::{Bumped, MEAN, TOKSVIG};
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
 use crate::shared::bumps;
+use crate::shared::harmonics::dot;
 
 /// Smallest z of a mean normal that covariances are projected with.
 const LEAST_Z: f32 = 0.1;
@@ -19,11 +20,6 @@ pub struct Texel {
     pub lobe: [f32; 3],
     /// Its height.
     pub peak: f32,
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Covariance of the unit normals' x and y as that of their parts along tangent and bitangent: a tilt of (dx, dy) tilts z by
@@ -43,8 +39,7 @@ fn turned([xx, xy, yy]: [f32; 3], n: [f32; 3], [t, b]: [[f32; 3]; 2]) -> [f32; 3
 #[inline(always)]
 pub(super) fn texel(t: &Bumped, at: Place) -> Texel {
     let mean = t.texels.sample(0, at.uv, at.footprint);
-    let length = dot(mean, mean).sqrt();
-    let n = if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
+    let (n, length) = bumps::unit(mean);
     let [a, b] = bumps::frame(n);
     let e = t.n as f32;
     let (mut lobe, mut peak) = ([e, 0.0, e], 1.0);
@@ -57,12 +52,6 @@ pub(super) fn texel(t: &Bumped, at: Place) -> Texel {
         (lobe, peak) = ([(1.0 + yy) * e / det, -xy * e / det, (1.0 + xx) * e / det], 1.0 / det.sqrt());
     }
     Texel { mean: if t.filter == MEAN { n } else { mean }, frame: [n, a, b], lobe, peak }
-}
-
-/// ln(1 − x), which keeps its digits where x is small.
-#[inline(always)]
-fn log_less(x: f32) -> f32 {
-    if x < 0.02 { -x * (1.0 + x * (0.5 + x * (0.333_333_34 + x * 0.25))) } else { (1.0 - x).max(0.0).ln() }
 }
 
 #[inline(always)]
@@ -80,8 +69,11 @@ pub(super) fn f_cos(t: &Bumped, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 
     let square = u * u + v * v;
     let [uu, uv, vv] = x.lobe;
     let exponent = if square > 1e-12 { (uu * u * u + 2.0 * uv * u * v + vv * v * v) / square } else { uu };
-    let power =
-        if dot(n, h) > 0.0 { x.peak * (0.5 * exponent * log_less(square.min(1.0))).exp() } else { 0.0 };
+    let power = if dot(n, h) > 0.0 {
+        x.peak * (0.5 * exponent * bumps::log_less(square.min(1.0))).exp()
+    } else {
+        0.0
+    };
     let diffuse = std::f32::consts::FRAC_1_PI * dot(x.mean, wi).max(0.0);
     std::array::from_fn(|c| s * (t.kd[c] as f32 * diffuse + t.ks[c] as f32 * power))
 }
@@ -89,7 +81,7 @@ pub(super) fn f_cos(t: &Bumped, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 
 pub(super) fn text(t: &Bumped) -> LocalText {
     let four = |v: [f64; 3], w: f64| Value::Vec4([v[0] as f32, v[1] as f32, v[2] as f32, w as f32]);
     LocalText {
-        module: [bumps::FRAME, include_str!("shade.wgsl")].concat().into(),
+        module: [bumps::TEXT, include_str!("shade.wgsl")].concat().into(),
         tables: vec![t.texels.table("local_normals")],
         uniforms: vec![
             Uniform { name: "local_kd", value: four(t.kd, f64::from(u8::from(t.ramp))) },

@@ -21,10 +21,7 @@ fn local_turned(s: vec3<f32>, n: vec3<f32>, f: LocalFrame) -> vec3<f32> {
 fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
     var mean = fetch_local_normals(uv, footprint, 0u).xyz;
     let size = length(mean);
-    var n = vec3<f32>(0.0, 0.0, 1.0);
-    if size > 0.0 {
-        n = mean / size;
-    }
+    let n = local_unit(mean);
     let f = local_frame(n);
     let e = technique.local_ks.w;
     var lobe = vec3<f32>(e, 0.0, e);
@@ -42,13 +39,6 @@ fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
         mean = n;
     }
     return LocalTexel(mean, n, f.t, f.b, lobe, peak);
-}
-
-fn local_log_less(x: f32) -> f32 {
-    if x < 0.02 {
-        return -x * (1.0 + x * (0.5 + x * (0.33333334 + x * 0.25)));
-    }
-    return log(max(1.0 - x, 1e-37));
 }
 
 fn local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {

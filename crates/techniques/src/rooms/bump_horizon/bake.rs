@@ -1,8 +1,8 @@
 //! Normals and horizons.
 
 use super::shade;
-use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::bumps::{Bumps, exact_frame};
+use crate::local::{FileName, error_at, texel, texel_at};
+use crate::shared::bumps::{self, Bumps, exact_facing, exact_frame};
 use crate::shared::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
@@ -17,11 +17,11 @@ params! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
         /// The height map.
-        pub height: Option<FileName> = ParamInfo::file("height", "height map, which repeats: its alpha, else its luminance; auto: none").auto(f64::NAN),
+        pub height: Option<FileName> = bumps::HEIGHT_FILE,
         /// The normal map.
-        pub normal: Option<FileName> = ParamInfo::file("normal", "normal map, green up, in place of the heights' normals; auto: that of the material").auto(f64::NAN),
+        pub normal: Option<FileName> = bumps::NORMAL_FILE,
         /// Height of white.
-        pub relief: f64 = ParamInfo::real("relief", [-10.0, 10.0], 0.05, "height of white above black, in widths of the height map"),
+        pub relief: f64 = bumps::RELIEF,
         /// What the horizon is kept as.
         pub shadow: usize = ParamInfo::choice("shadow", &["horizon", "ellipse", "none"], "what bumps hide of the light: the horizon at equal azimuths, one ellipse, or nothing").numbered(0.0),
         /// Azimuths of the horizon.
@@ -115,26 +115,11 @@ impl Relief {
             return [0.0; 3];
         }
         let n = self.bumps.as_ref().map_or(DVec3::Z, |b| b.normal(texel));
-        let n = facing(n, wo);
+        let n = exact_facing(n, wo);
         let [t, b] = exact_frame(n);
         let local = |w: DVec3| DVec3::new(w.dot(t), w.dot(b), w.dot(n)).normalize_or_zero();
         self.brdf.f_cos(local(wi), local(wo))
     }
-}
-
-/// The normal bent towards the viewer, as [`shade::facing`].
-fn facing(n: DVec3, wo: DVec3) -> DVec3 {
-    let (c, least) = (n.dot(wo), wo.z.min(f64::from(shade::GRAZING)));
-    if c >= least {
-        return n;
-    }
-    let across = (n - wo * c).normalize_or_zero();
-    wo * least + across * (1.0 - least * least).sqrt()
-}
-
-/// The texel that a place is the centre of.
-fn texel_at(at: Place, size: (usize, usize)) -> [usize; 2] {
-    [at.uv[0] * size.0 as f32, at.uv[1] * size.1 as f32].map(|x| x as usize)
 }
 
 /// Against the equation at the texels themselves, with rays over the heights.

@@ -18,9 +18,9 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::{bumps, lights};
-use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
+use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Params, Relief};
 use shade::Texel;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ impl TexturedTechnique for BumpHorizon {
         citation: "Heidrich, Daubert, Kautz & Seidel 2000, Illuminating Micro Geometry Based on Precomputed Visibility; Sloan & \
                    Cohen 2000, Interactive Horizon Mapping; Max 1988; STAR04 6.4.2",
         equation: "L_o = Σ_l E_l V(l) f'(l, v) (n'·l)₊",
-        light: "directional and point lights, exact",
+        light: local::LIGHT,
         visibility: "of bumps: the horizon at equal azimuths, or one ellipse; rays at each point where asked for",
         reflectance: "any, about normals by texel",
         materials,
@@ -64,15 +64,12 @@ impl TexturedTechnique for BumpHorizon {
             all_anisotropic: true,
             bump_mapping: true,
             self_shadowing: true,
-            dynamic_lighting: true,
-            dynamic_objects: true,
-            ..Capabilities::NONE
+            ..local::CAPABILITIES
         },
-        needs: Needs { environment: false, sites: false, uv: true, tangents: true, view: false },
+        needs: local::NEEDS_TEXELS,
         waived: &[],
     };
-    const PLANES: &'static [Plane] =
-        &[Plane::new(bumps::HEIGHT, Content::Heights), Plane::new(bumps::NORMAL, Content::Normals)];
+    const PLANES: &'static [Plane] = &bumps::PLANES;
     const METRIC: &'static str = "relative RMS error of V f cos over texels and directions of light and view, of one local light, \
                                   against rays over the heights";
     type Params = Params;

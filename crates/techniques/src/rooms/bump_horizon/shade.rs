@@ -5,11 +5,9 @@ use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
 use crate::shared::angle::{angle, arccos};
 use crate::shared::bumps;
+use crate::shared::harmonics::dot;
 use glam::DVec3;
 use std::f32::consts::{PI, TAU};
-
-/// Smallest n'·wo, where the surface itself is not seen at less.
-pub(super) const GRAZING: f32 = 0.01;
 
 /// What a point has.
 #[derive(Debug, Clone, Copy)]
@@ -21,29 +19,8 @@ pub struct Texel {
 }
 
 #[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The normal bent towards the viewer so far that n·wo is not below [`GRAZING`], or below that of the surface itself.
-#[inline(always)]
-pub(super) fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-    let (c, least) = (dot(n, wo), wo[2].min(GRAZING));
-    if c >= least {
-        return n;
-    }
-    let across: [f32; 3] = std::array::from_fn(|k| n[k] - wo[k] * c);
-    let length = dot(across, across).sqrt().max(1e-30);
-    let scale = (1.0 - least * least).sqrt() / length;
-    std::array::from_fn(|k| wo[k] * least + across[k] * scale)
-}
-
-#[inline(always)]
 pub(super) fn texel(t: &Relief, at: Place, wo: [f32; 3]) -> Texel {
-    let mean = t.normals.sample(0, at.uv, at.footprint);
-    let length = dot(mean, mean).sqrt();
-    let n = if length > 0.0 { mean.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
-    let n = facing(n, wo);
+    let n = bumps::facing(bumps::unit(t.normals.sample(0, at.uv, at.footprint)).0, wo);
     let [a, b] = bumps::frame(n);
     Texel { frame: [a, b, n], at }
 }
@@ -107,7 +84,7 @@ pub(super) fn text(t: &Relief) -> Option<LocalText> {
         Kept::Ellipse => [2.0, 1.0],
     };
     Some(LocalText {
-        module: [&own, angle, bumps::FRAME, include_str!("shade.wgsl")].concat().into(),
+        module: [&own, angle, bumps::TEXT, include_str!("shade.wgsl")].concat().into(),
         tables: vec![t.normals.table("local_normals"), t.horizons.table("local_horizons")],
         uniforms: vec![Uniform {
             name: "local_shadow",

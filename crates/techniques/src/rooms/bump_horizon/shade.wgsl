@@ -7,24 +7,8 @@ struct LocalTexel {
     footprint: f32,
 }
 
-fn local_facing(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    let c = dot(n, wo);
-    let least = min(wo.z, 0.01);
-    if c >= least {
-        return n;
-    }
-    let across = n - wo * c;
-    return wo * least + across * (sqrt(1.0 - least * least) / max(length(across), 1e-30));
-}
-
 fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
-    let mean = fetch_local_normals(uv, footprint, 0u).xyz;
-    let size = length(mean);
-    var n = vec3<f32>(0.0, 0.0, 1.0);
-    if size > 0.0 {
-        n = mean / size;
-    }
-    n = local_facing(n, wo);
+    let n = local_facing(local_unit(fetch_local_normals(uv, footprint, 0u).xyz), wo);
     let f = local_frame(n);
     return LocalTexel(f.t, f.b, n, uv, footprint);
 }

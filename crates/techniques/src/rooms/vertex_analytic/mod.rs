@@ -15,7 +15,7 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{FCos, LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText};
+use crate::local::{self, FCos, LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText};
 use crate::shared::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
 use bake::{Model, Params};
@@ -35,8 +35,8 @@ impl LocalTechnique for VertexAnalytic {
         title: "Any model at the corners of triangles, interpolated, or at every point",
         citation: "Gouraud 1971, Continuous Shading of Curved Surfaces; STAR04 6.1 and 6.2.1, eqs 10 and 11",
         equation: "L_o(x) = Σ_v b_v(x) Σ_l f(wi_l, wo)(n·wi_l)₊ E_l at corners v",
-        light: "directional and point lights, exact",
-        visibility: "rays at each point where asked for",
+        light: local::LIGHT,
+        visibility: local::VISIBILITY,
         reflectance: "any; between corners interpolated, with rate=pixel exact",
         materials,
         specimens: &["blinn-phong-gl:n=20", "minnaert:k=0.65", "ggx:alpha=0.3,f0=0.9"],
@@ -62,9 +62,7 @@ impl LocalTechnique for VertexAnalytic {
             certain_anisotropic: true,
             all_isotropic: true,
             all_anisotropic: true,
-            dynamic_lighting: true,
-            dynamic_objects: true,
-            ..Capabilities::NONE
+            ..local::CAPABILITIES
         },
         needs: Needs { environment: false, sites: true, uv: false, tangents: true, view: true },
         waived: &[],

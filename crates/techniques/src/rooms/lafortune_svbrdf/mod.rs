@@ -1,0 +1,125 @@
+//! Generalised cosine lobes that differ from texel to texel.
+//!
+//! McAllister, Lastra & Heidrich (2002), *Efficient Rendering of Spatial Bi-directional Reflectance Distribution Functions*;
+//! Lafortune, Foo, Torrance & Greenberg (1997); STAR04 6.3.2, eqs 36 to 38. With the products of components C ∘ v,
+//!
+//! > L_o = Σ_l E_l (n·l)₊ (ρ_d/π + Σ_k ρ_k ((C_k ∘ v)·l)₊^n_k)
+//!
+//! ρ_d, ρ_k, C_k and n_k by texel, up to four lobes; C = (−1, −1, 1) is Phong's lobe. Nothing is approximated at the texels.
+//! Under a footprint, where C and n do not average, levels hold means of C, |C|² and 1/n, the lobe's variance across its axis,
+//! weighed with the largest value ρ max|C|ⁿ of each texel's lobe, about axes of max|C| = 1: the length of C is the root of the mean of |C|², its direction that of the mean, and what the directions scatter,
+//! 1 − |E\[C\]|²/E\[|C|²\], half of it each way, adds to 1/n, with ρ scaled so that the lobe keeps its integral. Units: f in
+//! sr⁻¹, radiance in W sr⁻¹ m⁻². Refused: other reflectances than `lafortune` and `lambert`, which say what no file says,
+//! and more than four lobes.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::shared::lights;
+use crate::{BakeError, Capabilities, Card, Claim, Material};
+use bake::{Lobes, Params};
+use shade::Texel;
+use steradian_base::Task;
+use steradian_brdf::{Brdf, Form};
+
+/// The technique.
+pub struct LafortuneSvbrdf;
+
+fn materials(brdf: &dyn Brdf) -> Result<(), String> {
+    match brdf.form() {
+        Form::Lambert { .. } => Ok(()),
+        Form::Lafortune(l) if l.lobes.len() <= bake::MOST => Ok(()),
+        Form::Lafortune(l) => {
+            Err(format!("takes {} lobes at most, not {}: use exact", bake::MOST, l.lobes.len()))
+        }
+        _ => {
+            Err(format!("takes lafortune and lambert, not {}: use shift_variant or exact", brdf.info().name))
+        }
+    }
+}
+
+impl TexturedTechnique for LafortuneSvbrdf {
+    const CARD: Card = Card {
+        slug: "lafortune_svbrdf",
+        title: "Generalised cosine lobes by texel",
+        citation: "McAllister, Lastra & Heidrich 2002, Efficient Rendering of Spatial Bi-directional Reflectance Distribution \
+                   Functions; Lafortune, Foo, Torrance & Greenberg 1997, Non-Linear Approximation of Reflectance Functions; STAR04 6.3.2, eqs 36–38",
+        equation: "L_o = Σ_l E_l (n·l)₊ (ρ_d/π + Σ_k ρ_k ((C_k ∘ v)·l)₊^n_k)",
+        light: local::LIGHT,
+        visibility: local::VISIBILITY,
+        reflectance: "lafortune and lambert, their numbers by texel",
+        materials,
+        specimens: &[
+            "lafortune:cx=-1,cy=-1,cz=1,n=20,ks=0.4,kd=0.3",
+            "lafortune:cx=-0.9,cy=0.4,cz=0.8,n=6,kd=0.2",
+        ],
+        exact_when: &[
+            Claim::new(
+                "one reflectance everywhere: a near point light",
+                lights::near_point,
+                "lafortune:cx=-1,cy=-1,cz=0.9,n=12,kd=0.3",
+                1e-5,
+            ),
+            Claim::new(
+                "one reflectance everywhere: three directional lights",
+                lights::three_directionals,
+                "lafortune:@skin",
+                1e-5,
+            ),
+        ],
+        capabilities: Capabilities {
+            diffuse: true,
+            certain_isotropic: true,
+            certain_anisotropic: true,
+            shift_variant: true,
+            ..local::CAPABILITIES
+        },
+        needs: local::NEEDS_TEXELS,
+        waived: &[],
+    };
+    const PLANES: &'static [Plane] = &[
+        Plane::new("rho_d", Content::Colours),
+        Plane::new("rho_1", Content::Colours),
+        Plane::new("c_1", Content::Numbers),
+        Plane::new("n_1", Content::Numbers),
+        Plane::new("rho_2", Content::Colours),
+        Plane::new("c_2", Content::Numbers),
+        Plane::new("n_2", Content::Numbers),
+    ];
+    type Params = Params;
+    type Tables = Lobes;
+    type Texel = Texel;
+
+    fn bake(m: &Material, _: &Params, _: &Task) -> Result<Lobes, BakeError> {
+        bake::bake(m)
+    }
+
+    fn details(t: &Lobes) -> Vec<(&'static str, f64)> {
+        vec![("lobes", t.count as f64)]
+    }
+
+    fn bytes(t: &Lobes) -> usize {
+        t.texels.bytes()
+    }
+
+    fn error(t: &Lobes, m: &Material) -> f64 {
+        bake::error(t, m)
+    }
+
+    #[inline(always)]
+    fn texel(t: &Lobes, at: Place, _: [f32; 3]) -> Texel {
+        shade::texel(t, at)
+    }
+
+    #[inline(always)]
+    fn f_cos(t: &Lobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        shade::f_cos(t, x, wi, wo)
+    }
+
+    fn text(t: &Lobes) -> Option<LocalText> {
+        Some(shade::text(t))
+    }
+}

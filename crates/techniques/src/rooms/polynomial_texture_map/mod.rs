@@ -1,0 +1,92 @@
+//! Surfaces as photographs show them: luminance or colour of each texel as a polynomial of the light's direction.
+//!
+//! Malzbender, Gelb & Wolters (2001), *Polynomial Texture Maps*; STAR04 6.4.4. With (u, v) = (l·t, l·b)
+//!
+//! > L_o = Σ_l E_l (a₀u² + a₁v² + a₂uv + a₃u + a₄v + a₅)₊/π,  n·l > 0
+//!
+//! with six coefficients a texel and channel, those of a `.ptm` file or of photographs under known lights (`.lp`). In the
+//! file's numbers white is 1 (255 as they stand): a polynomial of 1 is what a white Lambertian surface that faces the light
+//! reflects, 1/π of its irradiance. What the photographs saw is in it: bumps, their shadows and what they reflect on each
+//! other, all as smooth as a parabola. Approximated: the dependence on the light, by least squares, and that on the view, which is
+//! left out; highlights are as wide as a parabola is. Radiance is linear in the coefficients, so that their means over a
+//! footprint are exact but for the clamp at 0. Without a map the polynomials are those of the reflectance seen along its
+//! normal under lights uniform over the hemisphere: of Lambert's (−15/16, −15/16, 0, 0, 0, 9/8) times the albedo, off by an eighth
+//! of its RMS. Units: radiance in W sr⁻¹ m⁻². Refused: nothing.
+
+mod bake;
+mod shade;
+#[cfg(test)]
+mod tests;
+
+use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::{BakeError, Capabilities, Card, Check, Material};
+use bake::{Params, Polynomials};
+use steradian_base::Task;
+use steradian_brdf::Brdf;
+
+/// The technique.
+pub struct PolynomialTextureMap;
+
+fn materials(_: &dyn Brdf) -> Result<(), String> {
+    Ok(())
+}
+
+impl TexturedTechnique for PolynomialTextureMap {
+    const CARD: Card = Card {
+        slug: "polynomial_texture_map",
+        title: "Photographed surfaces: a polynomial of the light's direction by texel",
+        citation: "Malzbender, Gelb & Wolters 2001, Polynomial Texture Maps; STAR04 6.4.4",
+        equation: "L_o = Σ_l E_l (a₀u² + a₁v² + a₂uv + a₃u + a₄v + a₅)₊/π, (u, v) = (l·t, l·b)",
+        light: local::LIGHT,
+        visibility: "as the photographs have it, smooth; rays at each point where asked for",
+        reflectance: "as the photographs have it, the same from every view; without a map the model seen along its normal",
+        materials,
+        specimens: &["lambert:albedo=0.6"],
+        exact_when: &[],
+        capabilities: Capabilities {
+            diffuse: true,
+            shift_variant: true,
+            bump_mapping: true,
+            self_shadowing: true,
+            interreflections: true,
+            ..local::CAPABILITIES
+        },
+        needs: local::NEEDS_TEXELS,
+        waived: &[(
+            Check::ExactWhen,
+            "no reflectance is a parabola of the light's direction: six numbers cannot follow max(0, cos)",
+        )],
+    };
+    const PLANES: &'static [Plane] = &[Plane::new(bake::MAP, Content::Polynomials)];
+    const METRIC: &'static str = "relative RMS error of f cos over texels and directions of light and view, of one local light, against \
+                                  the map, or the reflectance where there is none";
+    type Params = Params;
+    type Tables = Polynomials;
+    type Texel = [[f32; 3]; 6];
+
+    fn bake(m: &Material, _: &Params, _: &Task) -> Result<Polynomials, BakeError> {
+        Ok(bake::bake(m))
+    }
+
+    fn bytes(t: &Polynomials) -> usize {
+        t.texels.bytes()
+    }
+
+    fn error(t: &Polynomials, m: &Material) -> f64 {
+        bake::error(t, m)
+    }
+
+    #[inline(always)]
+    fn texel(t: &Polynomials, at: Place, _: [f32; 3]) -> [[f32; 3]; 6] {
+        shade::texel(t, at)
+    }
+
+    #[inline(always)]
+    fn f_cos(_: &Polynomials, x: &[[f32; 3]; 6], wi: [f32; 3], _: [f32; 3]) -> [f32; 3] {
+        shade::f_cos(x, wi)
+    }
+
+    fn text(t: &Polynomials) -> Option<LocalText> {
+        Some(shade::text(t))
+    }
+}

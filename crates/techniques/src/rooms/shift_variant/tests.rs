@@ -1,0 +1,152 @@
+use super::bake::covariance;
+use crate::Material;
+use crate::local::{LocalBake, Place, find_local};
+use crate::shared::bumps::HEIGHT;
+use crate::shared::specimens;
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+use steradian_base::{ParamValues, Task};
+use steradian_scene::surface::{Planes, Texture};
+
+const SPECS: [&str; 5] = [
+    "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4",
+    "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4,variant=duer",
+    "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4,variant=1992",
+    "ggx:ax=0.2,ay=0.4,f0=0.9/0.7/0.4",
+    "blinn-phong-gl:kd=0.5,ks=0.4,n=20",
+];
+
+fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
+    let t = find_local("shift_variant").expect("a technique");
+    let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(planes);
+    t.bake(&material, &ParamValues::default(), &Task::quiet()).expect("bakes")
+}
+
+fn direction(k: u32, low: f64) -> DVec3 {
+    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
+    let s = (1.0 - z * z).sqrt();
+    DVec3::new(s * phi.cos(), s * phi.sin(), z)
+}
+
+fn single(d: DVec3) -> [f32; 3] {
+    d.as_vec3().to_array()
+}
+
+fn constant(v: [f64; 3]) -> Arc<Texture> {
+    Arc::new(Texture::constant(v.map(|x| x as f32)))
+}
+
+/// Constant textures are the plain model, the reflectance crate's own formula.
+#[test]
+fn constant_textures_are_the_plain_model() {
+    for spec in SPECS {
+        let brdf = steradian_brdf::parse(spec).expect("a spec");
+        let b = bake(spec, Planes::default());
+        assert!(b.certificate().error < 1e-5, "{spec}: {}", b.certificate().error);
+        for k in 0..500 {
+            let (wi, wo) = (direction(3 * k, 0.02), direction(7 * k + 1, 0.02));
+            let at = Place { uv: [0.3, 0.1 * k as f32], footprint: 0.01 * k as f32 };
+            let got = b.f_cos_at(at, single(wi), single(wo));
+            for (a, want) in got.iter().zip(brdf.f_cos(wi, wo)) {
+                assert!((f64::from(*a) - want).abs() < 2e-5 * (0.1 + want), "{spec}: {k}: {a} {want}");
+            }
+        }
+    }
+    let same = Planes::default()
+        .with("widths", constant([0.2, 0.4, 0.0]))
+        .with("specular", constant([0.9, 0.7, 0.4]))
+        .with(HEIGHT, constant([0.3; 3]));
+    let (plain, textured) = (bake(SPECS[3], Planes::default()), bake(SPECS[3], same));
+    for k in 0..100 {
+        let (wi, wo) = (single(direction(3 * k, 0.02)), single(direction(7 * k + 1, 0.02)));
+        for (a, b) in plain.f_cos(wi, wo).iter().zip(textured.f_cos(wi, wo)) {
+            assert!((a - b).abs() <= 1e-5 * (0.1 + a), "{k}: {a} {b}");
+        }
+    }
+}
+
+/// Equal widths know no tangent, and a tangent turned by 90° with the widths swapped is the same, to the bit.
+#[test]
+fn tangents_are_what_widths_make_of_them() {
+    let at = Place::default();
+    let of = |ax: f64, ay: f64, tangent: f64, spec: &str| {
+        let planes =
+            Planes::default().with("widths", constant([ax, ay, 0.0])).with("tangent", constant([tangent; 3]));
+        bake(spec, planes)
+    };
+    for spec in &SPECS[..4] {
+        let (round, turned) = (of(0.25, 0.25, 0.0, spec), of(0.25, 0.25, 0.3125, spec));
+        let (one, swapped) = (of(0.25, 0.125, 0.1875, spec), of(0.125, 0.25, 0.6875, spec));
+        let line = of(0.25, 0.125, 1.1875, spec);
+        for k in 0..200 {
+            let (wi, wo) = (single(direction(3 * k, 0.02)), single(direction(7 * k + 1, 0.02)));
+            let bits = |b: &dyn LocalBake| b.f_cos_at(at, wi, wo).map(f32::to_bits);
+            assert_eq!(bits(&*round), bits(&*turned), "{spec}: {k}");
+            assert_eq!(bits(&*one), bits(&*swapped), "{spec}: {k}");
+            assert_eq!(bits(&*one), bits(&*line), "{spec}: {k}");
+        }
+    }
+    let [xx, xy, yy] = covariance([0.3, 0.3], 0.77);
+    assert_eq!((xx, xy, yy), (0.5 * 0.3 * 0.3, 0.0, 0.5 * 0.3 * 0.3));
+}
+
+/// All that varies, against the models about the texels' normals and tangents; the certificate tries every texel.
+#[test]
+fn texels_are_the_model_with_their_numbers() {
+    for spec in SPECS {
+        let widths = |i: usize, j: usize| match spec.starts_with("blinn") {
+            true => [5.0 + ((i + j) % 30) as f64; 3],
+            false => [0.1 + 0.01 * (i % 20) as f64, 0.2 + 0.01 * (j % 30) as f64, 0.0],
+        };
+        let planes = Planes::default()
+            .with(HEIGHT, specimens::texture(|i, j| [specimens::height(i, j); 3]))
+            .with("widths", specimens::texture(widths))
+            .with("tangent", specimens::texture(|i, j| [((i * j) % 48) as f64 / 48.0; 3]))
+            .with("specular", specimens::texture(|i, _| [0.3, 0.01 * i as f64, 0.5]))
+            .with("albedo", specimens::texture(|_, j| [0.02 * j as f64 % 0.9, 0.1, 0.4]));
+        let b = bake(spec, planes);
+        assert!(b.certificate().error < 2e-4, "{spec}: {}", b.certificate().error);
+    }
+}
+
+/// White light gives no more than it sends, whatever varies.
+#[test]
+fn white_surfaces_send_back_no_more_than_they_get() {
+    let n = 120;
+    for spec in ["ward:ax=0.2,ay=0.5,rs=1", "ggx:ax=0.2,ay=0.5,f0=1"] {
+        let planes = Planes::default()
+            .with("tangent", specimens::texture(|i, _| [i as f64 / 48.0; 3]))
+            .with("widths", specimens::texture(|i, j| [0.2 + 0.005 * i as f64, 0.2 + 0.01 * j as f64, 0.0]));
+        let b = bake(spec, planes);
+        for k in 0..12u32 {
+            let wo = single(direction(k, 0.1));
+            let at = Place { uv: [0.083 * k as f32, 0.37 * k as f32], footprint: 0.02 * k as f32 };
+            let mut sum = 0.0;
+            for a in 0..n {
+                for p in 0..n {
+                    let (z, phi) = ((a as f64 + 0.5) / n as f64, 2.0 * PI * (p as f64 + 0.5) / n as f64);
+                    let s = (1.0 - z * z).sqrt();
+                    let wi = single(DVec3::new(s * phi.cos(), s * phi.sin(), z));
+                    sum += f64::from(b.f_cos_at(at, wi, wo)[0]) * 2.0 * PI / (n * n) as f64;
+                }
+            }
+            assert!(sum > 0.3 && sum < 1.003, "{spec}: {k}: {sum}");
+        }
+    }
+}
+
+/// f(l, v) = f(v, l) at a texel.
+#[test]
+fn flat_texels_are_reciprocal() {
+    let planes = Planes::default().with("tangent", specimens::texture(|i, _| [i as f64 / 48.0; 3]));
+    for spec in [SPECS[0], SPECS[3]] {
+        let b = bake(spec, planes.clone());
+        for k in 0..100 {
+            let (wi, wo) = (direction(3 * k, 0.1), direction(7 * k + 1, 0.1));
+            let at = Place { uv: [0.017 * k as f32, 0.5], footprint: 0.0 };
+            let of = |a: DVec3, b_: DVec3| f64::from(b.f_cos_at(at, single(a), single(b_))[1]) / a.z;
+            assert!((of(wi, wo) - of(wo, wi)).abs() < 1e-4 * (0.1 + of(wi, wo)), "{spec}: {k}");
+        }
+    }
+}
