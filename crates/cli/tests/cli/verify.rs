@@ -1,22 +1,12 @@
 //! `steradian verify`: our own files hold what their profiles expect, and a file that does not ends with code 4. Faults
 //! of every kind are planted in the tests of the crate `steradian-verify`.
 
+use super::common::{done, run};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
 use steradian_formats::{
     Limits, Supercompression, TexelFormat, TextureLevels, read_image, read_ktx2, write_image, write_ktx2_as,
 };
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn done(dir: &Path, arguments: &[&str]) -> Output {
-    let o = run(dir, arguments);
-    assert_eq!(o.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&o.stderr));
-    o
-}
 
 /// Windows and lamps, not symmetric in anything.
 fn light(dir: &Path) {

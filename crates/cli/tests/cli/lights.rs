@@ -1,24 +1,9 @@
 //! Suns, disks and points beside an environment, as a user meets them.
 
+use super::common::{fails, run, stderr};
 use std::f64::consts::PI;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
-
-fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let e = stderr(&o);
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {e}");
-    assert!(e.contains(want), "{arguments:?}: {e}");
-}
+use std::process::Output;
 
 /// The columns r, g, b of every line.
 fn rgb(o: &Output) -> Vec<[f64; 3]> {

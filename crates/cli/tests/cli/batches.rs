@@ -1,24 +1,6 @@
 //! Several inputs and consumers at once, several pictures of one scene, and tables for papers.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn well(dir: &Path, arguments: &[&str]) -> String {
-    let o = run(dir, arguments);
-    assert!(o.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&o.stderr));
-    String::from_utf8_lossy(&o.stdout).into_owned()
-}
-
-fn refused(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let said = String::from_utf8_lossy(&o.stderr).into_owned();
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {said}");
-    assert!(said.contains(want), "{arguments:?}: {said}");
-}
+use super::common::{fails, run, well};
 
 fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a folder");
@@ -61,13 +43,13 @@ fn every_input_has_its_files_for_every_consumer() {
     again(&made, "lights/grey.exr");
     let before = std::fs::read(dir.join("fixed/specular.ktx2")).expect("a file");
     let why = "was made from grey.exr, and would be replaced: give --name";
-    again(&|a| refused(dir, 2, why, a), "lights/boxes.exr");
+    again(&|a| fails(dir, 2, why, a), "lights/boxes.exr");
     assert_eq!(std::fs::read(dir.join("fixed/specular.ktx2")).expect("a file"), before);
     again(&made, "lights/grey.exr");
-    refused(dir, 2, "rough-{}.ktx2", &["prefilter", "lights", "--kernel", "lambert", "-o", "a.ktx2"]);
+    fails(dir, 2, "rough-{}.ktx2", &["prefilter", "lights", "--kernel", "lambert", "-o", "a.ktx2"]);
     let twice = ["prefilter", "studio", "studio", "--profile", "raw", "-o", "twice"];
-    refused(dir, 2, "replace one another", &twice);
-    refused(dir, 3, "holds no images", &["prefilter", "lights/*.hdr", "--profile", "raw", "-o", "none"]);
+    fails(dir, 2, "replace one another", &twice);
+    fails(dir, 3, "holds no images", &["prefilter", "lights/*.hdr", "--profile", "raw", "-o", "none"]);
 }
 
 #[test]
@@ -103,8 +85,8 @@ fn a_turntable_has_one_exposure() {
         pictures.push(picture);
     }
     assert!(pictures[0] != pictures[1]);
-    refused(dir, 2, "turn-{}.png", &[&scene[..], &["--orbit", "3", "-o", "turn.png"]].concat());
-    refused(dir, 2, "--up must not be zero", &[&scene[..], &["--up", "0,0,0", "-o", "a.png"]].concat());
+    fails(dir, 2, "turn-{}.png", &[&scene[..], &["--orbit", "3", "-o", "turn.png"]].concat());
+    fails(dir, 2, "--up must not be zero", &[&scene[..], &["--up", "0,0,0", "-o", "a.png"]].concat());
 }
 
 /// The ground meets the object, fills the picture up to the horizon, and the object stands where it stood.
@@ -143,10 +125,10 @@ fn a_ground_reaches_from_the_object_to_the_horizon() {
 fn outputs_and_names_are_checked_before_the_work() {
     let dir = tempfile::tempdir().expect("a folder");
     let dir = dir.path();
-    refused(dir, 1, "does not exist", &["render", "sphere", "-o", "missing/x.png"]);
-    refused(dir, 1, "does not exist", &["compare", "sphere", "-o", "missing/x.png"]);
-    refused(dir, 3, "did you mean 'teapot'", &["render", "teapott", "-o", "x.png"]);
-    refused(dir, 3, "did you mean 'studio'", &["inspect", "studioo"]);
+    fails(dir, 1, "does not exist", &["render", "sphere", "-o", "missing/x.png"]);
+    fails(dir, 1, "does not exist", &["compare", "sphere", "-o", "missing/x.png"]);
+    fails(dir, 3, "did you mean 'teapot'", &["render", "teapott", "-o", "x.png"]);
+    fails(dir, 3, "did you mean 'studio'", &["inspect", "studioo"]);
     assert!(well(dir, &["inspect", "brdf:"]).contains("curet"));
 }
 
@@ -229,10 +211,10 @@ fn sweeps_are_rows_and_charts_and_go_on() {
     let (_, said) = run("2", &["--size", "10"]);
     assert!(!said.contains("rows are those"), "{said}");
     let wrong = ["compare", "sphere", "-b", "ggx", "--sweep", "brdf:alpha=1..2", "--plot", "a.svg"];
-    refused(dir, 2, "brdf:KEY=A..B:N", &wrong);
-    refused(dir, 2, "--brdf", &["compare", "sphere", "--sweep", "brdf:alpha=0.1..0.2:2"]);
+    fails(dir, 2, "brdf:KEY=A..B:N", &wrong);
+    fails(dir, 2, "--brdf", &["compare", "sphere", "--sweep", "brdf:alpha=0.1..0.2:2"]);
     std::fs::write(dir.join("other.json"), "{}").expect("a file");
-    refused(dir, 3, "no results", &["compare", "sphere", "-b", "lambert", "--resume", "other.json"]);
+    fails(dir, 3, "no results", &["compare", "sphere", "-b", "lambert", "--resume", "other.json"]);
 }
 
 /// The reference shades widths and colours that vary, and says of the rest alone that it leaves it out.

@@ -1,32 +1,8 @@
 //! `steradian transfer`, and pictures and points of techniques that bake on a mesh.
 
+use super::common::{ends, said, well};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 use steradian_formats::{Limits, read_tensors};
-
-/// Exit code, standard output and standard error.
-fn run(dir: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let o = Command::new(env!("CARGO_BIN_EXE_steradian"))
-        .current_dir(dir)
-        .args(arguments)
-        .output()
-        .expect("runs");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    (o.status.code(), text(o.stdout), text(o.stderr))
-}
-
-fn well(dir: &Path, arguments: &[&str]) -> String {
-    let (code, out, err) = run(dir, arguments);
-    assert_eq!(code, Some(0), "{arguments:?}: {err}");
-    out
-}
-
-fn ends(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let (got, _, err) = run(dir, arguments);
-    assert_eq!(got, Some(code), "{arguments:?}: {err}");
-    assert!(err.lines().last().is_some_and(|l| l.contains(want)), "{arguments:?}: {err}");
-}
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
 
@@ -35,7 +11,7 @@ fn points_get_their_columns_and_vertices_a_file() {
     let d = tempfile::tempdir().expect("a folder");
     let dir = d.path();
     fs::write(dir.join("p.csv"), "id,px,py,pz,nx,ny,nz\na,0,1,0,0,2,0\nb,0,0,0,0,1,0\n").expect("written");
-    let (code, out, err) = run(dir, &["transfer", "icosphere", "-p", "p.csv", "--bands", "2"]);
+    let (code, out, err) = said(dir, &["transfer", "icosphere", "-p", "p.csv", "--bands", "2"]);
     assert_eq!(code, Some(0), "{err}");
     // Inside the solid all is zero, and that is said.
     assert!(err.contains("1 of 2 sites see nothing"), "{err}");

@@ -1,36 +1,18 @@
 //! Local light from the command line: `--local` beside a technique, and the horizons of height maps.
 
+use super::common::{fails, said};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 use steradian_formats::{
     Limits, Raster, ReadOptions, WriteOptions, read_image_with, read_ktx2_array, write_image,
 };
-
-/// Exit code, standard output and standard error.
-fn run(dir: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let o = Command::new(env!("CARGO_BIN_EXE_steradian"))
-        .current_dir(dir)
-        .args(arguments)
-        .output()
-        .expect("runs");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    (o.status.code(), text(o.stdout), text(o.stderr))
-}
-
-/// The exit code, and one line that says this.
-fn refused(dir: &Path, code: i32, why: &str, arguments: &[&str]) {
-    let (got, _, err) = run(dir, arguments);
-    assert_eq!(got, Some(code), "{arguments:?}: {err}");
-    assert!(err.contains(why) && err.trim_end().lines().count() == 1, "{arguments:?}: {err}");
-}
 
 /// A sphere under an overcast sky and a lamp; radiance of all channels.
 fn picture(dir: &Path, local: &[&str]) -> Vec<f32> {
     let file = "picture.pfm";
     let fixed = ["render", "sphere", "-e", "overcast", "--light", "point:position=1/2/3,intensity=30/20/10"];
     let made = ["-t", "sh-irradiance", "-b", "lambert:albedo=0.5", "--size", "40", "--quiet", "-o", file];
-    let (code, _, err) = run(dir, &[&fixed[..], &made, local].concat());
+    let (code, _, err) = said(dir, &[&fixed[..], &made, local].concat());
     assert_eq!(code, Some(0), "{local:?}: {err}");
     let options = ReadOptions { limits: Limits::default(), ..ReadOptions::default() };
     let raster = read_image_with(&dir.join(file), &options).expect("reads");
@@ -69,7 +51,7 @@ fn local_techniques_say_what_they_do_not_take() {
         ("vertex_analytic:speed=3", "speed"),
     ] {
         let made = ["-t", "sh-irradiance", "-b", "lambert:albedo=0.5", "--local", local, "-o", "x.pfm"];
-        refused(d.path(), 2, why, &[&fixed[..], &made].concat());
+        fails(d.path(), 2, why, &[&fixed[..], &made].concat());
         assert!(!d.path().join("x.pfm").exists());
     }
 }
@@ -94,7 +76,7 @@ fn height_maps_become_horizons() {
     let horizons = |from: &'static str, form: &'static str, to: &'static str| {
         ["convert", from, "--relief", "0.25", "--horizons", form, "-o", to]
     };
-    let (code, _, err) = run(dir, &horizons("wall.pfm", "8", "h.ktx2"));
+    let (code, _, err) = said(dir, &horizons("wall.pfm", "8", "h.ktx2"));
     assert_eq!(code, Some(0), "{err}");
     let array = read_ktx2_array(&dir.join("h.ktx2"), &Limits::default()).expect("reads");
     assert_eq!((array.width, array.height, array.layers), (8, 8, 2));
@@ -104,17 +86,17 @@ fn height_maps_become_horizons() {
     let at = |texel: usize, azimuth: usize| level[4 * (azimuth / 4 * 64 + texel) + azimuth % 4];
     assert!((f64::from(at(8 * 4 + 1, 0)) - std::f64::consts::FRAC_PI_4).abs() < 1e-3, "{}", at(33, 0));
     assert!(at(8 * 4 + 1, 2).abs() < 1e-3, "{}", at(33, 2));
-    let (code, out, err) = run(dir, &["inspect", "h.ktx2"]);
+    let (code, out, err) = said(dir, &["inspect", "h.ktx2"]);
     assert!(code == Some(0) && out.contains("8 azimuths"), "{out}{err}");
-    let (code, _, err) = run(dir, &horizons("wall.pfm", "ellipses", "e.ktx2"));
+    let (code, _, err) = said(dir, &horizons("wall.pfm", "ellipses", "e.ktx2"));
     assert_eq!(code, Some(0), "{err}");
-    let (code, out, err) = run(dir, &["inspect", "e.ktx2"]);
+    let (code, out, err) = said(dir, &["inspect", "e.ktx2"]);
     assert!(code == Some(0) && out.contains("ellipses"), "{out}{err}");
 
-    refused(dir, 3, "broken.pfm", &horizons("broken.pfm", "8", "x.ktx2"));
-    refused(dir, 3, "missing.pfm", &horizons("missing.pfm", "8", "x.ktx2"));
-    refused(dir, 2, "x.png", &horizons("wall.pfm", "8", "x.png"));
-    refused(dir, 3, "cut.pfm", &horizons("cut.pfm", "8", "x.ktx2"));
+    fails(dir, 3, "broken.pfm", &horizons("broken.pfm", "8", "x.ktx2"));
+    fails(dir, 3, "missing.pfm", &horizons("missing.pfm", "8", "x.ktx2"));
+    fails(dir, 2, "x.png", &horizons("wall.pfm", "8", "x.png"));
+    fails(dir, 3, "cut.pfm", &horizons("cut.pfm", "8", "x.ktx2"));
     assert!(!dir.join("x.ktx2").exists());
 }
 
@@ -150,7 +132,7 @@ fn bumps_shadow_themselves() {
         let light = format!("directional:direction={c}/0/{s},irradiance=1/1/1");
         let fixed = ["eval", "-p", "points.csv", "-b", "lambert", "-t", "sh-irradiance", "-e", "dark.pfm"];
         let (code, out, err) =
-            run(dir, &[&fixed[..], &["--light", &light, "--local", local, "--quiet"]].concat());
+            said(dir, &[&fixed[..], &["--light", &light, "--local", local, "--quiet"]].concat());
         assert_eq!(code, Some(0), "{err}");
         let column = |row: &str| row.split(',').nth(11).and_then(|x| x.parse().ok()).expect("red");
         out.lines().skip(1).map(column).collect()
@@ -178,7 +160,7 @@ fn bumps_shadow_themselves() {
         let made = [
             "--from", "0,3,0.01", "--at", "0,0,0", "--size", "32", "--quiet", "--local", local, "-o", "p.pfm",
         ];
-        let (code, _, err) = run(dir, &[&fixed[..], &made].concat());
+        let (code, _, err) = said(dir, &[&fixed[..], &made].concat());
         assert_eq!(code, Some(0), "{err}");
         let options = ReadOptions { limits: Limits::default(), ..ReadOptions::default() };
         read_image_with(&dir.join("p.pfm"), &options)
@@ -209,28 +191,28 @@ fn data_per_texel_say_what_they_lack() {
     let render = |mesh: &'static str, local: &'static str| {
         [&["render", mesh, "-b", "lambert", "--local", local, "-o", "x.pfm"][..], &light].concat()
     };
-    refused(dir, 3, "broken.pfm", &render("plane", "bump_horizon:height=broken.pfm"));
-    refused(dir, 3, "missing.pfm", &render("plane", "bump_blinn_phong:height=missing.pfm"));
-    refused(
+    fails(dir, 3, "broken.pfm", &render("plane", "bump_horizon:height=broken.pfm"));
+    fails(dir, 3, "missing.pfm", &render("plane", "bump_blinn_phong:height=missing.pfm"));
+    fails(
         dir,
         3,
         "bare.obj: has no texture coordinates",
         &render("bare.obj", "bump_horizon:height=wall.pfm"),
     );
-    refused(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
-    refused(dir, 3, "broken.pfm", &render("plane", "lafortune_svbrdf:n_1=broken.pfm"));
-    refused(dir, 3, "cut.pfm", &render("plane", "lafortune_svbrdf:rho_1=cut.pfm"));
-    refused(dir, 2, "takes ward, ggx and blinn-phong-gl, not lambert", &render("plane", "shift_variant"));
+    fails(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
+    fails(dir, 3, "broken.pfm", &render("plane", "lafortune_svbrdf:n_1=broken.pfm"));
+    fails(dir, 3, "cut.pfm", &render("plane", "lafortune_svbrdf:rho_1=cut.pfm"));
+    fails(dir, 2, "takes ward, ggx and blinn-phong-gl, not lambert", &render("plane", "shift_variant"));
     for (spec, file) in [("widths=broken.pfm", "broken.pfm"), ("tangent=none.pfm", "none.pfm")] {
         let local = format!("shift_variant:{spec}");
         let made = ["render", "plane", "-b", "ward:ax=0.2,ay=0.4", "--local", &local, "-o", "x.pfm"];
-        refused(dir, 3, file, &[&made[..], &light].concat());
+        fails(dir, 3, file, &[&made[..], &light].concat());
     }
     for (columns, lacks) in [("tx,ty,tz", "no u"), ("u,v", "no tx"), ("u,tx,ty,tz", "'v'")] {
         fs::write(dir.join("p.csv"), csv(&[[0.5; 2]], columns)).expect("written");
         let local = "bump_horizon:height=wall.pfm";
         let made = ["eval", "-p", "p.csv", "-b", "lambert", "--local", local, "-o", "x.csv"];
-        refused(dir, 3, lacks, &[&made[..], &light].concat());
+        fails(dir, 3, lacks, &[&made[..], &light].concat());
     }
     let scene = |height: &str| {
         format!(
@@ -241,7 +223,7 @@ fn data_per_texel_say_what_they_lack() {
     fs::create_dir(dir.join("scene")).expect("a folder");
     for (height, why) in [("../wall.pfm", "../wall.pfm"), ("none.pfm", "none.pfm")] {
         fs::write(dir.join("scene/s.toml"), scene(height)).expect("written");
-        refused(dir, 3, why, &["render", "scene/s.toml", "-t", "sh-irradiance", "-o", "x.pfm"]);
+        fails(dir, 3, why, &["render", "scene/s.toml", "-t", "sh-irradiance", "-o", "x.pfm"]);
     }
     assert!(!dir.join("x.pfm").exists() && !dir.join("x.csv").exists());
 }
@@ -267,7 +249,7 @@ fn reflectances_differ_from_texel_to_texel() {
         let light = "directional:direction=0.2/0.5/0.8,irradiance=1/1/1";
         let fixed =
             ["eval", "-p", "points.csv", "-e", "dark.pfm", "--light", light, "--quiet", "-t", "sh_brdf"];
-        let (code, out, err) = run(dir, &[&fixed[..], &["-b", brdf, "--local", local]].concat());
+        let (code, out, err) = said(dir, &[&fixed[..], &["-b", brdf, "--local", local]].concat());
         assert_eq!(code, Some(0), "{brdf} {local}: {err}");
         let green = |row: &str| row.split(',').nth(12).and_then(|x| x.parse().ok()).expect("green");
         out.lines().skip(1).map(green).collect()
@@ -300,7 +282,7 @@ fn a_ground_is_shaded_without_the_textures_of_the_mesh() {
     let light = ["--light", "directional:direction=0.2/0.8/0.3,irradiance=1/1/1", "-e", "overcast"];
     let made = ["render", "sphere", "-b", "lambert", "--ground=lambert", "--size", "24", "-o", "p.pfm"];
     let local = ["-t", "sh-irradiance", "--local", "bump_horizon:height=wall.pfm"];
-    let (code, out, err) = run(dir, &[&made[..], &light, &local].concat());
+    let (code, out, err) = said(dir, &[&made[..], &light, &local].concat());
     assert_eq!(code, Some(0), "{err}");
     let said = format!("{out}{err}");
     assert!(said.contains("ground: not by bump_horizon (its files belong to the mesh)"), "{said}");

@@ -1,18 +1,7 @@
 //! The path tracer as a user meets it: `render`, `eval` and `compare`.
 
+use super::common::{done, run};
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn ok(dir: &Path, arguments: &[&str]) -> Output {
-    let o = run(dir, arguments);
-    assert_eq!(o.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&o.stderr));
-    o
-}
 
 /// A floor beside a wall under even light: what the wall hides has a closed form, and light from it makes more.
 #[test]
@@ -33,7 +22,7 @@ fn points_see_shadows_and_light_from_each_other() {
         let light =
             ["eval", "-e", "furnace", "-b", "lambert:albedo=0.5", "-t", "path", "--mesh", "corner.obj"];
         let rest = ["--points", "points.csv", "--noise", "0.004", "--bounces", bounces];
-        let o = ok(d.path(), &[&light[..], &rest[..]].concat());
+        let o = done(d.path(), &[&light[..], &rest[..]].concat());
         let text = String::from_utf8(o.stdout).expect("text");
         let mut lines = text.lines();
         let head: Vec<&str> = lines.next().expect("a head").split(',').collect();
@@ -57,11 +46,12 @@ fn pictures_have_a_variance_and_comparisons_a_noise() {
     let d = tempfile::tempdir().expect("a folder");
     let render =
         ["render", "teapot", "-b", "lambert:albedo=0.5", "-t", "path", "--size", "24x24", "--noise", "0.05"];
-    ok(d.path(), &[&render[..], &["--variance", "v.exr", "-o", "p.exr"]].concat());
+    done(d.path(), &[&render[..], &["--variance", "v.exr", "-o", "p.exr"]].concat());
     assert!(d.path().join("v.exr").is_file() && d.path().join("p.exr").is_file());
     let compare =
         ["compare", "sphere", "--path", "-b", "lambert:albedo=0.5", "-t", "sh-irradiance", "--json"];
-    let o = ok(d.path(), &[&compare[..], &["--size", "24x24", "--noise", "0.03", "-e", "overcast"]].concat());
+    let o =
+        done(d.path(), &[&compare[..], &["--size", "24x24", "--noise", "0.03", "-e", "overcast"]].concat());
     let text = String::from_utf8(o.stdout).expect("text");
     assert!(text.contains("\"path\"") && text.contains("sh_irradiance"), "{text}");
 }

@@ -1,15 +1,6 @@
 //! `prefilter --method`, as a user meets it.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
+use super::common::{run, stderr};
 
 #[test]
 fn every_method_makes_a_map_and_says_its_error() {

@@ -1,16 +1,8 @@
 //! `prefilter`: what its report says of every file, and what it refuses.
 
+use super::common::{run, stderr};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
 
 fn report(dir: &Path, arguments: &[&str]) -> Value {
     let o = run(dir, &[&["prefilter", "--json"], arguments].concat());

@@ -1,27 +1,8 @@
 //! `steradian convert brdf:SPEC` and `steradian fit`: tables out and in, a kilobyte of lobes, one line per fault.
 
+use super::common::{fails, json, run};
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 use steradian_formats::{Limits, Tensor, TensorData, read_tensors, write_tensors};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let e = String::from_utf8_lossy(&o.stderr);
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {e}");
-    assert_eq!(e.trim_end().lines().count(), 1, "{arguments:?}: {e}");
-    assert!(e.contains(want), "{arguments:?}: {e}");
-}
-
-fn json(dir: &Path, arguments: &[&str]) -> serde_json::Value {
-    let o = run(dir, arguments);
-    serde_json::from_slice(&o.stdout)
-        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&o.stderr)))
-}
 
 #[test]
 fn a_model_becomes_a_table_and_the_table_lobes() {

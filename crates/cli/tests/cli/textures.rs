@@ -1,18 +1,7 @@
 //! Textures through the command: KTX2, KTX1 and DDS in and out, and what their formats could not hold.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn json(dir: &Path, arguments: &[&str]) -> serde_json::Value {
-    let o = run(dir, arguments);
-    let e = String::from_utf8_lossy(&o.stderr).into_owned();
-    assert_eq!(o.status.code(), Some(0), "{arguments:?}: {e}");
-    serde_json::from_slice(&o.stdout).unwrap_or_else(|x| panic!("{x}: {e}"))
-}
+use super::common::{json, run};
+use std::process::Command;
 
 #[test]
 fn every_container_is_written_and_read() {

@@ -1,37 +1,8 @@
 //! `steradian bake` and `--bake`: what is written is what shades, and what is damaged or foreign is said in one line.
 
+use super::common::{fails, json, run, stderr, well};
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 use steradian_formats::{Limits, TensorData, read_ktx2_array, read_tensors, write_tensors};
-
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
-
-/// Runs well; its standard output.
-fn well(dir: &Path, arguments: &[&str]) -> String {
-    let o = run(dir, arguments);
-    assert_eq!(o.status.code(), Some(0), "{arguments:?}: {}", stderr(&o));
-    String::from_utf8(o.stdout).expect("UTF-8")
-}
-
-fn json(dir: &Path, arguments: &[&str]) -> serde_json::Value {
-    serde_json::from_str(&well(dir, arguments)).expect("JSON")
-}
-
-/// Exits with `code` and says one line that contains `want`.
-fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let e = stderr(&o);
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {e}");
-    assert_eq!(e.trim_end().lines().count(), 1, "{arguments:?}: {e}");
-    assert!(e.contains(want), "{arguments:?}: {e}");
-}
 
 const POINTS: &str = "nx,ny,nz,vx,vy,vz\n0,1,0,0.3,1,0\n1,0,0,1,0.2,0.4\n0,0.6,0.8,0,1,0.1\n";
 const LIGHT: &str = "light.pfm";

@@ -1,28 +1,12 @@
 //! The command as a user meets it: exit codes, one line per error, keys of JSON documents, no partial files.
 
+use super::common::{fails, run, stderr};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
-fn stderr(o: &Output) -> String {
-    String::from_utf8_lossy(&o.stderr).into_owned()
-}
-
 fn json(o: &Output) -> serde_json::Value {
     serde_json::from_slice(&o.stdout).unwrap_or_else(|e| panic!("{e}: {}", stderr(o)))
-}
-
-/// Exits with `code` and says one line that contains `want`.
-fn fails(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let e = stderr(&o);
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {e}");
-    assert_eq!(e.trim_end().lines().count(), 1, "{arguments:?}: {e}");
-    assert!(e.contains(want), "{arguments:?}: {e}");
 }
 
 const POINTS: &str = "id,nx,ny,nz,vx,vy,vz\na,0,2,0,0,1,0\nb,1,0,0,1,1,0\n";

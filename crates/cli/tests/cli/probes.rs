@@ -1,35 +1,11 @@
 //! `steradian probes`, and what is shaded under the light fields that it writes.
 
+use super::common::{ends, well};
 use glam::{DVec3, UVec3};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 use steradian_formats::{Limits, TensorData, read_tensors, write_tensors};
 use steradian_light::{Places, Probe, Probes};
 use steradian_sphere::sh::ShRgb;
-
-/// Exit code, standard output and standard error.
-fn run(dir: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let o = Command::new(env!("CARGO_BIN_EXE_steradian"))
-        .current_dir(dir)
-        .args(arguments)
-        .output()
-        .expect("runs");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    (o.status.code(), text(o.stdout), text(o.stderr))
-}
-
-fn well(dir: &Path, arguments: &[&str]) -> String {
-    let (code, out, err) = run(dir, arguments);
-    assert_eq!(code, Some(0), "{arguments:?}: {err}");
-    out
-}
-
-fn ends(dir: &Path, code: i32, want: &str, arguments: &[&str]) {
-    let (got, _, err) = run(dir, arguments);
-    assert_eq!(got, Some(code), "{arguments:?}: {err}");
-    assert!(err.lines().last().is_some_and(|l| l.contains(want)), "{arguments:?}: {err}");
-}
 
 /// A field on a grid whose coefficients are linear in position, and radiance at points by `eval`.
 #[test]
