@@ -1,29 +1,18 @@
 //! Photographs under known lights become a polynomial texture map, and such a map a surface, its normals and its albedo.
 
+use super::common::{fails, run};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use steradian_formats::{
     Limits, PtmTexels, Raster, ReadOptions, WriteOptions, read_image_with, read_ptm, write_image,
 };
 
 const LIST: &str = "set.lp";
 
-fn run(dir: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steradian")).current_dir(dir).args(arguments).output().expect("runs")
-}
-
 fn convert(dir: &Path) -> Output {
     run(dir, &["convert", LIST, "-o", "out.ptm"])
-}
-
-/// The exit code, and one line that says this.
-fn fails(dir: &Path, code: i32, why: &str, arguments: &[&str]) {
-    let o = run(dir, arguments);
-    let text = String::from_utf8_lossy(&o.stderr);
-    assert_eq!(o.status.code(), Some(code), "{arguments:?}: {text}");
-    assert!(text.contains(why) && text.trim_end().lines().count() == 1, "{arguments:?}: {text}");
 }
 
 /// The list is refused with exit code 3, and nothing is written.
