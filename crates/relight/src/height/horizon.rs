@@ -3,6 +3,7 @@
 use super::{HeightField, walk};
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use steradian_parallel::prelude::*;
 
 /// Elevations of the horizon of every texel at equal steps of azimuth, linear between them (Sloan & Cohen 2000).
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +23,14 @@ impl Horizons {
         let slopes = walk::slopes(field, &phi, go_on)?;
         let texels = field.width * field.height;
         let mut elevations = vec![0; texels * count];
-        for (k, plane) in slopes.chunks_exact(texels).enumerate() {
-            for (texel, slope) in plane.iter().enumerate() {
-                elevations[texel * count + k] = (slope.atan() / FRAC_PI_2 * 65535.0).round() as u16;
+        elevations.par_chunks_mut(field.width * count).enumerate().for_each(|(row, out)| {
+            for (column, out) in out.chunks_exact_mut(count).enumerate() {
+                for (k, e) in out.iter_mut().enumerate() {
+                    let slope = slopes[k * texels + row * field.width + column];
+                    *e = (slope.atan() / FRAC_PI_2 * 65535.0).round() as u16;
+                }
             }
-        }
+        });
         Some(Self { width: field.width, height: field.height, azimuths: count, elevations })
     }
 

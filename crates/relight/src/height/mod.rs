@@ -92,6 +92,14 @@ impl HeightField {
         walk::sees(self, (i, j), d)
     }
 
+    /// The largest slope of the surface, 0 at least, that each texel sees along each azimuth (radians): planes of texels, azimuth by
+    /// azimuth. Every crossing of a line with an edge is looked at as far as any height can matter: what [`Horizons`] is measured
+    /// against.
+    #[doc(hidden)]
+    pub fn slopes_by_every_crossing(&self, azimuths: &[f64]) -> Vec<f32> {
+        walk::slopes_by_every_crossing(self, azimuths)
+    }
+
     /// Smallest and largest height.
     pub fn range(&self) -> (f32, f32) {
         self.z.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), z| (a.min(*z), b.max(*z)))

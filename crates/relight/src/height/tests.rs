@@ -54,6 +54,22 @@ fn slopes_are_those_of_small_steps() {
     }
 }
 
+/// Groups of crossings are left out only where they change nothing: the same bits, on fields narrower and wider than a block, flat,
+/// steep and rough.
+#[test]
+fn groups_left_out_change_no_bit() {
+    let noise = |i: usize, j: usize| f64::from((i * 7919 + j * 104_729 + i * j * 31) as u32 % 1009) / 1009.0;
+    let steep = |i: usize, j: usize| if (i / 9 + j / 13).is_multiple_of(3) { 40.0 } else { noise(i, j) };
+    let smooth = |i: usize, j: usize| (0.2 * i as f64).sin() * (0.13 * j as f64).cos() * 9.0 + noise(i, j);
+    let phis: Vec<f64> = (0..13).map(|k| 0.37 + TAU * f64::from(k) / 13.0).collect();
+    for (w, h) in [(1, 1), (5, 3), (40, 70), (64, 20), (130, 97)] {
+        for f in [field(w, h, noise), field(w, h, steep), field(w, h, smooth), field(w, h, |_, _| 2.0)] {
+            let all = f.slopes_by_every_crossing(&phis);
+            assert_eq!(walk::slopes(&f, &phis, &go_on).expect("not stopped"), all, "{w} x {h}");
+        }
+    }
+}
+
 /// Linear between azimuths, a wall of slope 1 is off by 3.3, 0.95, 0.24 and 0.06 degrees at most with 8 to 64 of them.
 #[test]
 fn azimuths_of_a_wall_err_as_their_step_squared() {

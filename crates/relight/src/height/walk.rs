@@ -7,6 +7,8 @@ use steradian_parallel::prelude::*;
 
 /// Texels of a row that are taken together.
 const BLOCK: usize = 64;
+/// Rows that are taken together: what they look up for a group of crossings overlaps, and fits a processor's nearest memory.
+const TILE: usize = 8;
 /// Crossings that are left out together where no height ahead of a block reaches above what its texels see already.
 const GROUP: usize = 16;
 /// A line is followed over this many periods at most: what stands further off is below (range of heights)/(4 periods).
@@ -126,47 +128,136 @@ pub fn sees(field: &HeightField, (i, j): (usize, usize), d: DVec3) -> bool {
     crossings(field, d.y.atan2(d.x), (rise / slope).min(reach(field))).0.iter().all(below)
 }
 
-/// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth by azimuth.
-pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
-    let (w, h) = (field.width, field.height);
-    // A row and its repetition: what a block of texels looks up is in one piece.
-    let wide = w + BLOCK.max(w);
-    let rows: Vec<f32> = (0..h).flat_map(|j| (0..wide).map(move |i| field.z[j * w + i % w])).collect();
-    let highest = field.range().1;
-    let reach = reach(field);
-    let ahead = heights_ahead(field);
-    let lines: Vec<Line> = azimuths.par_iter().map(|phi| crossings(field, *phi, reach)).collect();
-    let mut out = vec![0.0; w * h * azimuths.len()];
-    out.par_chunks_mut(w).enumerate().for_each(|(row, best)| {
-        if !go_on() {
-            return;
-        }
-        let ((line, groups), j) = (&lines[row / h], row % h);
-        for (block, best) in best.chunks_mut(BLOCK).enumerate() {
-            let from = block * BLOCK;
-            let start = &rows[j * wide + from..][..best.len()];
-            // Can something as high as this, as far off as this or further, still be higher than what is seen?
-            let open = |best: &[f32], z: f32, inverse: f32| {
-                start.iter().zip(best).fold(false, |any, (own, b)| any | ((z - own) * inverse > *b))
-            };
+/// Raises what each texel of a block sees to the slopes of a crossing, from heights at the ends of its edge. (`f32::max` would
+/// look for NaN.)
+#[inline(always)]
+fn raise(best: &mut [f32; BLOCK], own: &[f32; BLOCK], [a, b]: [&[f32; BLOCK]; 2], c: &Crossing) {
+    for k in 0..BLOCK {
+        let slope = (a[k] + c.weight * (b[k] - a[k]) - own[k]) * c.inverse;
+        best[k] = if slope > best[k] { slope } else { best[k] };
+    }
+}
+
+/// Can something as high as `z`, as far off as 1/`inverse` or further, still be higher than what any texel sees?
+#[inline(always)]
+fn open(best: &[f32; BLOCK], own: &[f32; BLOCK], z: f32, inverse: f32) -> bool {
+    let mut any = 0;
+    for k in 0..BLOCK {
+        any |= u32::from((z - own[k]) * inverse > best[k]);
+    }
+    any != 0
+}
+
+const NONE: &[f32; BLOCK] = &[0.0; BLOCK];
+
+/// A field as rows that repeat, so that what a block looks up lies in one piece.
+struct Rows<'a> {
+    field: &'a HeightField,
+    /// Row by row of `wide` heights.
+    z: Vec<f32>,
+    wide: usize,
+    highest: f32,
+    /// [`heights_ahead`]; none where every group is to be looked at.
+    ahead: Option<Vec<f32>>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(field: &'a HeightField, ahead: Option<Vec<f32>>) -> Self {
+        let (w, h) = (field.width, field.height);
+        let wide = w + BLOCK.max(w);
+        let z = (0..h).flat_map(|j| (0..wide).map(move |i| field.z[j * w + i % w])).collect();
+        Self { field, z, wide, highest: field.range().1, ahead }
+    }
+
+    /// A sum of two numbers below `n`, reduced to one period.
+    #[inline(always)]
+    fn within(k: usize, n: usize) -> usize {
+        if k < n { k } else { k - n }
+    }
+
+    /// The heights of a block that begins at a column and a row.
+    #[inline(always)]
+    fn block(&self, i: usize, j: usize) -> &[f32; BLOCK] {
+        // Rows are long enough wherever a block begins.
+        self.z[j * self.wide + i..].first_chunk().unwrap_or(NONE)
+    }
+
+    /// What the texels of a tile see.
+    #[inline(always)]
+    fn see(&self, Tile { top, line: (line, groups), out }: Tile<'_>) {
+        let (w, h) = (self.field.width, self.field.height);
+        let count = out.len() / w;
+        for from in (0..w).step_by(BLOCK) {
+            let mut all = [[0.0; BLOCK]; TILE];
+            // Rows that something further off may still raise.
+            let mut left = [true; TILE];
             for (group, crossings) in groups.iter().zip(line.chunks(GROUP)) {
-                let (i, down) = group.corner;
-                if !open(best, ahead[(j + down) % h * w + (from + i) % w], group.inverse) {
-                    if !open(best, highest, group.inverse) {
-                        break;
+                let corner = Self::within(from + group.corner.0, w);
+                for (r, best) in all.iter_mut().enumerate().take(count) {
+                    if !left[r] {
+                        continue;
                     }
-                    continue;
+                    let own = self.block(from, top + r);
+                    let row = Self::within(top + r + group.corner.1, h);
+                    let z = match &self.ahead {
+                        Some(ahead) => ahead[row * w + corner],
+                        None => self.highest,
+                    };
+                    if !open(best, own, z, group.inverse) {
+                        left[r] = self.ahead.is_some() && open(best, own, self.highest, group.inverse);
+                        continue;
+                    }
+                    for c in crossings {
+                        let [a, b] = c.ends;
+                        let a = self.block(Self::within(from + a.0, w), Self::within(top + r + a.1, h));
+                        let b = self.block(Self::within(from + b.0, w), Self::within(top + r + b.1, h));
+                        raise(best, own, [a, b], c);
+                    }
                 }
-                for c in crossings {
-                    let [a, b] = c.ends.map(|(i, down)| {
-                        let (i, j) = ((from + i) % w, (j + down) % h);
-                        &rows[j * wide + i..][..best.len()]
-                    });
-                    for (((best, z), a), b) in best.iter_mut().zip(start).zip(a).zip(b) {
-                        *best = best.max((a + c.weight * (b - a) - z) * c.inverse);
-                    }
+                if left[..count] == [false; TILE][..count] {
+                    break;
                 }
             }
+            let columns = BLOCK.min(w - from);
+            for (best, out) in all.iter().zip(out.chunks_mut(w)) {
+                out[from..from + columns].copy_from_slice(&best[..columns]);
+            }
+        }
+    }
+}
+
+/// Rows from `top` on, [`TILE`] at most, and what their texels see along a line.
+struct Tile<'a> {
+    top: usize,
+    line: &'a Line,
+    out: &'a mut [f32],
+}
+
+/// The largest slope dz/ds, 0 at least, seen from every texel along each azimuth: planes of texels, azimuth by azimuth.
+pub fn slopes(field: &HeightField, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
+    along_lines(&Rows::new(field, Some(heights_ahead(field))), azimuths, go_on)
+}
+
+/// The same numbers without leaving out groups that what lies ahead cannot raise.
+pub fn slopes_by_every_crossing(field: &HeightField, azimuths: &[f64]) -> Vec<f32> {
+    along_lines(&Rows::new(field, None), azimuths, &|| true).unwrap_or_default()
+}
+
+fn along_lines(rows: &Rows<'_>, azimuths: &[f64], go_on: &(dyn Fn() -> bool + Sync)) -> Option<Vec<f32>> {
+    let (w, h) = (rows.field.width, rows.field.height);
+    let reach = reach(rows.field);
+    let lines: Vec<Line> = azimuths.par_iter().map(|phi| crossings(rows.field, *phi, reach)).collect();
+    let mut out = vec![0.0; w * h * azimuths.len()];
+    let tiles: Vec<_> = out
+        .chunks_mut(w * h)
+        .zip(&lines)
+        .flat_map(|(plane, line)| {
+            plane.chunks_mut(w * TILE).enumerate().map(move |(k, out)| Tile { top: k * TILE, line, out })
+        })
+        .collect();
+    tiles.into_par_iter().for_each(|tile| {
+        if go_on() {
+            rows.see(tile);
         }
     });
     go_on().then_some(out)
