@@ -2,10 +2,12 @@
 
 use crate::material::Under;
 use crate::picture::{auto_exposure, background};
+use crate::probes::has_no_light;
 use crate::scene::given_to;
 use crate::{Error, Kind, Material, Method, Prepared, Renderer, Scene, Session};
 use std::time::Instant;
 use steradian_base::Certificate;
+use steradian_light::Lights;
 use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors, flip_displays};
 use steradian_render::{Background, Develop, Display, Film, Settings, Stage};
 use steradian_scene::{Bvh, Camera};
@@ -83,6 +85,8 @@ impl Answer {
 /// A scene on its way to pictures.
 struct Subject<'a> {
     scene: &'a Scene,
+    /// Its light, or the mean of its light field.
+    lights: Lights,
     bvh: Bvh,
     camera: Camera,
     background: Background,
@@ -101,8 +105,15 @@ impl Session {
     ) -> Result<Vec<Answer>, Error> {
         let camera = scene.camera_or_framed()?;
         let scene = &*scene.staged(&camera, scene.spacing_by(methods), &self.task)?;
+        let renderers = if scene.probes.is_some() {
+            methods.iter().chain(plan.paths.then_some(&Method::Path)).try_for_each(has_no_light)?;
+            &[Renderer::Cpu]
+        } else {
+            renderers
+        };
         let case = &Subject {
             scene,
+            lights: self.in_mean_light(scene)?.lights.clone(),
             bvh: Bvh::build(&scene.mesh),
             camera,
             background: background(scene, &camera),
@@ -184,8 +195,7 @@ impl Session {
             };
             let mut m = m.with(method.clone());
             m.params = given_to(method, &m.params);
-            let under =
-                Under { lights: &case.scene.lights, camera: &case.camera, tolerance, scene: case.scene };
+            let under = Under { lights: &case.lights, camera: &case.camera, tolerance, scene: case.scene };
             let prepared = self.prepare(&m, method, under, &self.task)?;
             self.tell_left_out(&prepared);
             Ok::<_, Error>(prepared)
@@ -212,7 +222,14 @@ impl Session {
         }
         match refused {
             Some(e) if out.iter().all(|p| p.certificate.is_none()) => Err(e),
-            _ => Ok(out),
+            _ if case.scene.probes.is_none() => Ok(out),
+            _ => {
+                let mut scene = case.scene.clone();
+                if matches!(method, Method::Reference) {
+                    scene.tolerance = Some(plan.reference_tolerance);
+                }
+                self.in_field(&scene, out)
+            }
         }
     }
 

@@ -130,6 +130,7 @@ impl Session {
         before: Option<&Live>,
         preview: bool,
     ) -> Result<Live, Error> {
+        crate::probes::refuse(scene)?;
         let camera = scene.camera_or_framed()?;
         let spacing = scene.spacing();
         let mesh = before.filter(|b| b.names.mesh == names.mesh && b.spacing == spacing);

@@ -3,6 +3,8 @@
 mod capture;
 mod shade;
 
+pub(crate) use shade::{has_no_light, refuse};
+
 pub use capture::{Captured, Request, Where};
 
 use crate::{Error, Session};

@@ -5,6 +5,7 @@ use crate::model::{complete, make_tangents};
 use crate::{Error, Kind, Local, Material, Scene, Session};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use steradian_brdf::Files;
 use steradian_formats::{file_below, read_text};
 use steradian_light::Lights;
@@ -55,7 +56,15 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
     let ground = file.ground.map(|i| materials[i].clone());
     let output = &file.output;
     let scene = Scene::new(mesh, materials, lights(&file, &folder, overrides, session)?);
+    let field = |name: &At<String>, session: &mut Session| {
+        let read = below(&folder, &name.value).and_then(|p| session.probes(&p));
+        located(&file, name, read).map(Arc::new)
+    };
+    // Another environment than the file's stands for its light.
+    let named = file.light.probes.as_ref().filter(|_| overrides.environment.is_none());
+    let probes = named.map(|name| field(name, session)).transpose()?;
     Ok(Scene {
+        probes,
         ground,
         camera: file.camera,
         settings: Settings { edge: output.samples, ..Settings::new(output.width, output.height) },

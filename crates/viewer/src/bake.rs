@@ -86,6 +86,7 @@ impl Baker {
             if let Some((_, lights)) = &self.lights {
                 // Points belong to the scene's places, not to its surroundings.
                 scene.lights = Lights { points: std::mem::take(&mut scene.lights.points), ..lights.clone() };
+                scene.probes = None;
             }
             light_name.clone_from(spec);
         }

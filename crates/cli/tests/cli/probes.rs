@@ -1,6 +1,6 @@
 //! `steradian probes`, and what is shaded under the light fields that it writes.
 
-use super::common::{ends, well};
+use super::common::{ends, json, well};
 use glam::{DVec3, UVec3};
 use std::fs;
 use steradian_formats::{Limits, TensorData, read_tensors, write_tensors};
@@ -68,6 +68,40 @@ fn a_linear_light_field_is_reproduced() {
     };
     let [a, b, c] = ["-0.001,0,0", "0.001,0,0", "0.501,0,0"].map(mean);
     assert!((b - a).abs() < 2e-3 * a && c > 1.05 * b, "{a} {b} {c}");
+}
+
+/// A scene file's light field is that of the option; techniques are compared under it, and where one light is needed it is
+/// refused.
+#[test]
+fn scene_files_name_a_light_field() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let capture = ["probes", "icosphere", "-e", "studio", "--grid", "2,2,1", "--bounds", "-2,-2,2,2,2,2"];
+    well(dir, &[&capture[..], &["--bands", "3", "--noise", "0.1", "-o", "f.safetensors"]].concat());
+    let scene = |light: &str| {
+        let text = format!(
+            "[[mesh]]\nshape = \"sphere:segments=12\"\nmaterial = \"m\"\n\
+             [material.m]\nbrdf = \"lambert:albedo=0.8\"\n[light]\n{light}\n[output]\nwidth = 8\nheight = 8\n"
+        );
+        fs::write(dir.join("s.toml"), text).expect("written");
+    };
+    let render = |more: &[&str], out: &str| {
+        well(dir, &[&["render", "s.toml", "-t", "sh_irradiance", "-o", out], more].concat());
+        fs::read(dir.join(out)).expect("a picture")
+    };
+    scene("environment = \"furnace\"");
+    let plain = render(&[], "plain.pfm");
+    let option = render(&["--probes", "f.safetensors"], "option.pfm");
+    scene("environment = \"furnace\"\nprobes = \"f.safetensors\"");
+    assert!(render(&[], "file.pfm") == option && option != plain);
+    let compare = ["compare", "s.toml", "-t", "sh_irradiance", "--reference-tolerance", "0.02", "--json"];
+    let found = json(dir, &compare);
+    let error = |k: usize| found["comparisons"][0]["techniques"][k]["relative_rms"].as_f64();
+    assert!(error(1).is_some_and(|e| e < 0.02), "{found}");
+    ends(dir, 2, "has its own light", &["compare", "s.toml", "-t", "sh_irradiance", "--path"]);
+    ends(dir, 2, "alone: leave probes out", &["probes", "s.toml", "--grid", "1,1,1", "-o", "x.safetensors"]);
+    scene("probes = \"none.safetensors\"");
+    ends(dir, 3, "s.toml:7", &["render", "s.toml", "-t", "sh_irradiance", "-o", "x.pfm"]);
 }
 
 /// What is captured comes back, the same whatever the number of threads; probes inside the ball are left out.

@@ -204,13 +204,14 @@ fn power(source: &Source<'_>, here: usize, key: &str, v: [f64; 3]) -> Result<[f6
 }
 
 fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
+    let file = |name: &Option<Spanned<String>>, key: &str| {
+        let found = |s: &Spanned<String>| Ok(At { value: below(source, s, key)?, at: start(s) });
+        name.as_ref().map(found).transpose()
+    };
     let mut out = SceneLight {
         environment: l.environment.as_ref().map(at),
-        sun_lights: l
-            .sun_lights
-            .as_ref()
-            .map(|s| Ok(At { value: below(source, s, "sun_lights")?, at: start(s) }))
-            .transpose()?,
+        sun_lights: file(&l.sun_lights, "sun_lights")?,
+        probes: file(&l.probes, "probes")?,
         rotation: number(source, &l.rotation, "rotation", f64::is_finite, "finite degrees")?.to_radians(),
         exposure: number(source, &l.exposure, "exposure", |v| v.abs() <= 64.0, "-64 … 64")?,
         ..SceneLight::default()
@@ -250,6 +251,7 @@ fn light(source: &Source<'_>, l: LightText) -> Result<SceneLight, SceneError> {
     }
     let nothing = out.environment.is_none()
         && out.sun_lights.is_none()
+        && out.probes.is_none()
         && out.disks.is_empty()
         && out.directionals.is_empty()
         && out.points.is_empty();

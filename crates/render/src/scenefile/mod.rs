@@ -117,6 +117,8 @@ pub struct SceneLight {
     pub exposure: f64,
     /// File of lights that `--extract-sun` took out of the environment; they turn and scale with it.
     pub sun_lights: Option<At<String>>,
+    /// File of a light field in place of all other light, relative to the scene file's folder.
+    pub probes: Option<At<String>>,
     /// Disks.
     pub disks: Vec<DiskLight>,
     /// Directional lights.

@@ -144,6 +144,8 @@ pub struct LightText {
     pub exposure: Option<Spanned<f64>>,
     /// A file of lights below the scene file's folder, as `--extract-sun` writes it.
     pub sun_lights: Option<Spanned<String>>,
+    /// A light field below the scene file's folder, as `probes` writes it, in place of all other light.
+    pub probes: Option<Spanned<String>>,
     /// `[[light.disk]]`.
     #[serde(default)]
     pub disk: Vec<Spanned<DiskText>>,

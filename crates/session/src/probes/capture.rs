@@ -1,5 +1,6 @@
 //! Capturing the light of a scene.
 
+use super::refuse;
 use crate::{Error, Outcome, Scene, Session};
 use glam::{DVec3, UVec3};
 use std::sync::Arc;
@@ -79,6 +80,7 @@ impl Session {
     /// probe is as quiet as asked; the same bits whatever the number of threads.
     pub fn capture(&mut self, scene: &Scene, request: &Request) -> Result<Outcome<Captured>, Error> {
         let start = Instant::now();
+        refuse(scene)?;
         let scene = &*scene.grounded(&scene.camera_or_framed()?);
         self.check_capture(request)?;
         let places = places(scene, &request.at)?;

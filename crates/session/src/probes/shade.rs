@@ -64,6 +64,21 @@ fn lights(probe: &Probe) -> Lights {
     Lights::from(probe.environment())
 }
 
+/// Refuses what has a light of its own.
+pub(crate) fn has_no_light(method: &Method) -> Result<(), Error> {
+    if matches!(method, Method::Path | Method::File(_)) {
+        let why = "has its own light: leave probes out, or name a technique";
+        return Err(Error::usage(format!("{} {why}", method.slug())));
+    }
+    Ok(())
+}
+
+/// Refuses a light field for what needs one light.
+pub(crate) fn refuse(scene: &Scene) -> Result<(), Error> {
+    let why = "light fields are shaded by render, eval and compare alone: leave probes out, or choose another light";
+    if scene.probes.is_some() { Err(Error::usage(why)) } else { Ok(()) }
+}
+
 impl Session {
     /// The scene under the mean of its light field around its surfaces, which stands for the field where techniques are
     /// chosen and refuse; the scene as it is where it has none.
@@ -72,12 +87,7 @@ impl Session {
         if self.backend == Backend::Gpu {
             return Err(Error::usage("light fields are shaded on the CPU: use --backend cpu or auto"));
         }
-        if let Some(m) = scene.methods().find(|m| matches!(m, Method::Path | Method::File(_))) {
-            let slug = m.slug();
-            return Err(Error::usage(format!(
-                "{slug} has its own light: leave --probes out, or name a technique"
-            )));
-        }
+        scene.methods().try_for_each(has_no_light)?;
         let needed = needed(field, scene)?;
         let w = 1.0 / needed.len() as f64;
         let all = needed.iter().filter_map(|k| field.light[*k].as_ref()).map(|p| (p, w));

@@ -63,6 +63,7 @@ impl Session {
     /// A page as plain data.
     pub fn web_page(&mut self, request: &Request) -> Result<Page, Error> {
         refuse(&request.methods)?;
+        crate::probes::refuse(&request.scene)?;
         let mut scene = request.scene.clone();
         let camera = scene.camera_or_framed()?;
         scene.camera = Some(camera);
