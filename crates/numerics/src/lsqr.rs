@@ -67,13 +67,18 @@ impl Sparse {
         self.columns.ends.len()
     }
 
+    /// Column and value of the entries of row `i`.
+    pub fn row(&self, i: usize) -> &[(u32, f32)] {
+        self.rows.get(i)
+    }
+
     /// A x.
     pub fn times(&self, x: &[Rgb]) -> Vec<Rgb> {
         self.rows.sums(|k| x[k])
     }
 
     /// Squared norms of the columns of diag(weight) A.
-    fn column_norms(&self, weight: &[Rgb]) -> Vec<Rgb> {
+    pub fn column_norms(&self, weight: &[Rgb]) -> Vec<Rgb> {
         let norm = |k: usize| {
             let mut s = [0.0; 3];
             for &(row, v) in self.columns.get(k) {

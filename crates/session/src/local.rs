@@ -214,6 +214,8 @@ mod tests {
             ("sh_irradiance", "lambert:albedo=0.7", "vertex_analytic:rate=pixel"),
             ("split_sum", "ggx:alpha=0.3,f0=0.9", "analytic_decomposition"),
             ("banks_env", "banks:n=20", "banks_table"),
+            ("sh_irradiance", "lambert:albedo=0.7", "separable_svd"),
+            ("sh_irradiance", "lambert:albedo=0.7", "homomorphic:resolution=16"),
         ] {
             for suns in [Suns::Exact, Suns::Fold] {
                 let mut session = Session::new();

@@ -17,7 +17,7 @@ use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
 
 const POINTS: usize = 1 << 16;
 const BATCH: usize = 1024;
-const CASES: [(&str, &str, &str); 8] = [
+const CASES: &[(&str, &str, &str)] = &[
     ("vertex_analytic", "rate=pixel", "banks:n=60"),
     ("banks_table", "", "banks:n=60"),
     ("vertex_analytic", "rate=pixel", "ggx:alpha=0.2,f0=0.9"),
@@ -26,6 +26,18 @@ const CASES: [(&str, &str, &str); 8] = [
     ("analytic_decomposition", "", "cook-torrance:m=0.3,g=smith"),
     ("vertex_analytic", "rate=pixel", "ashikhmin-shirley:nu=20,nv=200,rd=0.5"),
     ("analytic_decomposition", "", "ashikhmin-shirley:nu=20,nv=200,rd=0.5"),
+    ("separable_svd", "", "lambert"),
+    ("separable_svd", "terms=1", "ggx:alpha=0.2,f0=0.9"),
+    ("separable_svd", "", "ggx:alpha=0.2,f0=0.9"),
+    ("separable_svd", "", "ggx:alpha=0.2,f0=0.9/0.6/0.3"),
+    ("separable_svd", "terms=8", "ggx:alpha=0.2,f0=0.9/0.6/0.3"),
+    ("vertex_analytic", "rate=pixel", "ward:ax=0.15,ay=0.4,variant=1992"),
+    ("separable_svd", "", "ward:ax=0.15,ay=0.4,variant=1992"),
+    ("homomorphic", "", "cook-torrance:m=0.3,g=smith"),
+    ("homomorphic", "", "ggx:alpha=0.2,f0=0.9/0.6/0.3"),
+    ("homomorphic", "", "ward:ax=0.15,ay=0.4,variant=1992"),
+    ("homomorphic", "samples=3125", "cook-torrance:m=0.3,g=smith"),
+    ("separable_svd", "parametrisation=vl,terms=8", "ward:ax=0.15,ay=0.4,variant=1992"),
 ];
 
 fn main() {
@@ -40,7 +52,7 @@ fn main() {
     let lamps = LocalLights { points, ..LocalLights::default() };
     let frame = LocalFrame { lights: &lamps, view: &View::default(), mesh: None, shadowed: false };
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; BATCH]);
-    for (slug, body, spec) in CASES {
+    for &(slug, body, spec) in CASES {
         let t = find_local(slug).expect("a technique");
         let params = ParamValues::parse(body, t.params()).expect("parameters");
         let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
@@ -58,7 +70,7 @@ fn main() {
         let best = (0..9).map(|_| run()).fold(f64::INFINITY, f64::min);
         let speed = POINTS as f64 / best / 1e6;
         println!(
-            "{slug:23} {spec:40} {speed:7.1} Mpoint/s, baked in {baked:.3} s, {} bytes, error {:.1e}",
+            "{slug:23} {body:27} {spec:40} {speed:7.1} Mpoint/s, baked in {baked:.3} s, {} bytes, error {:.1e}",
             b.bytes(),
             b.certificate().error
         );

@@ -22,10 +22,11 @@ pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
 use crate::rooms::{
-    analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, lafortune_svbrdf,
-    polynomial_texture_map, shift_variant, vertex_analytic,
+    analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, homomorphic, lafortune_svbrdf,
+    polynomial_texture_map, separable_svd, shift_variant, vertex_analytic,
 };
-use crate::{BakeError, Capabilities, Card, GpuTechnique, Material, Needs, Points, Radiance, View};
+use crate::shared;
+use crate::{BakeError, Capabilities, Card, Claim, GpuTechnique, Material, Needs, Points, Radiance, View};
 use glam::DVec3;
 use std::borrow::Cow;
 use std::marker::PhantomData;
@@ -39,6 +40,8 @@ const LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
     &ErasedLocal::<banks_table::BanksTable>::new(),
     &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
+    &ErasedLocal::<separable_svd::SeparableSvd>::new(),
+    &ErasedLocal::<homomorphic::Homomorphic>::new(),
     &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
     &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
     &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
@@ -69,6 +72,60 @@ pub(crate) const NEEDS: Needs =
     Needs { environment: false, sites: false, uv: false, tangents: true, view: false };
 /// What those need that have data per texel.
 pub(crate) const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
+
+/// What the Cards of techniques have in common that tabulate f · ⟨n·wi⟩ of two directions: each states the rest of itself.
+pub const CARD: Card = Card {
+    slug: "",
+    title: "",
+    citation: "",
+    equation: "",
+    light: LIGHT,
+    visibility: VISIBILITY,
+    reflectance: "",
+    materials: |_| Ok(()),
+    specimens: &[],
+    exact_when: &[],
+    capabilities: Capabilities { bump_mapping: true, ..CAPABILITIES },
+    needs: NEEDS,
+    waived: &[],
+};
+
+/// The claim that a reflectance is exact under a near point light, up to the spacing of entries.
+pub const fn near(statement: &'static str, brdf: &'static str) -> Claim {
+    Claim::new(statement, shared::lights::near_point, brdf, 1e-3)
+}
+
+/// The same under three directional lights.
+pub const fn far(statement: &'static str, brdf: &'static str) -> Claim {
+    Claim::new(statement, shared::lights::three_directionals, brdf, 1e-3)
+}
+
+/// Tolerance of tables where the user gives none.
+const TOLERANCE: f64 = 1e-3;
+/// Entries a side, at least and at most, where the tolerance chooses.
+const SIDES: [usize; 2] = [64, 2048];
+
+/// Tables of `side` entries a side, by default of as many as the task's tolerance needs: their `error` is half of it at most.
+pub fn tables<T>(
+    side: Option<usize>,
+    task: &Task,
+    make: impl Fn(usize) -> T,
+    error: impl Fn(&T) -> f64,
+) -> Result<T, BakeError> {
+    if let Some(side) = side {
+        return Ok(make(side));
+    }
+    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
+    let mut side = SIDES[0];
+    loop {
+        task.check()?;
+        let tables = make(side);
+        if side >= SIDES[1] || error(&tables) <= 0.5 * tolerance {
+            return Ok(tables);
+        }
+        side *= 2;
+    }
+}
 
 /// f · ⟨n·wi⟩ of two local directions.
 pub type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;

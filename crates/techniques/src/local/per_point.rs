@@ -2,6 +2,7 @@
 
 use super::{Light, LocalBaked, LocalFrame, LocalShading, Place, TexturedTechnique, technique};
 use crate::direct::Shadows;
+use crate::shared::vector::{Axes, tangent};
 use crate::{GpuTechnique, PointChart, Points, Radiance};
 use glam::DVec3;
 use std::sync::Arc;
@@ -23,24 +24,6 @@ impl<T: TexturedTechnique> PerPoint<T> {
             certificate: b.certificate.clone(),
         }
     }
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The tangent where nothing else gives one: t = normalize(a × n), a = +Y if |n·y| < 0.99 else +X.
-#[inline(always)]
-fn tangent(n: [f32; 3]) -> [f32; 3] {
-    let c = if n[1].abs() < 0.99 { [n[2], 0.0, -n[0]] } else { [0.0, -n[2], n[1]] };
-    let s = dot(c, c).sqrt().recip();
-    c.map(|x| x * s)
 }
 
 /// Normal, tangent, side of the bitangent and footprint of point `i`; with `charted` those of its chart, where it has one.
@@ -73,9 +56,8 @@ fn run<T: TexturedTechnique>(
     for i in 0..q.len() {
         let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
         let c = chart(q, T::CARD.needs.uv, i);
-        let b = cross(c.n, c.t).map(|x| c.side * x);
-        let local = |v: [f32; 3]| [dot(c.t, v), dot(b, v), dot(c.n, v)];
-        let o = local(at(&q.wo));
+        let axes = Axes::sided(c.n, c.t, c.side);
+        let o = axes.local(at(&q.wo));
         // False for NaN too.
         if o[2] > 0.0 {
             let p = positions.then(|| at(&q.p));
@@ -84,7 +66,7 @@ fn run<T: TexturedTechnique>(
             let mut sum = [0.0f32; 3];
             for light in lights {
                 let Some((d, e, distance)) = light.at(p) else { continue };
-                let f = T::f_cos(tables, &x, local(d), o);
+                let f = T::f_cos(tables, &x, axes.local(d), o);
                 let seen = match (shadows, p) {
                     (Some(shadows), Some(p)) if f != [0.0; 3] => arrives(shadows, p, c.n, d, distance),
                     _ => true,

@@ -1,6 +1,6 @@
 //! Bumps of a surface: normals, and the heights that they come from.
 
-use super::harmonics::dot;
+use super::vector::dot;
 use crate::local::{Content, Plane};
 use crate::{BakeError, Material};
 use glam::{DVec3, Vec3};

@@ -66,6 +66,79 @@ impl<const C: usize> Grid<C> {
     }
 }
 
+/// Planes of one size with four numbers an entry, layer by layer behind each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridStack {
+    width: usize,
+    height: usize,
+    layers: usize,
+    /// All layers of an entry, then those of the next one of its row.
+    entries: Vec<[f32; 4]>,
+}
+
+/// A place in every layer of a stack.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    entry: usize,
+    x: f32,
+    y: f32,
+}
+
+impl GridStack {
+    /// Entries by their column, row and layer; at least one layer. A single column or row is doubled, as lookups need two.
+    pub fn new(
+        width: usize,
+        height: usize,
+        layers: usize,
+        f: impl Fn(usize, usize, usize) -> [f32; 4],
+    ) -> Self {
+        let (columns, rows) = (width.max(2), height.max(2));
+        let mut entries = Vec::with_capacity(columns * rows * layers);
+        for j in 0..rows {
+            for i in 0..columns {
+                entries.extend((0..layers).map(|k| f(i.min(width - 1), j.min(height - 1), k)));
+            }
+        }
+        Self { width: columns, height: rows, layers, entries }
+    }
+
+    /// Layers.
+    pub fn layers(&self) -> usize {
+        self.layers
+    }
+
+    /// Where u and v, which are clamped to [0, 1], lie.
+    #[inline(always)]
+    pub fn place(&self, [u, v]: [f32; 2]) -> Place {
+        let ((i, x), (j, y)) = (cell(u, self.width), cell(v, self.height));
+        Place { entry: (j * self.width + i) * self.layers, x, y }
+    }
+
+    /// Bilinear in layer `k`.
+    #[inline(always)]
+    pub fn layer(&self, p: Place, k: usize) -> [f32; 4] {
+        let at = |i: usize| self.entries[p.entry + i * self.layers + k];
+        let (a, b, c, d) = (at(0), at(1), at(self.width), at(self.width + 1));
+        std::array::from_fn(|n| mix(mix(a[n], b[n], p.x), mix(c[n], d[n], p.x), p.y))
+    }
+
+    /// Bytes of the entries.
+    pub fn bytes(&self) -> usize {
+        16 * self.entries.len()
+    }
+
+    /// As a GPU table: `fetch_NAME_layer(uv, k)`.
+    pub fn table(&self, name: &'static str) -> Table {
+        let mut bytes = Vec::with_capacity(self.bytes());
+        for k in 0..self.layers {
+            let layer = self.entries.iter().skip(k).step_by(self.layers);
+            bytes.extend(layer.flatten().flat_map(|x| x.to_le_bytes()));
+        }
+        let level = Level { width: self.width, height: self.height, layers: self.layers, bytes };
+        Table { name, shape: Shape::PlaneStack, format: Format::Rgba32Float, level }
+    }
+}
+
 /// What WGSL's mix is: a at 0, b at 1.
 #[inline(always)]
 fn mix(a: f32, b: f32, w: f32) -> f32 {

@@ -4,6 +4,7 @@
 //! z: f̃_qq is constant, and f̃_pq = A_pq z f̃_{p−1,q} − B_pq f̃_{p−2,q} with A_pq² = (4p² − 1)/(p² − q²),
 //! B_pq = A_pq/A_{p−1,q}. `harmonics.wgsl` has the same functions.
 
+use crate::shared::vector::dot;
 use std::f64::consts::PI;
 use steradian_simd::Vector;
 
@@ -191,12 +192,6 @@ pub fn frame([x, y, z]: [f32; 3]) -> [[f32; 3]; 2] {
 pub fn local(c: [f32; 3], v: [f32; 3]) -> [f32; 3] {
     let [x, y] = frame(c);
     [dot(x, v), dot(y, v), dot(c, v)]
-}
-
-/// Scalar product.
-#[inline(always)]
-pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// 0.5 + β/2π and α/π, both in [0, 1], of a direction of any length.

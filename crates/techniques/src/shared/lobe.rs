@@ -14,6 +14,7 @@
 //!
 //! `lobe.wgsl` has the same functions.
 
+use crate::shared::vector::{cross, dot, normalized};
 use crate::{PointLobe, Points, Radiance};
 
 /// The functions in WGSL.
@@ -63,22 +64,6 @@ pub struct Tap {
     pub cos_o: f32,
     /// Share of the result.
     pub weight: f32,
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-fn normalized(v: [f32; 3]) -> [f32; 3] {
-    let s = dot(v, v).sqrt().recip();
-    v.map(|x| x * s)
 }
 
 /// alpha of the point: its own or the material's.

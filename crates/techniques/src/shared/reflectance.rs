@@ -2,7 +2,7 @@
 
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
-use steradian_brdf::{Brdf, Files, Form, SharedBrdf, parse_with, spec_without_folders};
+use steradian_brdf::{Brdf, Domain, Files, Form, SharedBrdf, parse_with, spec_without_folders};
 
 /// A reflectance that saves as its spec string, with what the files hold that it names.
 #[derive(Debug, Clone)]
@@ -47,6 +47,14 @@ pub fn isotropic(brdf: &dyn Brdf) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("takes isotropic reflectance only, not this {}: use reference", brdf.info().name))
+}
+
+/// Takes every reflectance that takes light from above the surface alone ([`crate::Card::materials`]).
+pub fn one_sided(brdf: &dyn Brdf) -> Result<(), String> {
+    if brdf.domain() == Domain::Hemisphere {
+        return Ok(());
+    }
+    Err(format!("takes reflectance of light from above the surface, not {}: use exact", brdf.info().name))
 }
 
 impl Part for Reflectance {

@@ -9,11 +9,6 @@ use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::model::{ashikhmin_shirley, cook_torrance, ggx};
 use steradian_brdf::{Brdf, Form};
 
-/// Tolerance where the user gives none.
-const TOLERANCE: f64 = 1e-3;
-/// Entries a side, at least and at most, where the tolerance chooses.
-const SIDES: [usize; 2] = [64, 2048];
-
 params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
@@ -187,19 +182,7 @@ impl Tables {
 pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
     let slug = "analytic_decomposition";
     let model = model(&*m.brdf).map_err(|why| BakeError::Material { slug, why })?;
-    if let Some(resolution) = p.resolution {
-        return Ok(Tables::new(&model, resolution));
-    }
-    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let mut resolution = SIDES[0];
-    loop {
-        task.check()?;
-        let tables = Tables::new(&model, resolution);
-        let exact = |wi, wo| m.brdf.f_cos(wi, wo);
-        let error = local::error(&*m.brdf, &exact, |wi, wo| super::shade::f_cos(&tables, wi, wo));
-        if error <= 0.5 * tolerance || resolution >= SIDES[1] {
-            return Ok(tables);
-        }
-        resolution *= 2;
-    }
+    let exact = |wi, wo| m.brdf.f_cos(wi, wo);
+    let error = |t: &Tables| local::error(&*m.brdf, &exact, |wi, wo| super::shade::f_cos(t, wi, wo));
+    local::tables(p.resolution, task, |n| Tables::new(&model, n), error)
 }

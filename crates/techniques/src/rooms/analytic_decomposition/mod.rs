@@ -21,9 +21,8 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{self, LocalTechnique, LocalText};
-use crate::shared::lights;
-use crate::{BakeError, Capabilities, Card, Claim, Material};
+use crate::local::{self, LocalTechnique, LocalText, far, near};
+use crate::{BakeError, Capabilities, Card, Material};
 use bake::{Params, Tables};
 use steradian_base::Task;
 
@@ -37,8 +36,6 @@ impl LocalTechnique for AnalyticDecomposition {
         citation: "Heidrich & Seidel 1999, Realistic, Hardware-Accelerated Shading and Lighting; Steigleder 2002, \
                    Factorization of the Ashikhmin BRDF for Real-Time Rendering; STAR04 6.2.2, eq. 12",
         equation: "L_o = Σ_l E_l T1(h·l, n·h) T2(n·l, n·v), T1 = F D/4, T2 = G/(n·v)",
-        light: local::LIGHT,
-        visibility: local::VISIBILITY,
         reflectance: "ggx of one alpha, cook-torrance with g=smith, ashikhmin-shirley, linear between entries of tables",
         materials: bake::materials,
         specimens: &[
@@ -47,33 +44,22 @@ impl LocalTechnique for AnalyticDecomposition {
             "ashikhmin-shirley:nu=20,nv=200,rs=0.3,rd=0.5",
         ],
         exact_when: &[
-            Claim::new(
-                "up to the spacing of entries: GGX, a near point light",
-                lights::near_point,
-                "ggx:alpha=0.2,f0=0.9/0.6/0.3",
-                1e-3,
-            ),
-            Claim::new(
+            near("up to the spacing of entries: GGX, a near point light", "ggx:alpha=0.2,f0=0.9/0.6/0.3"),
+            far(
                 "up to the spacing of entries: Smith's masking, three directional lights",
-                lights::three_directionals,
                 "cook-torrance:m=0.3,f0=0.5,g=smith",
-                1e-3,
             ),
-            Claim::new(
+            near(
                 "up to the spacing of entries: Ashikhmin and Shirley, a near point light",
-                lights::near_point,
                 "ashikhmin-shirley:nu=20,nv=200,rs=0.3,rd=0.5",
-                1e-3,
             ),
         ],
         capabilities: Capabilities {
             certain_isotropic: true,
             certain_anisotropic: true,
-            bump_mapping: true,
-            ..local::CAPABILITIES
+            ..local::CARD.capabilities
         },
-        needs: local::NEEDS,
-        waived: &[],
+        ..local::CARD
     };
     type Params = Params;
     type Tables = Tables;

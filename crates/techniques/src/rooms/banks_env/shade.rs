@@ -4,28 +4,16 @@ use super::bake::Cones;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::angle::angle;
 use crate::shared::light_rotation::LightRotation;
+use crate::shared::vector::{cross, dot, tangent};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::FRAC_PI_2;
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
 
 /// The angle between t and ±wo, 0 … π/2; `y` = |t·wo|.
 #[inline(always)]
 fn alpha(t: [f32; 3], wo: [f32; 3], y: f32) -> f32 {
-    let c = [t[1] * wo[2] - t[2] * wo[1], t[2] * wo[0] - t[0] * wo[2], t[0] * wo[1] - t[1] * wo[0]];
+    let c = cross(t, wo);
     let s = dot(c, c).sqrt().min(1.0);
     angle(s, y)
-}
-
-/// The tangent where nothing else gives one: t = normalize(a × n), a = +Y if |n·y| < 0.99 else +X.
-#[inline(always)]
-fn tangent(n: [f32; 3]) -> [f32; 3] {
-    let c = if n[1].abs() < 0.99 { [n[2], 0.0, -n[0]] } else { [0.0, -n[2], n[1]] };
-    let s = dot(c, c).sqrt().recip();
-    c.map(|x| x * s)
 }
 
 /// G(±t, α).

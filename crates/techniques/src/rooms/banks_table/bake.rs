@@ -8,11 +8,6 @@ use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::Form;
 
-/// Tolerance where the user gives none.
-const TOLERANCE: f64 = 1e-3;
-/// Entries a side, at least and at most, where the tolerance chooses.
-const SIDES: [usize; 2] = [64, 2048];
-
 params! {
     /// The parameters.
     #[derive(Debug, Clone, PartialEq)]
@@ -89,20 +84,7 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Table, BakeE
         return Err(BakeError::Material { slug: "banks_table", why: "takes banks only".into() });
     };
     let model = Model { n, diffuse: [p.kd; 3], specular: scale };
-    let of = |resolution| Table::new(model, resolution, p.coordinate == 0);
-    if let Some(resolution) = p.resolution {
-        return Ok(of(resolution));
-    }
-    let tolerance = task.tolerance().unwrap_or(TOLERANCE);
-    let mut resolution = SIDES[0];
-    loop {
-        task.check()?;
-        let table = of(resolution);
-        let exact = |wi, wo| model.f_cos(wi, wo);
-        let error = local::error(&*m.brdf, &exact, |wi, wo| super::shade::f_cos(&table, wi, wo));
-        if error <= 0.5 * tolerance || resolution >= SIDES[1] {
-            return Ok(table);
-        }
-        resolution *= 2;
-    }
+    let exact = |wi, wo| model.f_cos(wi, wo);
+    let error = |t: &Table| local::error(&*m.brdf, &exact, |wi, wo| super::shade::f_cos(t, wi, wo));
+    local::tables(p.resolution, task, |n| Table::new(model, n, p.coordinate == 0), error)
 }

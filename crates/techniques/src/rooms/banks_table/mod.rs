@@ -17,9 +17,8 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{self, FCos, LocalTechnique, LocalText};
-use crate::shared::lights;
-use crate::{BakeError, Capabilities, Card, Claim, Material};
+use crate::local::{self, FCos, LocalTechnique, LocalText, far, near};
+use crate::{BakeError, Capabilities, Card, Material};
 use bake::{Params, Table};
 use steradian_base::Task;
 use steradian_brdf::model::strand::Kind;
@@ -46,28 +45,15 @@ impl LocalTechnique for BanksTable {
         citation: "Heidrich & Seidel 1998, Efficient Rendering of Anisotropic Surfaces Using Computer Graphics Hardware; \
                    Banks 1994, Illumination in Diverse Codimensions; STAR04 6.2.2, eq. 33",
         equation: "L_o = Σ_l E_l (n·l)(k_d cos a + k_s cosᴺ(a + b)₊), sin a = l·t, sin b = v·t",
-        light: local::LIGHT,
-        visibility: local::VISIBILITY,
         reflectance: "banks, linear between the entries of a table",
         materials,
         specimens: &["banks:n=30", "banks:n=60"],
         exact_when: &[
-            Claim::new(
-                "up to the spacing of entries: a near point light",
-                lights::near_point,
-                "banks:n=60",
-                1e-3,
-            ),
-            Claim::new(
-                "up to the spacing of entries: three directional lights",
-                lights::three_directionals,
-                "banks:n=30",
-                1e-3,
-            ),
+            near("up to the spacing of entries: a near point light", "banks:n=60"),
+            far("up to the spacing of entries: three directional lights", "banks:n=30"),
         ],
-        capabilities: Capabilities { certain_anisotropic: true, bump_mapping: true, ..local::CAPABILITIES },
-        needs: local::NEEDS,
-        waived: &[],
+        capabilities: Capabilities { certain_anisotropic: true, ..local::CARD.capabilities },
+        ..local::CARD
     };
     type Params = Params;
     type Tables = Table;

@@ -4,7 +4,7 @@ use super::bake::{Bumped, MEAN, TOKSVIG};
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
 use crate::shared::bumps;
-use crate::shared::harmonics::dot;
+use crate::shared::vector::dot;
 
 /// Smallest z of a mean normal that covariances are projected with.
 const LEAST_Z: f32 = 0.1;

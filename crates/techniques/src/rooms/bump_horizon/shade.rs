@@ -5,7 +5,7 @@ use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
 use crate::shared::angle::{angle, arccos};
 use crate::shared::bumps;
-use crate::shared::harmonics::dot;
+use crate::shared::vector::dot;
 use glam::DVec3;
 use std::f32::consts::{PI, TAU};
 

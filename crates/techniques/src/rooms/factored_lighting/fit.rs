@@ -6,7 +6,8 @@ use crate::shared::views::{Slices, ViewImage};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
-use steradian_numerics::lsqr::{Rgb, Sparse, solve};
+use steradian_numerics::lsqr::{Rgb, Sparse};
+use steradian_numerics::products::Problem;
 use steradian_parallel::prelude::*;
 use steradian_prefilter::probe;
 use steradian_sphere::frame::reflect;
@@ -157,117 +158,54 @@ pub struct Fit {
 
 /// Fits ln L_o ≈ Σ_j P_j; `weight` 1 minimises the absolute error of the radiance, 0 the relative one.
 pub fn fit(layout: &Layout, samples: &Samples, weight: f64, task: &Task) -> Result<Fit, Cancelled> {
-    let problem = Problem::new(layout, samples, weight);
-    let logs = problem.logs();
-    let start = |k: usize| problem.floored(k);
-    let (x, mut steps) = solve(&problem.a, &problem.weights(start), &logs, ACCURACY, STEPS);
-    let mut now = problem.state(x);
+    let (problem, scale) = problem(layout, samples, weight);
+    let mut now = problem.solve();
     for _ in 0..REFINEMENTS {
         task.check()?;
-        steps += problem.refine(&mut now);
+        problem.refine(&mut now);
     }
-    let Problem { scale, l, .. } = &problem;
+    let l = &problem.values;
     let radiance = |l: Rgb| -> Rgb { std::array::from_fn(|c| scale[c] * l[c]) };
     let shown = now.model.iter().map(|m| radiance(m.map(f64::exp)));
     let residual = probe::relative_rms(shown.zip(l.iter().map(|l| radiance(*l))));
     let square = |(m, b): (&Rgb, &Rgb)| (0..3).map(|c| (m[c] - b[c]).powi(2)).sum::<f64>();
-    let squares: f64 = now.model.iter().zip(&logs).take(l.len()).map(square).sum();
+    let squares: f64 = now.model.iter().zip(&problem.logs()).take(l.len()).map(square).sum();
     let log_residual = (squares / (3 * l.len()) as f64).sqrt();
-    Ok(Fit { x: now.x, scale: *scale, residual, log_residual, samples: l.len(), steps })
+    Ok(Fit { x: now.x, scale, residual, log_residual, samples: l.len(), steps: now.steps })
 }
 
-/// Rows, and what they should give.
-struct Problem {
-    a: Sparse,
-    /// Radiance over its mean; 1 in channels without light.
-    l: Vec<Rgb>,
-    scale: Rgb,
-    weight: f64,
-    /// Weights of the rows of smoothness.
-    smooth: Vec<Rgb>,
+/// Rows, and radiance over its mean, which is the second value; 1 in channels without light.
+fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
+    let scale = samples.mean().map(|m| m.max(0.0));
+    let over = |l: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { l[c] / scale[c] } else { 1.0 });
+    let mut problem = Problem {
+        a: matrix(layout, samples),
+        values: samples.l.iter().map(over).collect(),
+        share: Vec::new(),
+        floor: FLOOR,
+        dim: FLOOR,
+        power,
+        smooth: Vec::new(),
+        accuracy: ACCURACY,
+        steps: STEPS,
+        dense: false,
+    };
+    problem.smooth = smoothness(&problem, layout);
+    (problem, scale)
 }
 
-/// A solution: unknowns, what the rows give, what it costs.
-struct State {
-    x: Vec<Rgb>,
-    model: Vec<Rgb>,
-    cost: Rgb,
-}
-
-impl Problem {
-    fn new(layout: &Layout, samples: &Samples, weight: f64) -> Self {
-        let scale = samples.mean().map(|m| m.max(0.0));
-        let over = |l: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { l[c] / scale[c] } else { 1.0 });
-        let l = samples.l.iter().map(over).collect();
-        let mut problem = Self { a: matrix(layout, samples), l, scale, weight, smooth: Vec::new() };
-        problem.smooth = problem.smoothness(layout);
-        problem
+/// A share of what the samples weigh at an unknown of that factor.
+fn smoothness(problem: &Problem, layout: &Layout) -> Vec<Rgb> {
+    let mut sum = [0.0; 3];
+    for l in (0..problem.values.len()).map(|k| problem.floored(k)) {
+        (0..3).for_each(|c| sum[c] += l[c].powf(2.0 * problem.power));
     }
-
-    fn floored(&self, k: usize) -> Rgb {
-        self.l[k].map(|l| l.max(FLOOR))
-    }
-
-    /// Right-hand sides of the first solution.
-    fn logs(&self) -> Vec<Rgb> {
-        let samples = (0..self.l.len()).map(|k| self.floored(k).map(f64::ln));
-        samples.chain(self.smooth.iter().map(|_| [0.0; 3])).collect()
-    }
-
-    /// Weights of all rows where the radiance is `of`.
-    fn weights(&self, of: impl Fn(usize) -> Rgb) -> Vec<Rgb> {
-        let samples = (0..self.l.len()).map(|k| of(k).map(|l| l.max(FLOOR).powf(self.weight)));
-        samples.chain(self.smooth.iter().copied()).collect()
-    }
-
-    /// A share of what the samples weigh at an unknown of that factor.
-    fn smoothness(&self, layout: &Layout) -> Vec<Rgb> {
-        let mut sum = [0.0; 3];
-        for l in (0..self.l.len()).map(|k| self.floored(k)) {
-            (0..3).for_each(|c| sum[c] += l[c].powf(2.0 * self.weight));
-        }
-        let mut out = Vec::new();
-        layout.smoothness(|factor, _| {
-            let per = layout.range(factor).len() as f64;
-            out.push(sum.map(|s| (SMOOTH[factor] * s / per).sqrt()));
-        });
-        out
-    }
-
-    /// Σ (L^(weight − 1) (e^model − L))² over the samples.
-    fn state(&self, x: Vec<Rgb>) -> State {
-        let model = self.a.times(&x);
-        let mut cost = [0.0; 3];
-        for (k, (l, m)) in self.l.iter().zip(&model).enumerate() {
-            let floored = self.floored(k);
-            let error = |c: usize| floored[c].powf(self.weight - 1.0) * (m[c].exp() - l[c]);
-            (0..3).for_each(|c| cost[c] += error(c).powi(2));
-        }
-        State { x, model, cost }
-    }
-
-    /// A Gauss–Newton step of that cost, L − e^m ≈ e^m δm, kept in the channels that it serves; returns the
-    /// solver's steps.
-    fn refine(&self, now: &mut State) -> usize {
-        let rest = |(k, m): (usize, &Rgb)| -> Rgb {
-            let Some(l) = self.l.get(k) else { return m.map(|m| -m) };
-            std::array::from_fn(|c| {
-                let e = m[c].exp();
-                ((l[c] - e) / e.max(FLOOR)).clamp(-1.0, 1.0)
-            })
-        };
-        let rest: Vec<Rgb> = now.model.iter().enumerate().map(rest).collect();
-        let weights = self.weights(|k| now.model[k].map(f64::exp));
-        let (step, taken) = solve(&self.a, &weights, &rest, ACCURACY, STEPS);
-        let moved = |(x, s): (&Rgb, &Rgb)| std::array::from_fn(|c| x[c] + s[c]);
-        let trial = self.state(now.x.iter().zip(&step).map(moved).collect());
-        for c in (0..3).filter(|&c| trial.cost[c] < now.cost[c]).collect::<Vec<_>>() {
-            now.cost[c] = trial.cost[c];
-            now.x.iter_mut().zip(&trial.x).for_each(|(x, t)| x[c] = t[c]);
-            now.model.iter_mut().zip(&trial.model).for_each(|(m, t)| m[c] = t[c]);
-        }
-        taken
-    }
+    let mut out = Vec::new();
+    layout.smoothness(|factor, _| {
+        let per = layout.range(factor).len() as f64;
+        out.push(sum.map(|s| (SMOOTH[factor] * s / per).sqrt()));
+    });
+    out
 }
 
 /// One row per sample, then those of smoothness.

@@ -4,26 +4,8 @@ use super::bake::{COLUMNS, Maps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::{cube_table, texel_bytes};
+use crate::shared::vector::{cross, dot, tangent};
 use crate::{GpuTechnique, Points, Radiance, Technique};
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The tangent where nothing gives one: a = +Y if |n·y| < 0.99 else +X; t = normalize(a × n).
-#[inline(always)]
-fn tangent(n: [f32; 3]) -> [f32; 3] {
-    let a = if n[1].abs() < 0.99 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
-    let t = cross(a, n);
-    let length = dot(t, t).sqrt().max(1e-20);
-    t.map(|x| x / length)
-}
 
 /// The cosine's mean over the lobe of `level` at n·r̂ = `cosine`, bilinear.
 #[inline(always)]

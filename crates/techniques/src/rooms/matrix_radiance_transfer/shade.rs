@@ -8,6 +8,7 @@ use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::batch;
 use crate::shared::sh_light::ShLight;
 use crate::shared::site_sum::MOST;
+use crate::shared::vector::dot;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_parallel::prelude::*;
 
@@ -68,11 +69,6 @@ pub(super) fn shade(hats: Hats, t: &Compressed, f: &Frame, q: &Points<'_>, out: 
         }
         sum
     });
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Radiance of a site; 0 beyond the end.

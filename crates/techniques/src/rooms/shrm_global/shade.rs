@@ -6,10 +6,11 @@ use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::batch::{self, Point};
 use crate::shared::bundle::Bundle;
 use crate::shared::exact::{self, TurnedSuns};
-use crate::shared::harmonics::{MAX_TERMS, dot};
+use crate::shared::harmonics::MAX_TERMS;
 use crate::shared::kernels::word;
 use crate::shared::shrm::{self, argument_word};
 use crate::shared::strands::central;
+use crate::shared::vector::dot;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
 

@@ -15,6 +15,7 @@ use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::chain::Chain;
 use crate::shared::light_rotation::LightRotation;
 use crate::shared::tables::texel_bytes;
+use crate::shared::vector::{cross, dot};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -288,12 +289,7 @@ impl Frame {
         let across: [f32; 3] = std::array::from_fn(|k| t[k] - along * n[k]);
         let s = 1.0 / dot(across, across).max(1e-30).sqrt();
         let t = across.map(|x| x * s);
-        let b = [n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]];
+        let b = cross(n, t);
         Self { n, t, b, wo, cos_o }
     }
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

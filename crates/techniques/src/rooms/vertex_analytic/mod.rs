@@ -35,8 +35,6 @@ impl LocalTechnique for VertexAnalytic {
         title: "Any model at the corners of triangles, interpolated, or at every point",
         citation: "Gouraud 1971, Continuous Shading of Curved Surfaces; STAR04 6.1 and 6.2.1, eqs 10 and 11",
         equation: "L_o(x) = Σ_v b_v(x) Σ_l f(wi_l, wo)(n·wi_l)₊ E_l at corners v",
-        light: local::LIGHT,
-        visibility: local::VISIBILITY,
         reflectance: "any; between corners interpolated, with rate=pixel exact",
         materials,
         specimens: &["blinn-phong-gl:n=20", "minnaert:k=0.65", "ggx:alpha=0.3,f0=0.9"],
@@ -62,10 +60,11 @@ impl LocalTechnique for VertexAnalytic {
             certain_anisotropic: true,
             all_isotropic: true,
             all_anisotropic: true,
-            ..local::CAPABILITIES
+            bump_mapping: false,
+            ..local::CARD.capabilities
         },
-        needs: Needs { environment: false, sites: true, uv: false, tangents: true, view: true },
-        waived: &[],
+        needs: Needs { sites: true, view: true, ..local::CARD.needs },
+        ..local::CARD
     };
     type Params = Params;
     type Tables = Model;

@@ -1,0 +1,79 @@
+//! Parameters, and the maps as tables.
+
+use super::fit::{Layout, Samples, fit};
+use crate::shared::grid::GridStack;
+use crate::shared::hemisphere::Map;
+use crate::shared::symmetry::Symmetry;
+use crate::{BakeError, Material};
+use steradian_base::{ParamInfo, Task, params};
+use steradian_numerics::lsqr::Rgb;
+
+/// Entries a side where the user says nothing.
+const SIDE: usize = 64;
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// Entries a side; 64 where `None`.
+        pub resolution: Option<usize> = ParamInfo::whole("resolution", [8.0, 256.0], 0.0, "entries a side of the maps, fewer where symmetry allows, four times as many of isotropic reflectance over h; auto: 64").auto(0.0),
+        /// Samples for each unknown.
+        pub samples: usize = ParamInfo::whole("samples", [4.0, 4096.0], 48.0, "samples of the reflectance for each unknown of the fit"),
+        /// Power of f by which errors of its logarithm count.
+        pub weight: f64 = ParamInfo::real("weight", [0.0, 1.0], 1.0, "what the fit minimises: 1 the absolute error of f cos, 0 its relative error, which the dark parts rule"),
+    }
+}
+
+/// The maps of P and Q.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tables {
+    /// Of v and l.
+    pub sides: Map,
+    /// Of h.
+    pub halves: Map,
+    /// P.
+    pub side: GridStack,
+    /// Q.
+    pub half: GridStack,
+    /// f where P and Q are 0.
+    pub scale: [f32; 3],
+    /// Relative RMS error of f · ⟨n·wi⟩ at the samples.
+    pub residual: f64,
+    pub samples: usize,
+    pub steps: usize,
+}
+
+/// Largest and smallest logarithm of a map: where no sample is, smoothness alone decides.
+const MOST: f64 = 40.0;
+const LEAST: f64 = -200.0;
+
+/// A map's logarithms as a table.
+fn table(map: &Map, layout: &Layout, start: usize, x: &[Rgb]) -> GridStack {
+    GridStack::new(map.width, map.height, 1, |i, j, _| {
+        let [r, g, b] = x[start + layout.node(map, i, j)].map(|x| x.clamp(LEAST, MOST) as f32);
+        [r, g, b, 0.0]
+    })
+}
+
+pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
+    let symmetry = Symmetry::of(&*m.brdf);
+    let layout = Layout::new(symmetry, p.resolution.unwrap_or(SIDE));
+    let count = p.samples * layout.count();
+    // Samples, their rows twice, and vectors of the solver.
+    let (need, allowed) = ((count * (72 + 24 * 8 + 24 * 6)) as u64, task.max_memory());
+    if need > allowed {
+        return Err(BakeError::Memory { slug: "homomorphic", need, allowed });
+    }
+    let samples = Samples::new(&*m.brdf, count, symmetry.isotropic, task)?;
+    let found = fit(&layout, &samples, p.weight, task)?;
+    Ok(Tables {
+        side: table(&layout.sides, &layout, 0, &found.x),
+        half: table(&layout.halves, &layout, layout.first_half(), &found.x),
+        sides: layout.sides,
+        halves: layout.halves,
+        scale: found.scale.map(|s| s as f32),
+        residual: found.residual,
+        samples: found.samples,
+        steps: found.steps,
+    })
+}

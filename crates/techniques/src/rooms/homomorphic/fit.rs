@@ -1,0 +1,326 @@
+//! The logarithms of the factors by least squares over samples of the reflectance.
+
+use crate::shared::hemisphere::{Azimuths, Map, Rows};
+use crate::shared::symmetry::Symmetry;
+use glam::DVec3;
+use std::f64::consts::TAU;
+use steradian_base::{Cancelled, Task};
+use steradian_brdf::Brdf;
+use steradian_numerics::lsqr::{Rgb, Sparse};
+use steradian_numerics::products::Problem;
+use steradian_parallel::prelude::*;
+
+/// Reflectance below this share of its mean counts as this.
+const FLOOR: f64 = 1e-12;
+/// Below this share of the mean it weighs as this: weights over many powers of ten would take the solver too many steps.
+const DIM: f64 = 1e-2;
+/// Light and view are at least this high: some models have no bound below.
+const LOWEST: f64 = 1e-4;
+/// Where one of them is lower than this, as a cosine with the normal, the error counts less in proportion: the forms of Ward's model
+/// and others would have nothing but grazing pairs count.
+const LOW: f64 = 0.02;
+/// A sample's weight at most, over the root mean square of all.
+const HEAVIEST: f64 = 5.0;
+/// Weight of smoothness, as a share of what the samples of an unknown weigh: the squared relative error at the samples that a first
+/// solution has with the least of it, within these bounds. What is a product is found; where f is none the unknowns are noisy, and
+/// smoothness keeps them from running away between samples.
+const SMOOTH: [f64; 2] = [1e-5, 1e-1];
+/// Its share of the largest of these where there are no samples.
+const NOWHERE: f64 = 1e-12;
+/// Unknowns up to which normal equations are solved.
+const DENSE: usize = 1400;
+/// Steps of each solution, and where it stops earlier, of more of them.
+const STEPS: usize = 150;
+const ACCURACY: f64 = 1e-7;
+/// Solutions after the first, and the share of the cost that ends them.
+const REFINEMENTS: usize = 4;
+const ENOUGH: f64 = 0.99;
+
+/// The unknowns: P at the nodes of one map, then Q at those of the other.
+pub struct Layout {
+    pub sides: Map,
+    pub halves: Map,
+}
+
+impl Layout {
+    pub fn new(symmetry: Symmetry, side: usize) -> Self {
+        let (azimuths, over_h) = match symmetry {
+            Symmetry { isotropic: true, .. } => (Azimuths::One, 4 * side),
+            Symmetry { mirrored: true, .. } => (Azimuths::Quarter, side),
+            _ => (Azimuths::Full, side),
+        };
+        let sides = Map::new(azimuths, Rows::Horizon, side);
+        let mut halves = Map::new(azimuths, Rows::Pole, over_h);
+        if azimuths == Azimuths::Quarter {
+            halves.width = side / 2 + 1;
+        }
+        Self { sides, halves }
+    }
+
+    /// Unknown of a node within its map; the first column of the circle is its last one too.
+    pub fn node(&self, map: &Map, i: usize, j: usize) -> usize {
+        let columns = columns(map);
+        j * columns + i % columns
+    }
+
+    /// First unknown of Q.
+    pub fn first_half(&self) -> usize {
+        columns(&self.sides) * self.sides.height
+    }
+
+    pub fn count(&self) -> usize {
+        self.first_half() + columns(&self.halves) * self.halves.height
+    }
+
+    /// What a lookup reads.
+    fn taps(&self, map: &Map, start: usize, w: DVec3, out: &mut Vec<(u32, f32)>) {
+        let [u, v] = map.place(w.as_vec3().to_array());
+        let cell = |u: f32, count: usize| {
+            let x = u.clamp(0.0, 1.0) * (count.max(2) - 1) as f32;
+            let i = (x as usize).min(count.max(2) - 2);
+            (i, x - i as f32)
+        };
+        let ((i, x), (j, y)) = (cell(u, map.width), cell(v, map.height));
+        for (a, b, w) in
+            [(0, 0, (1.0 - x) * (1.0 - y)), (1, 0, x * (1.0 - y)), (0, 1, (1.0 - x) * y), (1, 1, x * y)]
+        {
+            if w > 0.0 {
+                out.push(((start + self.node(map, i + a, j + b)) as u32, w));
+            }
+        }
+    }
+
+    /// The row of a sample: P(v) + Q(h) + P(l).
+    pub fn row(&self, wi: DVec3, wo: DVec3, out: &mut Vec<(u32, f32)>) {
+        self.taps(&self.sides, 0, wo, out);
+        self.taps(&self.sides, 0, wi, out);
+        self.taps(&self.halves, self.first_half(), (wi + wo).normalize(), out);
+    }
+
+    /// Rows that say that an unknown lies half-way between its neighbours along an axis.
+    fn smoothness(&self, mut put: impl FnMut([usize; 3])) {
+        for (map, start) in [(&self.sides, 0), (&self.halves, self.first_half())] {
+            let at = |i: usize, j: usize| start + self.node(map, i, j);
+            for j in 0..map.height {
+                for i in 0..columns(map) {
+                    if j > 0 && j + 1 < map.height {
+                        put([at(i, j - 1), at(i, j), at(i, j + 1)]);
+                    }
+                    if map.azimuths == Azimuths::Full {
+                        put([at(i + map.width - 2, j), at(i, j), at(i + 1, j)]);
+                    } else if i > 0 && i + 1 < map.width {
+                        put([at(i - 1, j), at(i, j), at(i + 1, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn columns(map: &Map) -> usize {
+    if map.azimuths == Azimuths::Full { map.width - 1 } else { map.width }
+}
+
+/// Pairs of directions with their reflectance.
+pub struct Samples {
+    pub at: Vec<[DVec3; 2]>,
+    pub f: Vec<Rgb>,
+    /// (n·l) √(dω_l dω_v) over the density of samples, less at the horizon.
+    pub share: Vec<f64>,
+}
+
+/// Angle of a row's coordinate u from where rows are dense: tan(angle/2) = u².
+fn angle(u: f64) -> f64 {
+    2.0 * (u * u).atan()
+}
+
+/// dω/(2π du) of rows that are dense at the pole, at the cosine z with it.
+fn by_pole(z: f64) -> f64 {
+    let sine = (1.0 - z * z).max(0.0).sqrt();
+    let t = sine / (1.0 + z);
+    sine * 4.0 * t.sqrt() / (1.0 + t * t)
+}
+
+/// The same of rows that are dense at the horizon.
+fn by_horizon(z: f64) -> f64 {
+    let across = (1.0 - z * z).max(0.0).sqrt();
+    let t = z / (1.0 + across);
+    across * 4.0 * t.sqrt() / (1.0 + t * t)
+}
+
+impl Samples {
+    /// About `count` pairs. Half of them have half vectors as the rows of Q lie, and the light about them dense at their
+    /// horizon; the others have light and view as the rows of P lie, so that each unknown has its samples. All weigh by the density
+    /// of both kinds together (Veach & Guibas 1995, the balance heuristic).
+    pub fn new(brdf: &dyn Brdf, count: usize, isotropic: bool, task: &Task) -> Result<Self, Cancelled> {
+        // Roberts 2018, the quasirandom sequence in four dimensions: g⁵ = g + 1.
+        let g = 1.167_303_978_261_418_7_f64;
+        let steps: [f64; 4] = std::array::from_fn(|k| g.powi(-(k as i32) - 1));
+        const BLOCK: usize = 4096;
+        let about_h = |u: [f64; 4]| {
+            let (theta, elevation) = (angle(u[0]), angle(u[2]));
+            let (s, c) = (if isotropic { 0.0 } else { TAU * u[1] }).sin_cos();
+            let h = DVec3::new(theta.sin() * c, theta.sin() * s, theta.cos());
+            let (t, b) = (DVec3::new(h.z * c, h.z * s, -theta.sin()), DVec3::new(-s, c, 0.0));
+            let (s, c) = (TAU * u[3]).sin_cos();
+            let (up, side) = (elevation.sin() * h, elevation.cos() * (c * t + s * b));
+            [up + side, up - side]
+        };
+        let apart = |u: [f64; 4]| {
+            let of = |elevation: f64, phi: f64| {
+                DVec3::new(elevation.cos() * phi.cos(), elevation.cos() * phi.sin(), elevation.sin())
+            };
+            [of(angle(u[0]), TAU * u[1]), of(angle(u[2]), if isotropic { 0.0 } else { TAU * u[3] })]
+        };
+        let block = |b: usize| {
+            task.check()?;
+            let range = b * BLOCK..((b + 1) * BLOCK).min(count);
+            let sample = |k: usize| {
+                let u: [f64; 4] = std::array::from_fn(|d| (0.5 + k as f64 * steps[d]).fract());
+                let [wi, wo] = if k.is_multiple_of(2) { about_h(u) } else { apart(u) };
+                if wi.z <= LOWEST || wo.z <= LOWEST {
+                    return None;
+                }
+                // (2π)² times the densities over dω_l dω_v = 4 (h·l) dω_h dω_d.
+                let sum = wi + wo;
+                let up = (0.5 * sum.length()).min(1.0);
+                let about =
+                    (4.0 * up * by_pole((sum.z / (2.0 * up)).min(1.0)) * by_horizon(up)).max(1e-30).recip();
+                let apart = (by_horizon(wi.z) * by_horizon(wo.z)).max(1e-30).recip();
+                let low = (wi.z.min(wo.z) / LOW).min(1.0);
+                // Both orders of light and view count.
+                let cosine2 = 0.5 * (wi.z * wi.z + wo.z * wo.z);
+                let f = brdf.eval(wi, wo).map(|f| if f.is_finite() { f.max(0.0) } else { 0.0 });
+                Some(([wi, wo], f, low * (2.0 * cosine2 / (about + apart)).sqrt()))
+            };
+            Ok::<_, Cancelled>(range.filter_map(sample).collect::<Vec<_>>())
+        };
+        let blocks: Vec<_> =
+            (0..count.div_ceil(BLOCK)).into_par_iter().map(block).collect::<Result<_, _>>()?;
+        let mut out = Self { at: Vec::new(), f: Vec::new(), share: Vec::new() };
+        for (at, f, share) in blocks.into_iter().flatten() {
+            out.at.push(at);
+            out.f.push(f);
+            out.share.push(share);
+        }
+        Ok(out)
+    }
+}
+
+/// What the fit found.
+pub struct Fit {
+    /// Logarithms of the factors.
+    pub x: Vec<Rgb>,
+    /// f where all of them are 0.
+    pub scale: Rgb,
+    pub residual: f64,
+    pub samples: usize,
+    pub steps: usize,
+}
+
+/// The samples' shares, less where one would weigh more than [`HEAVIEST`]: where f has no bound, single samples would decide
+/// unknowns alone, and with small interpolation weights throw them far.
+fn bounded(samples: &Samples, scale: Rgb) -> Vec<f64> {
+    let over = |f: &Rgb, c: usize| if scale[c] > 0.0 { f[c] / scale[c] } else { 0.0 };
+    let weight = |(f, s): (&Rgb, &f64)| s * (0..3).map(|c| over(f, c)).fold(0.0, f64::max);
+    let weights: Vec<f64> = samples.f.iter().zip(&samples.share).map(weight).collect();
+    let squares: f64 = weights.iter().map(|w| w * w).sum();
+    let most = HEAVIEST * (squares / weights.len().max(1) as f64).sqrt();
+    samples.share.iter().zip(weights).map(|(s, w)| s * (most / w.max(1e-300)).min(1.0)).collect()
+}
+
+/// Rows and samples for the solver, without smoothness; f over `scale`.
+pub fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
+    let (mut sum, mut all) = ([0.0; 3], 0.0);
+    for (f, s) in samples.f.iter().zip(&samples.share) {
+        (0..3).for_each(|c| sum[c] += s * s * f[c]);
+        all += s * s;
+    }
+    let scale = sum.map(|s| if all > 0.0 { s / all } else { 0.0 });
+    let over = |f: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { f[c] / scale[c] } else { 1.0 });
+    let (mut ends, mut entries) = (Vec::with_capacity(samples.at.len()), Vec::new());
+    for [wi, wo] in &samples.at {
+        layout.row(*wi, *wo, &mut entries);
+        ends.push(entries.len() as u32);
+    }
+    let problem = Problem {
+        a: Sparse::new(layout.count(), ends, entries),
+        values: samples.f.iter().map(over).collect(),
+        share: bounded(samples, scale),
+        floor: FLOOR,
+        dim: DIM,
+        power,
+        smooth: Vec::new(),
+        accuracy: ACCURACY,
+        steps: STEPS,
+        dense: layout.count() <= DENSE,
+    };
+    (problem, scale)
+}
+
+/// Adds the rows of smoothness. Returns what the samples of each row's unknown weigh too, and the largest of that last.
+fn smoothed(layout: &Layout, samples: &Samples, mut p: Problem) -> (Problem, Vec<Rgb>) {
+    let weights = p.weights(|k| p.floored(k));
+    let own = p.a.column_norms(&weights);
+    let most = own.iter().fold([0.0; 3], |m: Rgb, o| std::array::from_fn(|c| m[c].max(o[c])));
+    let (mut ends, mut entries) = (Vec::with_capacity(samples.at.len()), Vec::new());
+    for [wi, wo] in &samples.at {
+        layout.row(*wi, *wo, &mut entries);
+        ends.push(entries.len() as u32);
+    }
+    let mut middles = Vec::new();
+    layout.smoothness(|[a, b, c]| {
+        entries.extend([(a as u32, -0.5), (b as u32, 1.0), (c as u32, -0.5)]);
+        ends.push(entries.len() as u32);
+        middles.push(own[b]);
+    });
+    middles.push(most);
+    p.a = Sparse::new(layout.count(), ends, entries);
+    (p, middles)
+}
+
+/// Fits ln f ≈ P(v) + Q(h) + P(l).
+pub fn fit(layout: &Layout, samples: &Samples, power: f64, task: &Task) -> Result<Fit, Cancelled> {
+    let (problem, scale) = problem(layout, samples, power);
+    let (mut problem, own) = smoothed(layout, samples, problem);
+    let smooth = |share: f64| {
+        let (most, own) = own.split_last().map_or(([0.0; 3], &[][..]), |(m, o)| (*m, o));
+        let weight = |o: &Rgb| std::array::from_fn(|c| (share * o[c] + NOWHERE * most[c]).sqrt());
+        own.iter().map(weight).collect::<Vec<Rgb>>()
+    };
+    task.check()?;
+    problem.smooth = smooth(SMOOTH[0]);
+    let mut now = problem.solve();
+    let error = problem.relative(&now.cost);
+    if error > SMOOTH[0] {
+        task.check()?;
+        problem.smooth = smooth(error.min(SMOOTH[1]));
+        let steps = now.steps;
+        now = problem.solve();
+        now.steps += steps;
+    }
+    for _ in 0..REFINEMENTS {
+        task.check()?;
+        let before = now.cost;
+        problem.refine(&mut now);
+        if (0..3).all(|c| now.cost[c] >= ENOUGH * before[c]) {
+            break;
+        }
+    }
+    let start = layout.first_half();
+    for c in 0..3 {
+        // A factor moved from one map to the other changes nothing: the largest P is 0.
+        let most = now.x[..start].iter().fold(f64::NEG_INFINITY, |m, x| m.max(x[c]));
+        now.x[..start].iter_mut().for_each(|x| x[c] -= most);
+        now.x[start..].iter_mut().for_each(|x| x[c] += 2.0 * most);
+    }
+    let (mut squares, mut all) = (0.0, 0.0);
+    for ((m, f), s) in now.model.iter().zip(&samples.f).zip(&samples.share) {
+        for c in 0..3 {
+            squares += (s * (scale[c] * m[c].exp() - f[c])).powi(2);
+            all += (s * f[c]).powi(2);
+        }
+    }
+    let residual = if all > 0.0 { (squares / all).sqrt() } else { 0.0 };
+    Ok(Fit { x: now.x, scale, residual, samples: samples.at.len(), steps: now.steps })
+}
