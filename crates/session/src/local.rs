@@ -8,7 +8,7 @@ use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec
 use steradian_brdf::SharedBrdf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
-use steradian_techniques::local::{AnyLocal, Content, LocalBake, find_local, locals};
+use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
 
 /// A technique for directional and point lights with its parameters.
 #[derive(Clone)]
@@ -66,9 +66,9 @@ impl Local {
     }
 
     /// The files that its parameters name.
-    fn files(&self) -> impl Iterator<Item = (&'static str, Content, &Path)> {
+    fn files(&self) -> impl Iterator<Item = (&'static Plane, &Path)> {
         self.technique.planes().iter().filter_map(|p| match self.params.0.get(p.name) {
-            Some(Value::File(path)) => Some((p.name, p.content, path.as_path())),
+            Some(Value::File(path)) => Some((p, path.as_path())),
             _ => None,
         })
     }
@@ -99,8 +99,8 @@ impl Local {
         normals: Option<&NormalMap>,
         task: &Task,
     ) -> Result<Arc<dyn LocalBake>, Error> {
-        if let Some((name, ..)) = self.files().find(|f| !self.planes.has(f.0)) {
-            return Err(Error::failed(format!("the file of '{name}' was not opened")));
+        if let Some((plane, _)) = self.files().find(|f| !self.planes.has(f.0.name)) {
+            return Err(Error::failed(format!("the file of '{}' was not opened", plane.name)));
         }
         let normals = normals.filter(|_| self.planes.is_empty() && self.reads_normals());
         let of = normals.map_or(std::ptr::null(), std::ptr::from_ref);
@@ -126,13 +126,18 @@ impl Session {
     /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
         let mut planes = Planes::default();
-        for (name, content, path) in local.files() {
+        for (plane, path) in local.files() {
             let file = match folder {
                 Some(folder) => below(folder, &path.to_string_lossy())?,
                 None => path.to_path_buf(),
             };
-            for (suffix, texture) in self.plane(&file, content)? {
-                planes = planes.with(&format!("{name}{suffix}"), texture);
+            for (suffix, texture) in self.plane(&file, plane.content)? {
+                if let Some(([i, j], x)) = plane.beyond(&texture) {
+                    let ([least, most], name) = (plane.range, plane.name);
+                    let why = format!("texel ({i}, {j}) has {x}: {name} takes {least} to {most}");
+                    return Err(Error::input(format!("{}: {why}", file.display())));
+                }
+                planes = planes.with(&format!("{}{suffix}", plane.name), texture);
             }
         }
         Ok(Local { planes, made: Arc::default(), ..local.clone() })

@@ -1,19 +1,19 @@
 //! How fast techniques for local light shade: millions of points a second on one core, one point light.
 //! `cargo bench -p steradian-techniques --bench local`
 //!
-//! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). Least of nine runs of 65536 points by
-//! the clock, batches of 1024.
+//! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). What varies by texel has textures of 48
+//! × 48 texels for all that it takes. Least of nine runs of 65536 points by the clock, batches of 1024.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use std::time::Instant;
 use steradian_base::{ParamValues, Task};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
 use steradian_techniques::local::{LocalFrame, LocalLights};
-use steradian_techniques::shared::lights;
-use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
+use steradian_techniques::shared::{lights, specimens};
+use steradian_techniques::{Material, PointChart, PointsBuf, Radiance, View, find_local};
 
 const POINTS: usize = 1 << 16;
 const BATCH: usize = 1024;
@@ -38,6 +38,12 @@ const CASES: &[(&str, &str, &str)] = &[
     ("homomorphic", "", "ward:ax=0.15,ay=0.4,variant=1992"),
     ("homomorphic", "samples=3125", "cook-torrance:m=0.3,g=smith"),
     ("separable_svd", "parametrisation=vl,terms=8", "ward:ax=0.15,ay=0.4,variant=1992"),
+    ("bump_blinn_phong", "", "blinn-phong-gl:n=20"),
+    ("bump_horizon", "", "lambert"),
+    ("polynomial_texture_map", "", "lambert"),
+    ("lafortune_svbrdf", "", "lambert"),
+    ("shift_variant", "", "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4"),
+    ("shift_variant", "", "ggx:ax=0.2,ay=0.4,f0=0.9"),
 ];
 
 fn main() {
@@ -47,6 +53,10 @@ fn main() {
         let phi = k as f64 * 2.4;
         let wo = f.to_world(DVec3::new(0.6 * phi.cos(), 0.6 * phi.sin(), 0.8));
         q.push(f.n.as_vec3(), f.t.as_vec3(), wo.as_vec3(), f.n.as_vec3() * 0.5);
+        let uv = Vec2::new(0.754_878, 0.569_84) * k as f32;
+        q.locate(uv.fract(), [0; 3], [0.0; 2]);
+        let (n, t) = (f.n.as_vec3().to_array(), f.t.as_vec3().to_array());
+        q.chart(PointChart { n, t, side: 1.0, footprint: 0.01 });
     }
     let points = vec![lights::near_point().points[0]];
     let lamps = LocalLights { points, ..LocalLights::default() };
@@ -55,7 +65,8 @@ fn main() {
     for &(slug, body, spec) in CASES {
         let t = find_local(slug).expect("a technique");
         let params = ParamValues::parse(body, t.params()).expect("parameters");
-        let material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
+        let brdf = steradian_brdf::parse(spec).expect("a spec");
+        let material = Material::new(brdf).with_textures(specimens::planes(t.planes()));
         let start = Instant::now();
         let b = t.bake(&material, &params, &Task::quiet()).expect("bakes");
         let baked = start.elapsed().as_secs_f64();

@@ -203,7 +203,12 @@ fn data_per_texel_say_what_they_lack() {
     fails(dir, 3, "broken.pfm", &render("plane", "lafortune_svbrdf:n_1=broken.pfm"));
     fails(dir, 3, "cut.pfm", &render("plane", "lafortune_svbrdf:rho_1=cut.pfm"));
     fails(dir, 2, "takes ward, ggx and blinn-phong-gl, not lambert", &render("plane", "shift_variant"));
-    for (spec, file) in [("widths=broken.pfm", "broken.pfm"), ("tangent=none.pfm", "none.pfm")] {
+    // The wall's ground is 0 high: no width.
+    for (spec, file) in [
+        ("widths=broken.pfm", "broken.pfm"),
+        ("tangent=none.pfm", "none.pfm"),
+        ("widths=wall.pfm", "wall.pfm: texel (0, 0) has 0: widths takes 0.0001 to 100000000"),
+    ] {
         let local = format!("shift_variant:{spec}");
         let made = ["render", "plane", "-b", "ward:ax=0.2,ay=0.4", "--local", &local, "-o", "x.pfm"];
         fails(dir, 3, file, &[&made[..], &light].concat());

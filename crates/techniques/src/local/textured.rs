@@ -5,7 +5,7 @@ use crate::{BakeError, Card, Material};
 use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_base::{Field, ParamInfo, Params, Task, Value};
-use steradian_scene::surface::NormalMap;
+use steradian_scene::surface::{NormalMap, Texture};
 
 /// Where on its textures a point lies.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -34,18 +34,36 @@ pub enum Content {
 
 /// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has what it holds under
 /// that name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     /// The parameter.
     pub name: &'static str,
     /// What the file holds.
     pub content: Content,
+    /// Smallest and largest number that is taken.
+    pub range: [f32; 2],
+    /// Channels that are read, from red on.
+    pub channels: usize,
 }
 
 impl Plane {
     /// A file of this content.
     pub const fn new(name: &'static str, content: Content) -> Self {
-        Self { name, content }
+        Self { name, content, range: [f32::NEG_INFINITY, f32::INFINITY], channels: 3 }
+    }
+
+    /// With numbers from `least` to `most` in the first channels, and no others.
+    #[must_use]
+    pub const fn within(self, least: f32, most: f32, channels: usize) -> Self {
+        Self { range: [least, most], channels, ..self }
+    }
+
+    /// Column and row of the first texel of a texture whose number is not taken, and the number.
+    pub fn beyond(&self, t: &Texture) -> Option<([usize; 2], f32)> {
+        let ([least, most], (width, _, texels)) = (self.range, t.levels().next()?);
+        let bad = |v: &&f32| !(least..=most).contains(*v);
+        let found = texels.iter().map(|v| v.iter().take(self.channels).find(bad)).enumerate();
+        found.filter_map(|(k, v)| Some(([k % width, k / width], *v?))).next()
     }
 }
 

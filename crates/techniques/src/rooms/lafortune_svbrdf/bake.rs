@@ -16,7 +16,7 @@ pub const MOST: usize = 4;
 /// Textures of a lobe: its largest value, and times that C in x, in y, in z, 1/n and |C|², each for red, green and blue.
 pub const LAYERS: usize = 6;
 /// Smallest exponent: of 0 there is no inverse.
-const LEAST: f64 = 1e-3;
+pub const LEAST: f64 = 1e-3;
 
 params! {
     /// The parameters.
@@ -29,7 +29,7 @@ params! {
         /// C of the first lobe.
         pub c_1: Option<FileName> = ParamInfo::file("c_1", "image of the first lobe's C, as red, green and blue (.exr or .pfm); auto: that of the reflectance, or -1, -1, 1").auto(f64::NAN),
         /// Exponent of the first lobe.
-        pub n_1: Option<FileName> = ParamInfo::file("n_1", "image of the first lobe's exponent (.exr or .pfm); auto: that of the reflectance, or 1").auto(f64::NAN),
+        pub n_1: Option<FileName> = ParamInfo::file("n_1", "image of the first lobe's exponent, 0.001 at least (.exr or .pfm); auto: that of the reflectance, or 1").auto(f64::NAN),
         /// Factor of the second lobe.
         pub rho_2: Option<FileName> = ParamInfo::file("rho_2", "the same of the second lobe").auto(f64::NAN),
         /// C of the second lobe.

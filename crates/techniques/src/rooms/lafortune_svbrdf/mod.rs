@@ -20,10 +20,13 @@ mod tests;
 use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material};
-use bake::{Lobes, Params};
+use bake::{LEAST, Lobes, Params};
 use shade::Texel;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
+
+/// Largest factor of a texel.
+const MOST_FACTOR: f32 = 1e30;
 
 /// The technique.
 pub struct LafortuneSvbrdf;
@@ -81,13 +84,13 @@ impl TexturedTechnique for LafortuneSvbrdf {
         waived: &[],
     };
     const PLANES: &'static [Plane] = &[
-        Plane::new("rho_d", Content::Colours),
-        Plane::new("rho_1", Content::Colours),
+        Plane::new("rho_d", Content::Colours).within(0.0, MOST_FACTOR, 3),
+        Plane::new("rho_1", Content::Colours).within(0.0, MOST_FACTOR, 3),
         Plane::new("c_1", Content::Numbers),
-        Plane::new("n_1", Content::Numbers),
-        Plane::new("rho_2", Content::Colours),
+        Plane::new("n_1", Content::Numbers).within(LEAST as f32, 1e8, 3),
+        Plane::new("rho_2", Content::Colours).within(0.0, MOST_FACTOR, 3),
         Plane::new("c_2", Content::Numbers),
-        Plane::new("n_2", Content::Numbers),
+        Plane::new("n_2", Content::Numbers).within(LEAST as f32, 1e8, 3),
     ];
     type Params = Params;
     type Tables = Lobes;

@@ -14,7 +14,7 @@ use steradian_brdf::{Brdf, Form};
 use steradian_scene::surface::{Texture, Wrap};
 
 /// Smallest width.
-const LEAST: f64 = 1e-4;
+pub const LEAST: f64 = 1e-4;
 /// Smallest z of a normal: slopes are up to ten.
 const LEAST_Z: f32 = 0.1;
 
@@ -29,7 +29,7 @@ params! {
         /// Angles of the tangent.
         pub tangent: Option<FileName> = ParamInfo::file("tangent", "image whose red is the tangent's angle from the surface's own towards the bitangent, in half turns: 0 to 1; auto: 0").auto(f64::NAN),
         /// Widths.
-        pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the widths along tangent and bitangent (ward, ggx), or whose red is the exponent (blinn-phong-gl; .exr or .pfm); auto: those of the reflectance").auto(f64::NAN),
+        pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the widths along tangent and bitangent, 0.0001 to 10 (ward, ggx), or both the exponent (blinn-phong-gl; .exr or .pfm); auto: those of the reflectance").auto(f64::NAN),
         /// Specular factors.
         pub specular: Option<FileName> = ParamInfo::file("specular", "image of the specular factor: rs, f0 or ks; auto: that of the reflectance").auto(f64::NAN),
         /// Albedo.

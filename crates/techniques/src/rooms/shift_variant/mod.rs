@@ -25,7 +25,7 @@ mod tests;
 use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::{bumps, lights};
 use crate::{BakeError, Capabilities, Card, Claim, Material};
-use bake::{Params, Varied};
+use bake::{LEAST, Params, Varied};
 use shade::Texel;
 use std::sync::Arc;
 use steradian_base::Task;
@@ -90,9 +90,9 @@ impl TexturedTechnique for ShiftVariant {
         bumps::PLANES[0],
         bumps::PLANES[1],
         Plane::new("tangent", Content::Numbers),
-        Plane::new("widths", Content::Numbers),
-        Plane::new("specular", Content::Colours),
-        Plane::new("albedo", Content::Colours),
+        Plane::new("widths", Content::Numbers).within(LEAST as f32, 1e8, 2),
+        Plane::new("specular", Content::Colours).within(0.0, 1e30, 3),
+        Plane::new("albedo", Content::Colours).within(0.0, 1e30, 3),
     ];
     type Params = Params;
     type Tables = Varied;
