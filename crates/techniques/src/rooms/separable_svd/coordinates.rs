@@ -44,6 +44,20 @@ pub struct Pair {
     pub weight: f64,
 }
 
+/// A node of a map.
+#[derive(Debug, Clone, Copy)]
+pub struct Node {
+    pub direction: DVec3,
+    pub solid_angle: f64,
+}
+
+impl Node {
+    /// All nodes of a map.
+    pub fn all(m: &Map) -> Vec<Self> {
+        (0..m.len()).map(|k| Self { direction: m.direction(k), solid_angle: m.solid_angle(k) }).collect()
+    }
+}
+
 impl Coordinates {
     /// Maps of about `side` × `side` nodes, as symmetry allows.
     pub fn new(form: Form, symmetry: Symmetry, side: usize) -> Self {
@@ -131,15 +145,15 @@ impl Coordinates {
         matches!(self.form, Form::HalfDifference | Form::IsotropicHalfDifference)
     }
 
-    /// What the table holds over f at node `j` of y: (h·l)² over (h, d). Microfacets' f grows as its inverse where light and view
+    /// What the table holds over f at a node of y: (h·l)² over (h, d). Microfacets' f grows as its inverse where light and view
     /// are nearly opposite; without that factor the entries are smooth.
-    pub fn over(&self, j: usize) -> f64 {
-        if self.over_half() { self.y.direction(j).z.powi(2) } else { 1.0 }
+    pub fn over(&self, y: &Node) -> f64 {
+        if self.over_half() { y.direction.z.powi(2) } else { 1.0 }
     }
 
-    /// What node `i` of x and node `j` of y stand for.
-    pub fn pair(&self, i: usize, j: usize) -> Pair {
-        let (x, y) = (self.x.direction(i), self.y.direction(j));
+    /// What a node of x and one of y stand for.
+    pub fn pair(&self, of: &Node, with: &Node) -> Pair {
+        let (x, y) = (of.direction, with.direction);
         let (wi, wo) = self.directions(x, y);
         // dω_l dω_v over dω_x dω_y.
         let jacobian = match self.form {
@@ -149,7 +163,7 @@ impl Coordinates {
         };
         if wi.z > self.lowest && wo.z > self.lowest && jacobian > 0.0 {
             let cosine2 = if self.exchanges() { 0.5 * (wi.z * wi.z + wo.z * wo.z) } else { wi.z * wi.z };
-            let weight = jacobian * cosine2 * self.x.solid_angle(i) * self.y.solid_angle(j);
+            let weight = jacobian * cosine2 * of.solid_angle * with.solid_angle;
             return Pair { wi, wo, weight };
         }
         let (wi, wo) = self.above(x, y);
@@ -197,9 +211,10 @@ mod tests {
         for form in FORMS {
             for symmetry in symmetries() {
                 let c = Coordinates::new(form, symmetry, 16);
+                let (x, y) = (Node::all(&c.x), Node::all(&c.y));
                 let mut seen = 0;
                 for (i, j) in (0..c.x.len()).flat_map(|i| (0..c.y.len()).map(move |j| (i, j))) {
-                    let p = c.pair(i, j);
+                    let p = c.pair(&x[i], &y[j]);
                     assert!(p.wi.z > 0.0 && p.wo.z > 0.0, "{form:?} {i} {j}: {p:?}");
                     // Of light and view that are nearly opposite single precision knows no h.
                     if p.weight == 0.0 || p.wi.dot(p.wo) < -0.99 {
@@ -229,8 +244,8 @@ mod tests {
         for form in FORMS {
             for symmetry in symmetries() {
                 let c = Coordinates::new(form, symmetry, 24);
-                let all: f64 =
-                    (0..c.x.len()).flat_map(|i| (0..c.y.len()).map(move |j| c.pair(i, j).weight)).sum();
+                let (x, y) = (Node::all(&c.x), Node::all(&c.y));
+                let all: f64 = x.iter().map(|x| y.iter().map(|y| c.pair(x, y).weight).sum::<f64>()).sum();
                 let share = |m: Map| [1.0, 1.0, 0.5, 0.5, 0.25][m.azimuths as usize];
                 let want = 4.0 * PI * PI / 3.0 * share(c.x) * share(c.y);
                 assert!((all / want - 1.0).abs() < 0.03, "{form:?} {symmetry:?}: {all} {want}");

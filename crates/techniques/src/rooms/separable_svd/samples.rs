@@ -1,6 +1,6 @@
 //! The reflectance at all pairs of nodes, and what it decomposes into.
 
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, Node};
 use crate::BakeError;
 use steradian_base::Task;
 use steradian_brdf::Brdf;
@@ -35,12 +35,13 @@ const ACCURACY: f64 = 1e-2;
 impl Samples {
     pub fn new(brdf: &dyn Brdf, coordinates: Coordinates, task: &Task) -> Result<Self, BakeError> {
         let (rows, columns) = (coordinates.x.len(), coordinates.y.len());
+        let (x, y) = (Node::all(&coordinates.x), Node::all(&coordinates.y));
         let row = |i: usize| {
             task.check()?;
             let entry = |j: usize| {
-                let p = coordinates.pair(i, j);
+                let p = coordinates.pair(&x[i], &y[j]);
                 let f = brdf.eval(p.wi, p.wo).map(|f| if f.is_finite() { f.clamp(-MOST, MOST) } else { 0.0 });
-                let over = coordinates.over(j);
+                let over = coordinates.over(&y[j]);
                 (f.map(|f| (over * f) as f32), p.weight / (over * over))
             };
             Ok::<_, BakeError>((0..columns).map(entry).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-use super::coordinates::{Coordinates, Form};
+use super::coordinates::{Coordinates, Form, Node};
 use super::samples::Samples;
 use super::{SeparableSvd, shade};
 use crate::Material;
@@ -40,9 +40,10 @@ fn what_is_left_is_the_sum_of_the_other_squares() {
         assert!((f.residual / others - 1.0).abs() < 1e-3, "{count}: {} {others}", f.residual);
         // By the terms themselves.
         let (mut left, mut square) = (0.0, 0.0);
+        let [x, y] = [s.coordinates.x, s.coordinates.y].map(|m| Node::all(&m));
         for i in 0..s.coordinates.x.len() {
             for j in 0..s.coordinates.y.len() {
-                let w = s.coordinates.pair(i, j).weight;
+                let w = s.coordinates.pair(&x[i], &y[j]).weight;
                 for (c, m) in s.colours.iter().enumerate() {
                     let m = f64::from(m.row(i)[j]);
                     let sum: f64 = (0..count).map(|k| f.left[k][i] * f.right[c][k][j]).sum();
