@@ -73,9 +73,14 @@ impl Local {
         })
     }
 
-    /// Does it shade with data per texel, of its own files or of the material's normals?
+    /// The same with data per texel that no file holds, under the names of [`AnyLocal::planes`].
+    pub fn with_planes(self, planes: Planes) -> Self {
+        Self { planes, made: Arc::default(), ..self }
+    }
+
+    /// Does it shade with data per texel, of its own or of the material's normals?
     pub fn is_textured(&self, normals: bool) -> bool {
-        self.files().next().is_some() || (normals && self.reads_normals())
+        self.files().next().is_some() || !self.planes.is_empty() || (normals && self.reads_normals())
     }
 
     /// Does it take the material's normal map where it has no file of normals or heights?

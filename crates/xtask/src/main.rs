@@ -13,6 +13,7 @@ mod build_times;
 mod chapters;
 mod commands;
 mod figures;
+mod gallery;
 mod techniques;
 
 use anyhow::{Context, Result, bail};
@@ -39,6 +40,7 @@ fn pages(root: &Path) -> Result<Vec<Page>> {
         Page::whole("docs/techniques.md", &techniques::page()),
         Page::whole("docs/brdfs.md", &brdfs::page()),
         Page::whole("docs/commands.md", &commands::page(root)?),
+        Page::whole("docs/gallery.md", &gallery::page(root)?),
     ];
     pages.extend(chapters::pages(root)?);
     Ok(pages)
