@@ -88,6 +88,9 @@ pub struct Options {
     path: bool,
     #[command(flatten)]
     paths: PathArgs,
+    /// Light that varies over space, as `probes` writes it, in place of every other light; --environment is seen behind
+    #[arg(long, value_name = "FILE.safetensors", conflicts_with = "path")]
+    probes: Option<PathBuf>,
     /// Exit 4 where a technique's relative RMS error is larger
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     tolerance: Option<f64>,
@@ -152,9 +155,11 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
     } else {
         meshes(o, &bakes, context)?
     };
+    let field = o.probes.as_deref().map(|path| context.probes(path)).transpose()?.map(Arc::new);
     let mut kept = o.resume.as_deref().map(Kept::open).transpose()?;
     let (mut findings, mut reused) = (Vec::new(), 0);
     for Case { environment, brdf, base, value, mark, mut scene } in scenes {
+        scene.probes = field.clone().or(scene.probes);
         let keys = keys(o, &mark, &methods, &renderers);
         if let Some(answers) = kept.as_ref().and_then(|k| k.row(&keys)) {
             findings.push(Finding { environment, brdf, base, value, answers });
@@ -191,6 +196,7 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
         mark.into(),
         format!("{:?}", o.adjust),
         format!("{:?} {:?} {:?}", o.params, o.light, o.local),
+        o.probes.as_ref().map_or_else(String::new, |path| file_mark(&path.display().to_string())),
         format!("{}x{}", o.size.0, o.size.1),
         format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
         o.tone_mapper.unwrap_or_default().name().into(),

@@ -96,8 +96,13 @@ fn scene_files_name_a_light_field() {
     assert!(render(&[], "file.pfm") == option && option != plain);
     let compare = ["compare", "s.toml", "-t", "sh_irradiance", "--reference-tolerance", "0.02", "--json"];
     let found = json(dir, &compare);
-    let error = |k: usize| found["comparisons"][0]["techniques"][k]["relative_rms"].as_f64();
-    assert!(error(1).is_some_and(|e| e < 0.02), "{found}");
+    let error = |found: &serde_json::Value| found["comparisons"][0]["techniques"][1]["relative_rms"].as_f64();
+    assert!(error(&found).is_some_and(|e| e < 0.02), "{found}");
+    let given =
+        ["compare", "sphere:segments=12", "-e", "furnace", "-b", "lambert:albedo=0.8", "--size", "8x8"];
+    let how = ["-t", "sh_irradiance", "--reference-tolerance", "0.02", "--probes", "f.safetensors", "--json"];
+    let found = json(dir, &[&given[..], &how].concat());
+    assert!(error(&found).is_some_and(|e| e > 1e-6 && e < 0.02), "{found}");
     ends(dir, 2, "has its own light", &["compare", "s.toml", "-t", "sh_irradiance", "--path"]);
     ends(dir, 2, "alone: leave probes out", &["probes", "s.toml", "--grid", "1,1,1", "-o", "x.safetensors"]);
     scene("probes = \"none.safetensors\"");
