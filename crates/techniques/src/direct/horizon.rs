@@ -12,23 +12,23 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use steradian_brdf::{Brdf, Domain, Peak};
 
-/// Views with a larger n·wo need it not.
+/// The rule is for views with n·wo below this: farther up the other rules' nodes are close enough.
 const GRAZING: f64 = 0.1;
-/// Lights higher than this, radians.
+/// It is for lights whose centre is lower than this cosine of the angle from the normal.
 const LOW: f64 = 0.5;
-/// Lights smaller than so many widths of the lobe are left to round rules.
+/// Lights that the horizon does not cut and that are smaller than so many widths of the lobe are left to the other rules.
 const ROUND: f64 = 0.6;
-/// A panel goes up so many times …
+/// A panel's upper end is so many times as high as its lower one …
 const GROWTH: f64 = 4.0;
-/// … and by so many of the lobe's widths at most.
+/// … and at most so many of the lobe's widths above it.
 const WIDTHS: f64 = 4.0;
-/// More panels of that size are left to the adaptive rule.
+/// A light that needs more panels of that height is left to the adaptive rule.
 const MOST: f64 = 64.0;
-/// Nodes of a panel.
+/// Nodes of a panel in elevation: with 8 the error is up to 1.1e-2 of the largest radiance at a view, with 16 1.2e-3.
 const UP: usize = 16;
-/// Nodes across, and where the lobe may be wider or narrower than supposed by more than a third.
+/// Nodes in azimuth; the second where the lobe is more than twice as wide one way as the other.
 const ACROSS: [usize; 2] = [16, 32];
-/// Nothing is narrower than at this mean cosine.
+/// Mean cosines below this narrow the lobe no further.
 const LEAST: f64 = 1e-5;
 
 /// Is given pieces of a circle of elevation, from and to which azimuth.

@@ -49,6 +49,28 @@ fn numbers(name: &str, i: usize, j: usize) -> [f64; 3] {
     }
 }
 
+/// Direction `k` of many over the hemisphere, n·d at least `low`.
+#[cfg(test)]
+pub(crate) fn direction(k: u32, low: f64) -> glam::DVec3 {
+    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
+    let s = (1.0 - z * z).sqrt();
+    glam::DVec3::new(s * phi.cos(), s * phi.sin(), z)
+}
+
+/// In single precision.
+#[cfg(test)]
+pub(crate) fn single(d: glam::DVec3) -> [f32; 3] {
+    d.as_vec3().to_array()
+}
+
+/// A local technique's bake of a reflectance and textures.
+#[cfg(test)]
+pub(crate) fn bake(slug: &str, spec: &str, textures: Planes) -> Box<dyn crate::local::LocalBake> {
+    let t = crate::local::find_local(slug).expect("a technique");
+    let material = crate::Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(textures);
+    t.bake(&material, &Default::default(), &steradian_base::Task::quiet()).expect("bakes")
+}
+
 /// Planes for what a technique reads: heights, where it reads heights and normals.
 pub fn planes(read: &[Plane]) -> Planes {
     let heights = read.iter().any(|p| p.content == Content::Heights);

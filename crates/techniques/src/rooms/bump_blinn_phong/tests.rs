@@ -1,6 +1,6 @@
 use crate::local::{LocalBake, Place, find_local};
 use crate::shared::bumps::{HEIGHT, NORMAL};
-use crate::shared::specimens;
+use crate::shared::specimens::{self, direction, single};
 use crate::{BakeError, Material};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -27,17 +27,6 @@ fn bake(spec: &str, planes: Planes, params: &[(&'static str, Value)]) -> Box<dyn
 
 fn bumpy() -> Planes {
     Planes::default().with(HEIGHT, specimens::texture(|i, j| [specimens::height(i, j); 3]))
-}
-
-/// Direction `k` of many, `low` above the horizon at least.
-fn direction(k: u32, low: f64) -> DVec3 {
-    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
-    let s = (1.0 - z * z).sqrt();
-    DVec3::new(s * phi.cos(), s * phi.sin(), z)
-}
-
-fn single(d: DVec3) -> [f32; 3] {
-    d.as_vec3().to_array()
 }
 
 /// Heights of 0, or of any one value, shade the bits of no heights, which are the equation's numbers.

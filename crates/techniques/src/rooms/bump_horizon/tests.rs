@@ -1,7 +1,7 @@
 use crate::Material;
 use crate::local::{LocalBake, Place, find_local};
 use crate::shared::bumps::HEIGHT;
-use crate::shared::specimens::{self, SIDE};
+use crate::shared::specimens::{self, SIDE, direction, single};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task, Value};
@@ -16,16 +16,6 @@ fn bake(spec: &str, planes: Planes, params: &[(&'static str, Value)]) -> Box<dyn
 
 fn heights(f: impl Fn(usize, usize) -> f64) -> Planes {
     Planes::default().with(HEIGHT, specimens::texture(|i, j| [f(i, j); 3]))
-}
-
-fn direction(k: u32, low: f64) -> DVec3 {
-    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
-    let s = (1.0 - z * z).sqrt();
-    DVec3::new(s * phi.cos(), s * phi.sin(), z)
-}
-
-fn single(d: DVec3) -> [f32; 3] {
-    d.as_vec3().to_array()
 }
 
 fn detail(b: &dyn LocalBake, name: &str) -> f64 {

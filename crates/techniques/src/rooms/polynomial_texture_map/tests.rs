@@ -1,26 +1,12 @@
-use crate::Material;
-use crate::local::{Content, LocalBake, Place, Plane, find_local};
-use crate::shared::specimens;
+use crate::local::{Content, LocalBake, Place, Plane};
+use crate::shared::specimens::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
-use steradian_base::{ParamValues, Task};
 use steradian_relight::polynomial::evaluate;
 use steradian_scene::surface::Planes;
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
-    let t = find_local("polynomial_texture_map").expect("a technique");
-    let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(planes);
-    t.bake(&material, &ParamValues::default(), &Task::quiet()).expect("bakes")
-}
-
-fn direction(k: u32, low: f64) -> DVec3 {
-    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
-    let s = (1.0 - z * z).sqrt();
-    DVec3::new(s * phi.cos(), s * phi.sin(), z)
-}
-
-fn single(d: DVec3) -> [f32; 3] {
-    d.as_vec3().to_array()
+    specimens::bake("polynomial_texture_map", spec, planes)
 }
 
 /// Without a map: the closed form of Lambert's law, off by an eighth of its RMS over lights uniform on the hemisphere.

@@ -1,12 +1,10 @@
 use super::bake::covariance;
-use crate::Material;
-use crate::local::{LocalBake, Place, find_local};
+use crate::local::{LocalBake, Place};
 use crate::shared::bumps::HEIGHT;
-use crate::shared::specimens;
+use crate::shared::specimens::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use steradian_base::{ParamValues, Task};
 use steradian_scene::surface::{Planes, Texture};
 
 const SPECS: [&str; 5] = [
@@ -18,19 +16,7 @@ const SPECS: [&str; 5] = [
 ];
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
-    let t = find_local("shift_variant").expect("a technique");
-    let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(planes);
-    t.bake(&material, &ParamValues::default(), &Task::quiet()).expect("bakes")
-}
-
-fn direction(k: u32, low: f64) -> DVec3 {
-    let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
-    let s = (1.0 - z * z).sqrt();
-    DVec3::new(s * phi.cos(), s * phi.sin(), z)
-}
-
-fn single(d: DVec3) -> [f32; 3] {
-    d.as_vec3().to_array()
+    specimens::bake("shift_variant", spec, planes)
 }
 
 fn constant(v: [f64; 3]) -> Arc<Texture> {
