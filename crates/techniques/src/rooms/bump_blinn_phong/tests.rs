@@ -2,7 +2,7 @@ use crate::local::{LocalBake, Place, find_local};
 use crate::shared::bumps::{HEIGHT, NORMAL};
 use crate::shared::specimens::{self, direction, single};
 use crate::{BakeError, Material};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task, Value};
