@@ -144,7 +144,7 @@ pub fn log_less(x: f32) -> f32 {
     if x < 0.02 { -x * (1.0 + x * (0.5 + x * (0.333_333_34 + x * 0.25))) } else { (1.0 - x).max(0.0).ln() }
 }
 
-/// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit`], without the length,
+/// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit()`], without the length,
 /// [`facing`] and [`log_less`], their names after `local_`.
 pub const TEXT: &str = include_str!("bumps.wgsl");
 
