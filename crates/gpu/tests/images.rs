@@ -11,10 +11,11 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
 use steradian_base::Task;
 use steradian_gpu::Renderer;
-use steradian_gpu::scene::{Depth, Path, Picture, Rate, Settings};
+use steradian_gpu::scene::{Depth, Filter, Path, Picture, Rate, Settings};
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{Develop, Film, ToneMapper};
+use steradian_scene::Camera;
 use steradian_techniques::{AnyBake, Material, View, registry};
 
 /// Mean FLIP between the CPU's and the GPU's picture.
@@ -102,7 +103,8 @@ fn main() {
         }
     }
     type Test = (&'static str, fn() -> Result<(), Failed>);
-    let more: [Test; 4] = [
+    let more: [Test; 5] = [
+        ("windows_in_the_backdrop_have_no_rims", windows_in_the_backdrop_have_no_rims),
         ("several_objects_and_textures", several_objects_and_textures),
         ("a_turned_light_is_an_update_of_uniforms", a_turned_light_is_an_update_of_uniforms),
         ("a_changed_material_replaces_tables", a_changed_material_replaces_tables),
@@ -175,6 +177,41 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     let scale = a.rgb.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
     let pairs = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
     pairs.fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / scale
+}
+
+/// A window a thousand times as bright as its wall, in texels of eleven degrees: every pixel as on the CPU, and none beyond
+/// the range of the two.
+fn windows_in_the_backdrop_have_no_rims() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let case = case(1, 16);
+    let window =
+        |d: glam::DVec3| if d.x < -0.3 && d.y.abs() < 0.4 { [1000.0, 500.0, 1.0] } else { [1.0, 0.5, 100.0] };
+    let image = steradian_sphere::SphereImage::from_fn(steradian_sphere::Layout::LatLong, 32, 16, window);
+    let environment = Some(Arc::new(steradian_light::Environment { image }));
+    let lights = steradian_light::Lights { environment, ..Default::default() };
+    let behind = steradian_render::Backdrop::new(&lights, 0.0);
+    let camera = Camera::Pinhole { from: Vec3::ZERO, at: Vec3::NEG_X, up: Vec3::Y, fov_y: 1.6 };
+    let bake = split_sum(&case, SCENES[1].brdf)?;
+    let shown = steradian_gpu::scene::Scene {
+        objects: Vec::new(),
+        backdrop: common::backdrop(&behind),
+        camera,
+        ..scene(&case, bake.gpu())
+    };
+    for path in [Path::Raster, Path::Compute] {
+        let settings = Settings { path, filter: Filter::Mean, scale: 1, ..Settings::new(96, 96) };
+        let (picture, _) = Renderer::new(gpu, shown.clone(), &settings)?.render(gpu)?;
+        for k in 0..96 * 96 {
+            let d = camera.ray((k % 96) as f32 + 0.5, (k / 96) as f32 + 0.5, 96, 96).direction;
+            let expected = behind.radiance(d);
+            for (c, [low, high]) in [[1.0, 1000.0], [0.5, 500.0], [1.0, 100.0]].into_iter().enumerate() {
+                let got = picture.rgb[c][k];
+                assert!((0.999 * low..=1.001 * high).contains(&got), "{path:?} {k} {c}: {got}");
+                assert!((got - expected[c]).abs() < 1e-2 * high, "{path:?} {k} {c}: {got}, {}", expected[c]);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A renderer that got new uniforms shows what one made from the turned bake shows; nothing is uploaded again.

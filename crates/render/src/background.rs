@@ -23,8 +23,9 @@ pub struct Backdrop {
 
 impl Backdrop {
     /// The distant lights for pixels that subtend `footprint` radians: where texels are finer, they are averaged
-    /// over the pixel, so that nothing aliases; where they are coarser, lookups are bicubic. A `footprint` that
-    /// is larger than the pixel blurs the environment.
+    /// over the pixel, so that nothing aliases; where they are coarser, lookups are bicubic within the range of the
+    /// nearest texels, since a cubic's negative lobes would draw dark rims around windows and lamps. A `footprint`
+    /// that is larger than the pixel blurs the environment.
     pub fn new(lights: &Lights, footprint: f64) -> Self {
         let image = lights.environment.as_ref().map(|e| filtered(&e.image, footprint));
         let disk = |d: &DiskLight| {
@@ -45,7 +46,8 @@ impl Backdrop {
 
     /// Radiance from unit direction `d`, disks included.
     pub fn radiance(&self, d: Vec3) -> [f32; 3] {
-        let mut sum = self.image.as_ref().map_or([0.0; 3], |i| i.bicubic(d.as_dvec3()).map(|c| c.max(0.0)));
+        let mut sum =
+            self.image.as_ref().map_or([0.0; 3], |i| i.bicubic_limited(d.as_dvec3()).map(|c| c.max(0.0)));
         for (direction, cosine, radiance) in &self.disks {
             if direction.dot(d) >= *cosine {
                 (0..3).for_each(|k| sum[k] += radiance[k]);

@@ -1,4 +1,4 @@
-// What the camera sees beside the objects: a lat-long image, bicubic as on the CPU, and disks in front of it.
+// What the camera sees beside the objects: a lat-long image, looked up as on the CPU, and disks in front of it.
 struct GpuBackdrop {
     colour: vec4<f32>,
     // Disks, 1 where there is an image.
@@ -15,13 +15,19 @@ fn gpu_catmull_rom(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(2.0 * t2 - t3 - t, 3.0 * t3 - 5.0 * t2 + 2.0, 4.0 * t2 - 3.0 * t3 + t, t3 - t2);
 }
 
+// The cubic through four values, within the range of the two in the middle: its negative lobes draw rims beside sharp
+// edges. Limited row by row and then between the rows, the lookup is continuous.
+fn gpu_limited(w: vec4<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> vec3<f32> {
+    return clamp(w.x * a + w.y * b + w.z * c + w.w * d, min(b, c), max(b, c));
+}
+
 // Four texels of a row from `at`.
 fn gpu_sky_row(at: vec2<i32>, w: vec4<f32>) -> vec3<f32> {
     let a = textureLoad(gpu_sky, at, 0).rgb;
     let b = textureLoad(gpu_sky, at + vec2<i32>(1, 0), 0).rgb;
     let c = textureLoad(gpu_sky, at + vec2<i32>(2, 0), 0).rgb;
     let d = textureLoad(gpu_sky, at + vec2<i32>(3, 0), 0).rgb;
-    return w.x * a + w.y * b + w.z * c + w.w * d;
+    return gpu_limited(w, a, b, c, d);
 }
 
 fn gpu_image(d: vec3<f32>) -> vec3<f32> {
@@ -34,11 +40,11 @@ fn gpu_image(d: vec3<f32>) -> vec3<f32> {
     let y = gpu_catmull_rom(at.y - first.y);
     // One texel before `first`, two of border.
     let k = vec2<i32>(first) + 1;
-    var sum = y.x * gpu_sky_row(k, x);
-    sum += y.y * gpu_sky_row(k + vec2<i32>(0, 1), x);
-    sum += y.z * gpu_sky_row(k + vec2<i32>(0, 2), x);
-    sum += y.w * gpu_sky_row(k + vec2<i32>(0, 3), x);
-    return max(sum, vec3<f32>(0.0));
+    let a = gpu_sky_row(k, x);
+    let b = gpu_sky_row(k + vec2<i32>(0, 1), x);
+    let c = gpu_sky_row(k + vec2<i32>(0, 2), x);
+    let e = gpu_sky_row(k + vec2<i32>(0, 3), x);
+    return max(gpu_limited(y, a, b, c, e), vec3<f32>(0.0));
 }
 
 fn gpu_background(ray: GpuRay) -> vec3<f32> {

@@ -26,6 +26,9 @@ pub enum Filter {
     /// Catmull & Rom 1974 on 4 × 4 texel centres; interpolates them, and overshoots beside sharp edges.
     #[default]
     CatmullRom,
+    /// The same, limited to the range of the four nearest texel centres: no rims beside sharp edges, and no longer
+    /// linear in the texels. For pictures that are looked at.
+    LimitedCatmullRom,
 }
 
 /// Weights along one axis: `first` is the index of the first of `n` taps.
@@ -42,7 +45,7 @@ impl Filter {
         match self {
             Self::Nearest => Taps { first: x.floor() as isize, n: 1, w: [1.0, 0.0, 0.0, 0.0] },
             Self::Bilinear => Taps { first, n: 2, w: [1.0 - t, t, 0.0, 0.0] },
-            Self::CatmullRom => Taps { first: first - 1, n: 4, w: catmull_rom(t) },
+            Self::CatmullRom | Self::LimitedCatmullRom => Taps { first: first - 1, n: 4, w: catmull_rom(t) },
         }
     }
 
@@ -51,7 +54,7 @@ impl Filter {
         match self {
             Self::Nearest => 1.0,
             Self::Bilinear => 1.415,
-            Self::CatmullRom => 2.83,
+            Self::CatmullRom | Self::LimitedCatmullRom => 2.83,
         }
     }
 }
@@ -80,6 +83,12 @@ fn catmull_rom(t: f64) -> [f64; 4] {
         0.5 * (-3.0 * t3 + 4.0 * t2 + t),
         0.5 * (t3 - t2),
     ]
+}
+
+/// `v` within the range of `of`.
+fn within<const N: usize>(v: f64, of: [f64; N]) -> f64 {
+    let low = of.into_iter().fold(f64::INFINITY, f64::min);
+    v.max(low).min(of.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 
 fn add(a: &mut [f64; 3], w: f64, v: [f64; 3]) {
@@ -112,6 +121,9 @@ impl SphereImage {
     /// The lattice of one face, continued beyond its border, at (x, y).
     fn interpolate(&self, filter: Filter, face: usize, x: f64, y: f64) -> [f64; 3] {
         let (tx, ty) = (filter.taps(x), filter.taps(y));
+        if filter == Filter::LimitedCatmullRom {
+            return self.limited(face, &tx, &ty);
+        }
         let mut out = [0.0; 3];
         let fits = |t: &Taps, n: usize| t.first >= 0 && t.first as usize + t.n <= n;
         if fits(&tx, self.width) && fits(&ty, self.height) {
@@ -135,6 +147,21 @@ impl SphereImage {
             }
         }
         out
+    }
+
+    /// Limited row by row, then between the rows. Limiting the sum to the range of the four texels instead would jump
+    /// where the four change, since what lies in the range of one four need not lie in that of the next.
+    fn limited(&self, face: usize, tx: &Taps, ty: &Taps) -> [f64; 3] {
+        let cubic = |w: &[f64; 4], v: [[f64; 3]; 4]| {
+            std::array::from_fn(|c| {
+                let sum: f64 = (0..4).map(|k| w[k] * v[k][c]).sum();
+                within(sum, [v[1][c], v[2][c]])
+            })
+        };
+        let texel = |a: usize, b: usize| {
+            self.fetch(Filter::LimitedCatmullRom, face, tx.first + a as isize, ty.first + b as isize)
+        };
+        cubic(&ty.w, std::array::from_fn(|b| cubic(&tx.w, std::array::from_fn(|a| texel(a, b)))))
     }
 
     fn texel_f64(&self, face: usize, i: usize, j: usize) -> [f64; 3] {
@@ -184,8 +211,9 @@ impl SphereImage {
     }
 
     /// A face without its surroundings: near its border parabolas through the last three texels instead of
-    /// cubics, and for bilinear lookup, which must not overshoot, the border texels repeated.
+    /// cubics, and for lookups that must not overshoot, bilinear with the border texels repeated.
     fn clamped(&self, filter: Filter, face: usize, x: f64, y: f64) -> [f64; 3] {
+        let filter = if filter == Filter::LimitedCatmullRom { Filter::Bilinear } else { filter };
         let (tx, ty) = (filter.taps(x).within(self.width, x), filter.taps(y).within(self.height, y));
         let index = |v: isize, n: usize| v.clamp(0, n as isize - 1) as usize;
         let mut out = [0.0; 3];
@@ -296,7 +324,8 @@ impl SphereImage {
         }
         std::array::from_fn(|c| {
             let (odd, even) = (0.5 * (here[c] - there[c]), 0.5 * (here[c] + there[c]));
-            middle[c] + q * odd + q * q * (even - middle[c])
+            let v = middle[c] + q * odd + q * q * (even - middle[c]);
+            if filter == Filter::LimitedCatmullRom { within(v, [here[c], there[c], middle[c]]) } else { v }
         })
     }
 }

@@ -108,6 +108,12 @@ impl SphereImage {
         self.lookup(Filter::CatmullRom, d)
     }
 
+    /// [`SphereImage::bicubic`] within the range of the four nearest texels, for pictures that are looked at. It is
+    /// not linear in the texels.
+    pub fn bicubic_limited(&self, d: DVec3) -> [f32; 3] {
+        self.lookup(Filter::LimitedCatmullRom, d)
+    }
+
     /// Many lookups at once, in parallel.
     pub fn lookup_many(&self, filter: Filter, directions: &[DVec3]) -> Vec<[f32; 3]> {
         directions.par_iter().with_min_len(256).map(|&d| self.lookup(filter, d)).collect()

@@ -47,7 +47,9 @@ fn centres_are_met_and_texels_too() {
                     continue;
                 }
                 let d = layout.texel_direction(w, h, face, i, j).expect("in use");
-                for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
+                for filter in
+                    [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom]
+                {
                     let (a, b) = (image.lookup(filter, d), image.texel(face, i, j));
                     assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-6), "{layout:?} {filter:?} {i} {j}");
                 }
@@ -59,7 +61,7 @@ fn centres_are_met_and_texels_too() {
 #[test]
 fn errors_shrink_at_the_right_order_everywhere() {
     for layout in Layout::ALL {
-        for filter in [Filter::Bilinear, Filter::CatmullRom] {
+        for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom] {
             let [coarse, fine] = [32, 128].map(|n| largest_error(layout, n, filter, directions(20_000)));
             // The folds of the octahedral net and the rim of the mirror ball allow only first order there; at
             // a corner of the cube the neighbours' borders are repeated.
@@ -71,7 +73,7 @@ fn errors_shrink_at_the_right_order_everywhere() {
             let reached = (coarse / fine).log2() / 2.0;
             assert!(reached > order, "{layout:?} {filter:?}: {coarse:e} {fine:e} order {reached}");
             assert!(
-                fine < if layout == Layout::SphereMap { 0.1 } else { 0.02 },
+                fine < if layout == Layout::SphereMap { 0.12 } else { 0.02 },
                 "{layout:?} {filter:?} {fine}"
             );
         }
@@ -94,7 +96,7 @@ fn no_jumps_anywhere() {
         }
         // Great circles in many planes and circles close to the axes, where borders, corners and poles are.
         let axes: Vec<DVec3> = directions(24).chain([DVec3::X, DVec3::Y, DVec3::Z]).collect();
-        for filter in [Filter::Bilinear, Filter::CatmullRom] {
+        for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom] {
             for (k, &n) in axes.iter().enumerate() {
                 let frame = crate::Frame::from_normal(n);
                 for radius in [1.0, 0.3, 0.99] {
@@ -157,7 +159,7 @@ fn largest_jump(
 #[test]
 fn lat_long_is_continuous_over_the_seam_and_through_the_pole() {
     let image = SphereImage::from_fn(Layout::LatLong, 32, 16, smooth);
-    for filter in [Filter::Bilinear, Filter::CatmullRom] {
+    for filter in [Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom] {
         for y in [-0.9, 0.0, 0.5, 0.99] {
             let r = (1.0f64 - y * y).sqrt();
             let at = |e: f64| image.lookup_f64(filter, DVec3::new(-r, y, r * e).normalize());
@@ -187,11 +189,47 @@ fn integrals_of_constants_and_of_bands() {
 }
 
 #[test]
+fn a_limited_lookup_has_no_rims_beside_a_window() {
+    for layout in Layout::ALL {
+        let (w, h) = size(layout, 32);
+        let window =
+            |d: DVec3| if d.x > 0.3 && d.y.abs() < 0.5 { [1000.0, 1.0, 0.0] } else { [1.0, 1000.0, 0.25] };
+        let image = SphereImage::from_fn(layout, w, h, window);
+        let mut rim = 0;
+        for d in directions(20_000) {
+            let (v, plain) = (image.bicubic_limited(d), image.bicubic(d));
+            for (c, [low, high]) in [[1.0, 1000.0], [1.0, 1000.0], [0.0, 0.25]].into_iter().enumerate() {
+                assert!((low..=high).contains(&v[c]), "{layout:?} {c} {d}: {}", v[c]);
+                rim += usize::from(plain[c] < low - 0.01 * (high - low));
+            }
+        }
+        assert!(rim > 100, "{layout:?}: the plain cubic has rims, here {rim}");
+    }
+}
+
+#[test]
+fn a_limited_lookup_is_the_cubic_where_data_rise_steadily() {
+    for layout in Layout::ALL {
+        let (w, h) = size(layout, 64);
+        let image = SphereImage::from_fn(layout, w, h, smooth);
+        let (mut same, mut worst) = (0, 0.0f32);
+        for d in directions(5000) {
+            let (a, b) = (image.bicubic_limited(d), image.bicubic(d));
+            same += (0..3).filter(|&c| (a[c] - b[c]).abs() < 1e-6).count();
+            worst = (0..3).fold(worst, |m, c| m.max((a[c] - b[c]).abs()));
+        }
+        // It differs near extrema, by the second difference of texels, and at the rim of a mirror ball.
+        let bound = if layout == Layout::SphereMap { 0.2 } else { 0.02 };
+        assert!(same > 12_000 && worst < bound, "{layout:?}: the same in {same} of 15000, else {worst}");
+    }
+}
+
+#[test]
 fn tiny_images_and_odd_directions_do_not_panic() {
     for layout in Layout::ALL {
         for (w, h) in [(1, 1), (2, 1), (1, 3), (3, 2)] {
             let image = SphereImage::from_fn(layout, w, h, |_| [1.0; 3]);
-            for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
+            for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom, Filter::LimitedCatmullRom] {
                 for d in directions(50) {
                     let v = image.lookup(filter, d);
                     assert!((v[0] - 1.0).abs() < 1e-5, "{layout:?} {w}x{h} {filter:?} {v:?}");
