@@ -1,7 +1,7 @@
 //! The choice of a technique: the smallest error within a few seconds, among those that honour the material.
 
 use crate::material::Under;
-use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
+use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session, Shadows};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -89,7 +89,9 @@ impl<'a> Sample<'a> {
         material: &Material,
     ) -> Result<Self, Error> {
         let mut sample = Self { scene, bvh, camera, truth: None };
-        if matches!(material.method, Some(Method::File(_) | Method::Reference)) {
+        // Of rays over the lobe there are none here: certificates decide.
+        let shadowed = session.shadows == Shadows::Lobe;
+        if shadowed || matches!(material.method, Some(Method::File(_) | Method::Reference)) {
             return Ok(sample);
         }
         let task = session.task.clone().without_progress().with_deadline(Instant::now() + LOOK);

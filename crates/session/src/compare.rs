@@ -83,7 +83,7 @@ impl Answer {
 }
 
 /// A scene on its way to pictures.
-struct Subject<'a> {
+pub(crate) struct Subject<'a> {
     scene: &'a Scene,
     /// Its light, or the mean of its light field.
     lights: Lights,
@@ -111,14 +111,30 @@ impl Session {
         } else {
             renderers
         };
-        let case = &Subject {
+        let case = &self.subject(scene, camera)?;
+        let (truth, first) = self.true_picture(case, plan)?;
+        let mut out = vec![first];
+        for method in methods {
+            self.answers(case, method, renderers, plan, &truth, &mut out)?;
+        }
+        Ok(out)
+    }
+
+    /// A staged scene on its way to pictures.
+    pub(crate) fn subject<'a>(&self, scene: &'a Scene, camera: Camera) -> Result<Subject<'a>, Error> {
+        Ok(Subject {
             scene,
             lights: self.in_mean_light(scene)?.lights.clone(),
             bvh: Bvh::build(&scene.mesh),
             camera,
             background: background(scene, &camera),
             settings: Settings { inner: 1, share: true, ..scene.settings },
-        };
+        })
+    }
+
+    /// The reference's picture.
+    pub(crate) fn true_picture(&self, case: &Subject<'_>, plan: &Plan) -> Result<(Truth, Answer), Error> {
+        let (scene, camera) = (case.scene, case.camera);
         let start = Instant::now();
         let (reference, certificate) = if plan.paths {
             let traced = self.trace(scene, camera, &case.background, case.settings, self.paths)?;
@@ -132,21 +148,32 @@ impl Session {
         let ev = plan.ev + auto_exposure(&reference);
         let develop = Develop { ev, mapper: scene.tone_mapper };
         let truth = Truth { display: develop.film(&reference), film: reference, develop, certificate };
-        let mut out = vec![Answer::Rendered(Box::new(truth.rendering(seconds)))];
-        for method in methods {
-            match self.prepare_by(case, method, plan) {
-                Ok(prepared) => self.answer(case, method, &prepared, renderers, &truth, &mut out)?,
-                Err(e) if e.kind() == Kind::Usage => {
-                    out.extend(renderers.iter().map(|r| Answer::Refused {
-                        label: method.label(),
-                        backend: r.name(),
-                        why: e.to_string(),
-                    }));
-                }
-                Err(e) => return Err(e),
+        let answer = Answer::Rendered(Box::new(truth.rendering(seconds)));
+        Ok((truth, answer))
+    }
+
+    /// A technique's pictures, or why there are none.
+    pub(crate) fn answers(
+        &self,
+        case: &Subject<'_>,
+        method: &Method,
+        renderers: &[Renderer],
+        plan: &Plan,
+        truth: &Truth,
+        out: &mut Vec<Answer>,
+    ) -> Result<(), Error> {
+        match self.prepare_by(case, method, plan) {
+            Ok(prepared) => self.answer(case, method, &prepared, renderers, truth, out),
+            Err(e) if e.kind() == Kind::Usage => {
+                out.extend(renderers.iter().map(|r| Answer::Refused {
+                    label: method.label(),
+                    backend: r.name(),
+                    why: e.to_string(),
+                }));
+                Ok(())
             }
+            Err(e) => Err(e),
         }
-        Ok(out)
     }
 
     fn answer(
@@ -255,7 +282,7 @@ impl Session {
 }
 
 /// The reference's picture.
-struct Truth {
+pub(crate) struct Truth {
     film: Film,
     display: Display,
     develop: Develop,

@@ -1,14 +1,16 @@
 //! Materials: as they are asked for, and ready to shade.
 
-use crate::{Error, Local, Method, Notice, Session};
+use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Cancelled, Certificate, ParamValues, Task};
 use steradian_brdf::{Form, SharedBrdf};
-use steradian_light::Lights;
+use steradian_light::{Environment, Lights};
 use steradian_reference::{Lookup, Reference};
-use steradian_render::{BakeShader, DirectShader, ReferenceShader, Shader, Surface, SurfaceMaps, Texture};
+use steradian_render::{
+    BakeShader, DirectShader, LobeShadowShader, ReferenceShader, Shader, Surface, SurfaceMaps, Texture,
+};
 use steradian_scene::surface::NormalMap;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
@@ -250,15 +252,30 @@ impl Session {
         bumpy.maps.normal = bumpy.maps.normal.or_else(|| bumps.clone());
         let material = &bumpy;
         let (bake, direct, lights) = match method {
+            Method::Reference if self.shadows == Shadows::Lobe => {
+                return reference_behind(material, under, task);
+            }
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
-            Method::Technique(t) => link(*t, material, self.suns, under, task)?,
+            Method::Technique(t) => {
+                let suns = if self.shadows == Shadows::Lobe { Suns::Exact } else { self.suns };
+                link(*t, material, suns, under, task)?
+            }
             Method::File(file) => {
                 view.light_rotation = file.turn;
                 (file.open()?, Direct::default(), LocalLights::default())
             }
         };
+        let lobe = self.shadows == Shadows::Lobe;
         let shadows = match method {
+            Method::Technique(t) if lobe && t.self_shadowing(&material.params) => {
+                let why = "knows shadows itself; leave --shadows out, or give ray";
+                return Err(Error::usage(format!("--shadows lobe: {} {why}", method.label())));
+            }
+            Method::Technique(_) if lobe && !lights.is_empty() => {
+                return Err(Error::usage("--shadows lobe: not beside --local; give --shadows ray"));
+            }
+            Method::Technique(_) if lobe => Some(Arc::new(Bvh::build(&under.scene.mesh))),
             Method::Technique(t)
                 if self.shadows.under(*t, &material.params) && !(direct.is_empty() && lights.is_empty()) =>
             {
@@ -276,7 +293,13 @@ impl Session {
             }
             None => None,
         };
-        let prepared = framed(material, method, bake, Beside { direct, local, shadows }, &view);
+        let prepared = framed(
+            material,
+            method,
+            bake,
+            Beside { direct, local, shadows, lobe: lobe.then(|| under.lights.environment.clone()) },
+            &view,
+        );
         let seconds = start.elapsed().as_secs_f64();
         Ok(Prepared { seconds, material: asked.clone(), bumps, ..prepared })
     }
@@ -336,7 +359,7 @@ impl Session {
             }
             Changed::Nothing => (old.0.with_view(&view(under.camera)), before.direct.1.clone()),
         };
-        let beside = Beside { direct, local: None, shadows: None };
+        let beside = Beside { direct, local: None, shadows: None, lobe: None };
         let prepared = framed(material, &before.method, bake, beside, &view(under.camera));
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
@@ -399,6 +422,22 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
     })
 }
 
+/// The reference of light that the mesh blocks: the integral of the environment, of which rays over the lobe say how much arrives,
+/// and suns shadowed by rays.
+fn reference_behind(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
+    let (sky, direct) = split(under.lights, Suns::Exact);
+    let open = reference(material, Under { lights: &sky, ..under }, task)?;
+    let shader = Arc::new(LobeShadowShader {
+        open: open.surface.shader.clone(),
+        light: sky.environment.clone(),
+        reference: true,
+        direct,
+        brdf: material.brdf.clone(),
+        bvh: Arc::new(Bvh::build(&under.scene.mesh)),
+    });
+    Ok(Prepared { surface: surface(material, shader), shadowed: true, ..open })
+}
+
 /// No radiance.
 struct Black;
 
@@ -445,6 +484,8 @@ struct Beside {
     /// Those of a technique of their own.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
     shadows: Option<Arc<Bvh>>,
+    /// The environment, which the bake has, where rays over the lobe shadow it too.
+    lobe: Option<Option<Arc<Environment>>>,
 }
 
 /// A bake in the view of a camera.
@@ -456,7 +497,7 @@ fn framed(
     view: &View,
 ) -> Prepared {
     bake.frame(view);
-    let Beside { direct, local, shadows } = beside;
+    let Beside { direct, local, shadows, lobe } = beside;
     let (mut certificate, mut bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
     if !direct.is_empty() {
         certificate = certificate.beside_exact_lights();
@@ -469,7 +510,10 @@ fn framed(
     let bake = Arc::new(BakeShader(bake));
     let shadowed = shadows.is_some();
     let lit = !direct.is_empty() || local.is_some();
-    let shader: Arc<dyn Shader> = if lit {
+    let shader: Arc<dyn Shader> = if let Some((light, bvh)) = lobe.zip(shadows.clone()) {
+        let (open, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
+        Arc::new(LobeShadowShader { open, light, reference: false, direct, brdf, bvh })
+    } else if lit {
         let (bake, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
         Arc::new(DirectShader { bake, direct, brdf, local: local.clone(), shadows })
     } else {

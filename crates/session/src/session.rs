@@ -43,6 +43,10 @@ pub enum Shadows {
     Off,
     /// Rays through the mesh.
     Ray,
+    /// Rays through the mesh, and for the environment rays over the reflectance's lobe
+    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, and under the reference. Suns are shaded
+    /// exactly.
+    Lobe,
 }
 
 impl Shadows {
@@ -51,7 +55,7 @@ impl Shadows {
         match self {
             Self::Auto => technique.self_shadowing(params),
             Self::Off => false,
-            Self::Ray => true,
+            Self::Ray | Self::Lobe => true,
         }
     }
 }

@@ -84,7 +84,8 @@ pub struct Options {
     #[arg(long, value_name = "FILE.exr|FILE.pfm")]
     pub variance: Option<PathBuf>,
     /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
-    /// know shadows) [default: auto]
+    /// know shadows); lobe: as ray, and the environment by rays over the reflectance's lobe, under the reference too
+    /// [default: auto]
     #[arg(long, value_name = "HOW", value_parser = shadows)]
     pub shadows: Option<Shadows>,
     /// Leave out the materials of the mesh file
@@ -173,7 +174,8 @@ fn shadows(text: &str) -> Result<Shadows, String> {
         "auto" => Ok(Shadows::Auto),
         "none" => Ok(Shadows::Off),
         "ray" => Ok(Shadows::Ray),
-        _ => Err(steradian_base::unknown("shadows", text, &["auto", "none", "ray"])),
+        "lobe" => Ok(Shadows::Lobe),
+        _ => Err(steradian_base::unknown("shadows", text, &["auto", "none", "ray", "lobe"])),
     }
 }
 

@@ -7,12 +7,14 @@
 
 mod filter;
 mod hits;
+mod lobe_shadow;
 mod look;
 mod path;
 mod shader;
 mod sparse;
 mod tile;
 
+pub use lobe_shadow::LobeShadowShader;
 pub use path::{PathShader, PathStage};
 pub use shader::{BakeShader, DirectShader, ReferenceShader, Shader};
 
