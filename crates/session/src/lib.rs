@@ -17,6 +17,7 @@
 //! # }
 //! ```
 
+pub mod atlas;
 pub mod bake;
 mod choose;
 pub mod compare;
@@ -65,7 +66,7 @@ pub use material::{Material, Prepared};
 pub use model::{Model, make_tangents};
 pub use notice::Notice;
 pub use outcome::{Missed, Outcome};
-pub use outputs::{ANIMATION, FRAME_RATE, IMAGES, check_format, check_output, is_animation};
+pub use outputs::{ANIMATION, FRAME_RATE, IMAGES, check_format, check_output, is_animation, size_in_words};
 pub use page::Page;
 pub use paths::Paths;
 pub use picture::{Picture, auto_exposure};

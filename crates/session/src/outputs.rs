@@ -23,6 +23,15 @@ pub fn is_animation(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ANIMATION))
 }
 
+/// A number of bytes for people: "12 bytes", "12.3 kB", "12.3 MB" (powers of ten).
+pub fn size_in_words(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} bytes"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
 /// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the work, so that
 /// it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
@@ -163,5 +172,16 @@ impl Session {
         if report.clipped > 0 || report.vanished > 0 {
             self.tell(Notice::Lost { path: path.into(), report });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_in_words() {
+        let words = [12, 12_345, 12_345_678].map(size_in_words);
+        assert_eq!(words, ["12 bytes", "12.3 kB", "12.3 MB"]);
     }
 }

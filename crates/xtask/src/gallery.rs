@@ -131,19 +131,11 @@ pub fn page(root: &Path) -> Result<String> {
                 picture_name(slug),
                 card.citation,
                 r.brdf,
-                size(r.bytes),
+                steradian_session::size_in_words(r.bytes as u64),
             );
         }
     }
     Ok(out)
-}
-
-fn size(bytes: usize) -> String {
-    match bytes {
-        0..1_000 => format!("{bytes} bytes"),
-        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        _ => format!("{:.1} MB", bytes as f64 / 1e6),
-    }
 }
 
 #[cfg(test)]

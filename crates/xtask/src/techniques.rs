@@ -2,25 +2,8 @@
 
 use std::fmt::Write;
 use steradian_base::ParamInfo;
-use steradian_techniques::{Capabilities, Card, locals, registry};
-
-/// A column's name and whether a technique has an x in it.
-type Column = (&'static str, fn(&Capabilities) -> bool);
-
-/// Columns of STAR04's figure 11.
-const COLUMNS: [Column; 11] = [
-    ("diffuse", |c| c.diffuse),
-    ("certain isotropic", |c| c.certain_isotropic),
-    ("certain anisotropic", |c| c.certain_anisotropic),
-    ("all isotropic", |c| c.all_isotropic),
-    ("all anisotropic", |c| c.all_anisotropic),
-    ("shift-variant", |c| c.shift_variant),
-    ("bump mapping", |c| c.bump_mapping),
-    ("self-shadowing", |c| c.self_shadowing),
-    ("inter-reflections", |c| c.interreflections),
-    ("dynamic lighting", |c| c.dynamic_lighting),
-    ("dynamic objects", |c| c.dynamic_objects),
-];
+use steradian_session::atlas::COLUMNS;
+use steradian_techniques::{Card, locals, registry};
 
 /// Every technique's Card and parameters: those for environments first.
 fn all() -> Vec<(&'static Card, &'static [ParamInfo])> {

@@ -445,7 +445,8 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
     Ok(out)
 }
 
-fn renderers(context: &Context) -> Result<Vec<Renderer>, Failure> {
+/// What `--backend` asks for: one renderer, or both.
+pub fn renderers(context: &Context) -> Result<Vec<Renderer>, Failure> {
     let asked = Renderer::open(context)?;
     let both = context.common.backend == context::Backend::Both;
     Ok(if both { vec![Renderer::Cpu, asked] } else { vec![asked] })

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod atlas;
 mod bake;
 mod compare;
 mod convert;
@@ -57,6 +58,8 @@ pub enum Command {
     View(view::Options),
     /// Compare techniques with the reference: table, contact sheet, report
     Compare(compare::Options),
+    /// Every technique on the same scenes: pictures, errors, bytes and times, and each claim of the survey's figure 11 tried
+    Atlas(atlas::Options),
     /// What a file or a reflectance is: layout, range, energy, spectrum, advice
     Inspect(inspect::Options),
     /// Convert an environment from one layout, format, size or orientation to another
@@ -74,6 +77,7 @@ impl Command {
         match self {
             Self::Demo(o) => demo::run(o, context),
             Self::Compare(o) => compare::run(o, context),
+            Self::Atlas(o) => atlas::run(o, context),
             Self::Render(o) => render::run(*o, context),
             Self::Bake(o) => bake::run(*o, context),
             Self::Eval(o) => eval::run(o, context),
@@ -96,9 +100,9 @@ impl Command {
     /// Says which commands draw on a GPU, rather than computing elsewhere than asked.
     fn check_backend(&self, backend: Backend) -> Outcome {
         match (self, backend) {
-            (_, Backend::Auto | Backend::Cpu) | (Self::Compare(_), _) | (Self::Render(_), Backend::Gpu) => {
-                Ok(())
-            }
+            (_, Backend::Auto | Backend::Cpu)
+            | (Self::Compare(_) | Self::Atlas(_), _)
+            | (Self::Render(_), Backend::Gpu) => Ok(()),
             (Self::Render(_), Backend::Both) => {
                 Err(Failure::usage("--backend both belongs to compare: render takes auto, cpu or gpu"))
             }

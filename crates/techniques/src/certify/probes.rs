@@ -25,7 +25,10 @@ const PEAK: (f64, f64) = (0.02, 2e-3);
 const MOST: usize = 32;
 /// Largest n·wo of the grazing views, of which there are more than their solid angle asks for: 85° and beyond.
 const GRAZING: f64 = 0.0872;
-/// One grazing probe more for so many others.
+/// Least n·wo of those among them that stand at equal steps of its logarithm: 89.94°. A reflectance without bound there, such as
+/// f ∝ (n·wi n·wo)^(−1/2) of Ward 1992, has as much of its mean square in each octave of n·wo as in any other.
+const HORIZON: f64 = 1e-3;
+/// One grazing probe more of either kind for so many others.
 const ONE_IN: usize = 8;
 /// Directions that stand for a lobe along a circle.
 const ROUND: usize = 8;
@@ -41,22 +44,51 @@ pub struct Probe {
     pub weight: f64,
 }
 
-/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has any, and an
-/// eighth of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those of certificates have 0.
+/// How the n·wo of probes are spread.
+#[derive(Debug, Clone, Copy)]
+enum Views {
+    /// Evenly over 0 … the value.
+    To(f64),
+    /// Evenly in the logarithm over [`HORIZON`] … [`GRAZING`].
+    Logarithmic,
+}
+
+impl Views {
+    /// n·wo by a number in 0 … 1.
+    fn cosine(self, u: f64) -> f64 {
+        match self {
+            Self::To(most) => most * u,
+            Self::Logarithmic => GRAZING * (HORIZON / GRAZING).powf(1.0 - u),
+        }
+    }
+
+    /// Density at n·wo = `cosine`, of integral 1.
+    fn density(self, cosine: f64) -> f64 {
+        match self {
+            Self::To(most) if cosine < most => 1.0 / most,
+            Self::Logarithmic if (HORIZON..GRAZING).contains(&cosine) => {
+                1.0 / (cosine * (GRAZING / HORIZON).ln())
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// `count` uniform probes, a power of two, as many again that see the bright parts of the light, if it has any, and two
+/// eighths of each more with grazing views. Another `shift` in 0 … 1 gives other probes; those of certificates have 0.
 pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<Lobe>) -> Vec<Probe> {
     let grazing = count.div_ceil(ONE_IN);
-    let sets = [(count, 1.0), (grazing, GRAZING)];
-    let uniform = sets.into_iter().flat_map(|(n, most)| (0..n).map(move |k| moved(point(k, n, most), shift)));
-    // What the grazing views add to the density of views.
-    let times =
-        |wo: DVec3| 1.0 + if wo.z < GRAZING { grazing as f64 / (GRAZING * count as f64) } else { 0.0 };
+    let sets = [(count, Views::To(1.0)), (grazing, Views::To(GRAZING)), (grazing, Views::Logarithmic)];
+    let uniform = sets.into_iter().flat_map(|(n, v)| (0..n).map(move |k| moved(point(k, n, v), shift)));
+    // The density of all views over that of uniform ones.
+    let times = |wo: DVec3| sets.iter().map(|(n, v)| *n as f64 / count as f64 * v.density(wo.z)).sum::<f64>();
     let peaks = light.peaks(PEAK.0, PEAK.1, MOST);
     if peaks.is_empty() {
         return uniform.map(|(frame, wo)| Probe { frame, wo, weight: 1.0 / times(wo) }).collect();
     }
     let suns = Suns::new(peaks);
-    let directed = |k: usize, count: usize, most: f64| {
-        let wo = moved(point(k, count, most), shift).1;
+    let directed = |k: usize, count: usize, views: Views| {
+        let wo = moved(point(k, count, views), shift).1;
         let axes = axes(lobes(wo), wo);
         let u = |by: f64| (k as f64 * by + shift).fract();
         let axis = axes[((u(0.324_717_957) * axes.len() as f64) as usize).min(axes.len() - 1)];
@@ -70,8 +102,8 @@ pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<
     };
     let directed: Vec<_> = sets
         .into_iter()
-        .flat_map(|(n, most)| (0..n).map(move |k| (k, n, most)))
-        .map(|(k, n, most)| directed(k, n, most))
+        .flat_map(|(n, views)| (0..n).map(move |k| (k, n, views)))
+        .map(|(k, n, views)| directed(k, n, views))
         .collect();
     let weighed = |(frame, wo): (Frame, DVec3)| {
         let axes = axes(lobes(wo), wo);
@@ -82,13 +114,13 @@ pub fn all(count: usize, shift: f64, light: &Tree, lobes: &dyn Fn(DVec3) -> Vec<
 }
 
 /// Frame and local view direction of probe `k` of `probes`, a power of two: normals spread over the sphere, views over the
-/// hemisphere about each down to `most` = n·wo, tangents over the circle.
-fn point(k: usize, probes: usize, most: f64) -> (Frame, DVec3) {
+/// part of the hemisphere about each that `views` says, tangents over the circle.
+fn point(k: usize, probes: usize, views: Views) -> (Frame, DVec3) {
     let n = probe::direction(k, probes);
-    // One view in each of as many belts of equal solid angle as there are probes, in an order that has nothing to
+    // One view in each of as many belts of equal probability as there are probes, in an order that has nothing to
     // do with that of the normals.
     let belt = (k * STRIDE) % probes;
-    let cosine = most * (belt as f64 + 0.5) / probes as f64;
+    let cosine = views.cosine((belt as f64 + 0.5) / probes as f64);
     let phi = TAU * (k as f64 * 0.569_840_291).fract();
     let s = (1.0 - cosine * cosine).sqrt();
     let level = Frame::from_normal(n);
@@ -182,7 +214,7 @@ mod tests {
     fn tangents_cover_the_sphere() {
         let mut moment = DMat3::ZERO;
         for k in 0..256 {
-            let t = point(k, 256, 1.0).0.t;
+            let t = point(k, 256, Views::To(1.0)).0.t;
             moment += DMat3::from_cols(t * t.x, t * t.y, t * t.z) * (3.0 / 256.0);
         }
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
@@ -204,22 +236,24 @@ mod tests {
         let share = |radius: f64| 0.5 * (1.0 - radius.cos());
         for lobes in [&mirror as &dyn Fn(DVec3) -> Vec<Lobe>, &cone] {
             let probes = all(1 << 14, 0.0, &tree, lobes);
-            assert_eq!(probes.len(), (1 << 15) + (1 << 12));
+            assert_eq!(probes.len(), (1 << 15) + (1 << 13));
             let whole: f64 = probes.iter().map(|p| p.weight).sum();
             let mean =
                 |f: &dyn Fn(&Probe) -> f64| probes.iter().map(|p| p.weight * f(p)).sum::<f64>() / whole;
             let towards = |p: &Probe| p.frame.to_world(DVec3::new(-p.wo.x, -p.wo.y, p.wo.z));
             assert!((whole / 16384.0 - 1.0).abs() < 0.02, "{whole}");
             assert!(mean(&|p| p.frame.n.dot(sun)).abs() < 0.02);
-            for c in [0.03, GRAZING, 0.5] {
+            for c in [0.003, 0.03, GRAZING, 0.5] {
                 assert!((mean(&|p| f64::from(u8::from(p.wo.z < c))) / c - 1.0).abs() < 0.03, "{c}");
             }
             assert!((mean(&|p| p.frame.t.dot(sun).powi(2)) - 1.0 / 3.0).abs() < 0.02);
             for radius in [0.02, 0.1, 0.25] {
                 let seen = mean(&|p| near(towards(p), radius)) / share(radius);
-                let exact = probes.iter().filter(|p| near(towards(p), radius) > 0.0).count();
-                let sigma = 5.0 / (exact as f64).sqrt();
-                assert!((seen - 1.0).abs() < sigma.max(0.05), "{radius}: {seen} {exact}");
+                // Those met count by their weights, which are unlike.
+                let met = probes.iter().filter(|p| near(towards(p), radius) > 0.0).map(|p| p.weight);
+                let [sum, squares] = met.fold([0.0; 2], |s, w| [s[0] + w, s[1] + w * w]);
+                let sigma = squares.sqrt() / sum;
+                assert!((seen - 1.0).abs() < (5.0 * sigma).max(0.05), "{radius}: {seen} ± {sigma}");
             }
         }
     }

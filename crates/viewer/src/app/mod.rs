@@ -453,14 +453,6 @@ fn file_name(path: &str) -> String {
     Path::new(path).file_name().map_or_else(|| path.into(), |n| n.to_string_lossy().into_owned())
 }
 
-fn bytes(n: usize) -> String {
-    match n {
-        0..1_000 => format!("{n} B"),
-        1_000..1_000_000 => format!("{:.1} kB", n as f64 / 1e3),
-        _ => format!("{:.1} MB", n as f64 / 1e6),
-    }
-}
-
 /// Three digits.
 fn short(x: f32) -> String {
     if x != 0.0 && !(0.01..1000.0).contains(&x.abs()) { format!("{x:.2e}") } else { format!("{x:.3}") }

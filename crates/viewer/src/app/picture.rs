@@ -1,12 +1,13 @@
 //! The picture: what the mouse does in it, and what is written over and below it.
 
-use super::{App, Look, bytes, degrees, short, tag};
+use super::{App, Look, degrees, short, tag};
 use crate::paint::FALSE_COLOUR;
 use crate::reference::STEPS;
 use eframe::egui::{self, Color32, Pos2, Rect, RichText, Sense, Ui, Vec2};
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use steradian_session::size_in_words;
 
 impl App {
     /// The picture, and what the mouse does in it.
@@ -225,7 +226,7 @@ impl App {
         if let Some(f) = &self.frame {
             words.push(format!("draw {:.0} ms", f.draw_ms));
             words.push(format!("develop {:.0} ms", f.develop_ms));
-            words.push(format!("data {}", bytes(f.bytes)));
+            words.push(format!("data {}", size_in_words(f.bytes as u64)));
         }
         if let Some(live) = &self.lives[0] {
             words.push(format!("bake {:.2} s", self.seconds[0]));

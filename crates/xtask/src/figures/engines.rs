@@ -210,7 +210,8 @@ pub fn run(o: &Options) -> Result<()> {
                 let truth = ball.truth(&l.reference, &*brdf)?;
                 let shaded = |k: usize, brdf: SharedBrdf| -> Result<Film> {
                     let material = steradian_techniques::Material::new(brdf);
-                    let bake = bakes[k].with_material(&material, &Task::quiet());
+                    // What is held against the reference here needs no certificate of its own.
+                    let bake = bakes[k].preview(None, Some(&material), &Task::quiet());
                     Ok(ball.shaded(&mut *bake.map_err(|e| anyhow::anyhow!("{e}"))?))
                 };
                 let lobes = shaded(0, brdf.clone())?;
@@ -219,7 +220,14 @@ pub fn run(o: &Options) -> Result<()> {
                     .push([&lobes, &ggx].map(|f| errors(f, &truth, |i| truth.alpha[i] > 0.0).relative_rms));
             }
             let name = spec.rsplit([',', ':']).next().unwrap_or(spec).to_owned();
-            Ok(Found { name, ggx: error, radiance })
+            let found = Found { name, ggx: error, radiance };
+            say(&format!(
+                "  {:<28} lobes {}, GGX {}",
+                found.name,
+                percent(found.mean(0)),
+                percent(found.mean(1))
+            ));
+            Ok(found)
         };
         let all: Vec<Result<Found>> = specs.par_iter().with_max_len(1).map(one).collect();
         let all: Vec<Found> = all.into_iter().collect::<Result<_>>()?;

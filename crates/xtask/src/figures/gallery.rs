@@ -3,25 +3,15 @@
 use super::{Options, say};
 use crate::gallery::{self, Beside, NUMBERS, Row, picture_name};
 use anyhow::{Context, Result};
-use glam::DVec3;
 use std::collections::BTreeMap;
-use steradian_light::{DirectionalLight, Lights};
 use steradian_render::Display;
+use steradian_session::atlas::{LIGHT, three_lights, usual_specimen};
 use steradian_session::compare::Plan;
 use steradian_session::{Local, Method, Paths, Renderer, Scene, Session};
 use steradian_techniques::local::AnyLocal;
 use steradian_techniques::shared::specimens;
-use steradian_techniques::{AnyTechnique, Card, locals, registry};
+use steradian_techniques::{AnyTechnique, locals, registry};
 
-/// Light of techniques for environments.
-const LIGHT: &str = "studio";
-/// Reflectance that many techniques take, the most telling first.
-const PREFERRED: [&str; 4] = [
-    "ggx:alpha=0.25,f0=1/0.77/0.34",
-    "phong:n=40,scale=1/0.77/0.34",
-    "lambert:albedo=0.8/0.5/0.3",
-    "banks:n=30,scale=0.15/0.11/0.05",
-];
 /// Pixels of one picture.
 const SIZE: [usize; 2] = [240, 180];
 /// Relative noise of traced references.
@@ -29,20 +19,6 @@ const NOISE: f64 = 0.05;
 
 /// A technique's slug, and what shades.
 type Named = (&'static str, Method);
-
-/// A reflectance that a technique takes.
-fn specimen(card: &Card) -> &'static str {
-    if let [only] = card.specimens {
-        return only;
-    }
-    let model = |spec: &'static str| spec.split(':').next();
-    // Of the models that it is tested with, so that a mirror's technique shows a mirror.
-    let takes = |spec: &&&'static str| {
-        card.specimens.iter().any(|s| model(s) == model(spec))
-            && steradian_brdf::parse(spec).is_ok_and(|b| (card.materials)(&*b).is_ok())
-    };
-    PREFERRED.iter().find(takes).or(card.specimens.first()).copied().unwrap_or("lambert")
-}
 
 /// Two pictures side by side.
 fn side_by_side(a: &Display, b: &Display) -> Display {
@@ -64,7 +40,7 @@ pub fn run(o: &Options) -> Result<()> {
     let mut groups: BTreeMap<(bool, &str), Vec<Named>> = BTreeMap::new();
     for t in registry().iter().filter(|t| !is_there(t.card().slug)) {
         let named = (t.card().slug, Method::Technique(*t));
-        groups.entry((t.card().needs.sites, specimen(t.card()))).or_default().push(named);
+        groups.entry((t.card().needs.sites, usual_specimen(t.card()))).or_default().push(named);
     }
     let near: Vec<_> = locals().iter().filter(|t| !is_there(t.card().slug)).collect();
     let mut keep = |more: Vec<Row>| {
@@ -99,20 +75,9 @@ fn global(o: &Options, sites: bool, spec: &str, named: &[Named]) -> Result<Vec<R
 /// A technique for directional and point lights, under three of them.
 fn local(o: &Options, technique: &'static dyn AnyLocal) -> Result<Vec<Row>> {
     let (card, mut session) = (technique.card(), Session::new());
-    let spec = specimen(card);
+    let spec = usual_specimen(card);
     let mut scene = scene("knot", spec, &mut session)?;
-    let from = |x: f64, y: f64, z: f64, rgb: [f64; 3]| DirectionalLight {
-        direction: DVec3::new(x, y, z).normalize(),
-        irradiance: rgb,
-    };
-    scene.lights = Lights {
-        directionals: vec![
-            from(0.6, 0.7, 0.5, [3.0, 2.8, 2.4]),
-            from(-0.8, 0.3, 0.4, [0.8, 1.0, 1.4]),
-            from(0.1, 0.4, -0.9, [0.6, 0.6, 0.7]),
-        ],
-        ..Lights::default()
-    };
+    scene.lights = three_lights();
     let planes = specimens::planes(technique.planes());
     let beside = if planes.is_empty() { Beside::Reference } else { Beside::Plain };
     let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));

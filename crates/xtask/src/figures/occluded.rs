@@ -105,10 +105,10 @@ impl Stand {
             .map_err(|e| anyhow!("{e}"))
     }
 
-    /// The picture of a bake of another reflectance.
+    /// The picture of a bake of another reflectance, without a certificate: it is held against the truth here.
     fn film(&self, bake: &dyn AnyBake, brdf: &SharedBrdf) -> Result<Film> {
-        let mut bake =
-            bake.with_material(&Material::new(brdf.clone()), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
+        let material = Material::new(brdf.clone());
+        let mut bake = bake.preview(None, Some(&material), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
         let (Camera::Pinhole { from, .. } | Camera::Orthographic { from, .. }) = self.camera;
         bake.frame(&View { eye: from, forward: self.camera.axes()[2], ..View::default() });
         let shader = Arc::new(BakeShader(bake));
@@ -229,8 +229,8 @@ pub fn widths(o: &Options) -> Result<()> {
         for k in [0, 1, FOUR[0], FOUR[1]] {
             cells.push(judge.cell(&films[k], caption(&all[k])));
         }
-        let open = bakes[0].with_light(&furnace(), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
-        let seen = bakes[FOUR[1]].with_light(&furnace(), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
+        let [open, seen] = [0, FOUR[1]].map(|k| even(&*bakes[k]));
+        let (open, seen) = (open?, seen?);
         cells.push(weights(&stand.film(&*seen, &brdf)?, &stand.film(&*open, &brdf)?));
         rows.push(Row { label: vec![format!("{degrees}°")], cells });
     }
@@ -250,6 +250,11 @@ pub fn widths(o: &Options) -> Result<()> {
         text_size: 12.5,
     };
     save(o, "gkd07-5.png", &sheet.draw())
+}
+
+/// A bake under constant light.
+fn even(bake: &dyn AnyBake) -> Result<Box<dyn AnyBake>> {
+    bake.preview(Some(&furnace()), None, &Task::quiet()).map_err(|e| anyhow!("{e}"))
 }
 
 /// What lobes see, as a picture: under constant light, what is shaded over what is shaded without visibility.
@@ -338,10 +343,7 @@ pub fn shadows(o: &Options) -> Result<()> {
             cells.push(judge.cell(&films[k], caption(&all[k])));
         }
         for k in [1, FOUR[1]] {
-            let at = |b: &dyn AnyBake| -> Result<Film> {
-                let even = b.with_light(&furnace(), &Task::quiet()).map_err(|e| anyhow!("{e}"))?;
-                stand.film(&*even, &glossy)
-            };
+            let at = |b: &dyn AnyBake| stand.film(&*even(b)?, &glossy);
             cells.push(weights(&at(&*bakes[k])?, &at(&*bakes[0])?));
         }
         rows.push(Row { label: vec![name(&spec)], cells });

@@ -7,6 +7,7 @@ use crate::report::{elevations_json, params_json, points_json};
 use crate::failure::Outcome;
 use serde_json::{Map, Value, json};
 use steradian_session::bake::{Baked, Written};
+use steradian_session::size_in_words;
 
 /// Says it: a JSON document, or lines on standard error.
 pub fn say(o: &Options, done: &Baked, files: &[Written], writing: f64, context: &Context) -> Outcome {
@@ -59,8 +60,8 @@ fn lines(done: &Baked, files: &[Written], writing: f64) -> Vec<String> {
         done.bake.card().slug,
         done.made.brdf,
         done.made.environment,
-        size(done.bake.bytes() as u64),
-        size(total),
+        size_in_words(done.bake.bytes() as u64),
+        size_in_words(total),
         plural(files.len(), "file"),
     ));
     out.push(format!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
@@ -81,7 +82,7 @@ fn lines(done: &Baked, files: &[Written], writing: f64) -> Vec<String> {
     out.push(format!("bake {:.0} ms{of}, writing {:.0} ms", done.seconds * 1e3, writing * 1e3));
     for f in files {
         let texels = f.texels.map(|(t, e)| format!(", {}, rounding {e:.1e}", t.name())).unwrap_or_default();
-        out.push(format!("{}: {}{texels}", f.name, size(f.bytes)));
+        out.push(format!("{}: {}{texels}", f.name, size_in_words(f.bytes)));
     }
     out
 }
@@ -95,25 +96,12 @@ fn short(v: f64) -> String {
     if v.fract() == 0.0 && v.abs() < 1e9 { format!("{v}") } else { format!("{v:.3e}") }
 }
 
-/// Bytes in words.
-fn size(bytes: u64) -> String {
-    match bytes {
-        0..10_000 => format!("{bytes} bytes"),
-        10_000..10_000_000 => format!("{:.1} KB", bytes as f64 / 1e3),
-        _ => format!("{:.1} MB", bytes as f64 / 1e6),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn numbers_in_words() {
-        assert_eq!(
-            (size(12), size(12_345), size(12_345_678)),
-            ("12 bytes".into(), "12.3 KB".into(), "12.3 MB".into())
-        );
         assert_eq!((short(12.0), short(0.012345)), ("12".to_string(), "1.235e-2".to_string()));
         assert_eq!((plural(1, "file"), plural(2, "file")), ("1 file".into(), "2 files".into()));
     }

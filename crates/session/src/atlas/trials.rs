@@ -1,0 +1,325 @@
+//! Figure 11's columns, tried: a claim counts where it was seen to hold.
+
+use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, takes, usual_specimen};
+use crate::compare::Plan as Comparison;
+use crate::{Error, Method, Paths, Renderer, Session};
+use glam::{DVec3, Vec2, Vec3};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Instant;
+use steradian_base::{ParamValues, Task};
+use steradian_brdf::{SharedBrdf, parse};
+use steradian_reference::{Lookup, Reference, ReferencePoint};
+use steradian_scene::shapes;
+use steradian_sphere::Frame;
+use steradian_techniques::local::AnyLocal;
+use steradian_techniques::shared::lights;
+use steradian_techniques::{
+    AnyBake, AnyTechnique, Geometry, Material, PointLobe, PointsBuf, Radiance, Sites, locals, registry,
+};
+
+/// What came of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It was seen to hold, and how well.
+    Holds(String),
+    /// It was seen not to.
+    Fails(String),
+    /// It was not tried, and why.
+    Untried(String),
+}
+
+/// A column of a technique.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// Does the technique claim it?
+    pub claimed: bool,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// A surface all diffuse, and one that is so below its gloss.
+const DIFFUSE: [&str; 2] = ["lambert:albedo=0.5", "dielectric:alpha=0.2,f0=0.04,albedo=0.5"];
+/// Isotropic reflectances of all kinds: Lambertian and rough, lobes, microfacets, layers, sheen, fits to measurements.
+const ISOTROPIC: [&str; 14] = [
+    "lambert:albedo=0.5",
+    "oren-nayar:sigma=0.5",
+    "minnaert:k=0.65",
+    "phong:n=20",
+    "phong-normalized:s=50",
+    "blinn-phong:n=40",
+    "ggx:alpha=0.2",
+    "cook-torrance:m=0.2",
+    "microfacet:sigma=0.2",
+    "dielectric:alpha=0.2,f0=0.04,albedo=0.5",
+    "charlie:alpha=0.4",
+    "lafortune:@skin",
+    "sgd:alum-bronze",
+    "abc:alum-bronze",
+];
+/// Anisotropic ones: microfacets, empirical, fibres.
+const ANISOTROPIC: [&str; 6] = [
+    "ggx:ax=0.2,ay=0.5",
+    "ward:ax=0.15,ay=0.4",
+    "ashikhmin-shirley:nu=12,nv=48",
+    "poulin-fournier:n=20,d=3,h=0.3",
+    "kajiya-kay:s=16",
+    "banks:n=30",
+];
+/// Points at which shading is tried.
+const POINTS: usize = 64;
+/// Relative error of the reference at them.
+const TOLERANCE: f64 = 1e-2;
+/// How far normals are turned from the surface's, radians: a bump of usual steepness.
+const TILT: f64 = 0.3;
+/// The error with turned normals may be larger than with the surface's own by this factor and this much.
+const BUMPED: [f64; 2] = [1.5, 0.02];
+/// Width of the lobe that a point brings with itself, and how far it may be from a bake of that width.
+const OWN_WIDTH: f64 = 0.4;
+const OWN_WIDTH_WITHIN: f64 = 0.05;
+/// What is left at most of the error of the integral without shadows where a technique knows them: less by more than the noise of
+/// the path tracer.
+const SHADOWED: f64 = 0.95;
+/// Size of the pictures in which light goes from surface to surface, and how often it is scattered.
+const SMALL: [usize; 2] = [64, 48];
+const BOUNCES: u32 = 3;
+
+impl Session {
+    /// Every column of every technique.
+    pub(super) fn tried(&mut self, plan: &Plan, chapters: &[Chapter]) -> Result<Vec<Row>, Error> {
+        let mut rows = Vec::new();
+        for t in registry().iter().copied().filter(|t| plan.has(t.card())) {
+            let mut outcomes = reflectances(t.card());
+            let shaded = Shaded::new(t, &self.task)?;
+            outcomes.extend([
+                shaded.varying(&self.task)?,
+                shaded.bumped(&self.task)?,
+                shadows(t.card().slug, chapters),
+                self.bounces(plan, t)?,
+                shaded.relit(&self.task)?,
+                moved(t),
+            ]);
+            rows.push(row(t.card(), outcomes));
+        }
+        for t in locals().iter().copied().filter(|t| plan.has(t.card())) {
+            let mut outcomes = reflectances(t.card());
+            outcomes.extend(near(t, chapters));
+            rows.push(row(t.card(), outcomes));
+        }
+        Ok(rows)
+    }
+
+    /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events?
+    fn bounces(&mut self, plan: &Plan, t: &'static dyn AnyTechnique) -> Result<Outcome, Error> {
+        let card = t.card();
+        if !card.capabilities.interreflections || !t.params().iter().any(|p| p.name == "bounces") {
+            return Ok(Outcome::Untried("no parameter for it".into()));
+        }
+        let spec = if takes(card, MATTE) { MATTE } else { usual_specimen(card) };
+        let small = Plan { size: SMALL, ..plan.clone() };
+        let mut scene = self.knot(&small, spec)?;
+        self.paths = Paths { bounces: BOUNCES, noise: plan.noise };
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let mut errors = [f64::NAN; 2];
+        for (error, bounces) in errors.iter_mut().zip([1.0, f64::from(BOUNCES)]) {
+            scene.materials[0].params = [("bounces", bounces)].into_iter().collect();
+            let answers = self.compare(&scene, &[Method::Technique(t)], &[Renderer::Cpu], &comparison)?;
+            let found = answers.get(1).and_then(|a| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms));
+            *error = found.unwrap_or(f64::NAN);
+        }
+        let [direct, bounced] = errors.map(|e| 100.0 * e);
+        let text = format!("{direct:.1} % off without, {bounced:.1} % with");
+        Ok(if bounced < direct { Outcome::Holds(text) } else { Outcome::Fails(text) })
+    }
+}
+
+fn row(card: &'static steradian_techniques::Card, outcomes: Vec<Outcome>) -> Row {
+    let mut outcomes = outcomes.into_iter();
+    let tried = COLUMNS.map(|(_, claims)| Tried {
+        claimed: claims(&card.capabilities),
+        outcome: outcomes.next().unwrap_or_else(|| Outcome::Untried(String::new())),
+    });
+    Row { card, tried }
+}
+
+/// The five columns of reflectances: which of the lists a technique takes.
+fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
+    let of = |list: &[&str], all: bool| {
+        let taken = list.iter().filter(|s| takes(card, s)).count();
+        let text = format!("takes {taken} of {}", list.len());
+        if taken == list.len() || !all && taken > 0 { Outcome::Holds(text) } else { Outcome::Fails(text) }
+    };
+    vec![
+        of(&DIFFUSE, false),
+        of(&ISOTROPIC[1..], false),
+        of(&ANISOTROPIC, false),
+        of(&ISOTROPIC, true),
+        of(&ANISOTROPIC, true),
+    ]
+}
+
+/// Shadows: the picture beside the path tracer.
+fn shadows(slug: &str, chapters: &[Chapter]) -> Outcome {
+    let found = chapters.iter().filter(|c| c.stage == Stage::Shadowed).find_map(|c| {
+        let error = c.entries.iter().find(|e| e.card.slug == slug)?.error()?;
+        Some((error, c.unshadowed?))
+    });
+    let Some((error, without)) = found else { return Outcome::Fails("knows nothing of the mesh".into()) };
+    let text = format!("{:.1} % off; without shadows {:.1} %", 100.0 * error, 100.0 * without);
+    if error < SHADOWED * without { Outcome::Holds(text) } else { Outcome::Fails(text) }
+}
+
+/// Objects that move or deform: a bake that has seen no mesh does not care.
+fn moved(t: &dyn AnyTechnique) -> Outcome {
+    if t.card().needs.sites {
+        return Outcome::Fails("bakes on the mesh".into());
+    }
+    Outcome::Holds("bakes without a mesh".into())
+}
+
+/// The six other columns of a technique for directional and point lights.
+fn near(t: &'static dyn AnyLocal, chapters: &[Chapter]) -> Vec<Outcome> {
+    let slug = t.card().slug;
+    let textured = chapters.iter().filter(|c| c.stage == Stage::Textured).find_map(|c| {
+        let error = c.entries.iter().find(|e| e.card.slug == slug)?.error()?;
+        Some(Outcome::Holds(format!("data per texel change the picture by {:.0} %", 100.0 * error)))
+    });
+    let data = || textured.clone().unwrap_or_else(|| Outcome::Fails("no data per texel".into()));
+    let measured = || Outcome::Untried("its chapter says against what it was measured".into());
+    let bumps =
+        if t.planes().is_empty() { Outcome::Holds("each point brings its frame".into()) } else { data() };
+    vec![
+        data(),
+        bumps,
+        measured(),
+        measured(),
+        // By construction: tables are made of the reflectance alone.
+        Outcome::Holds("its bake takes no light".into()),
+        Outcome::Holds("its bake takes no mesh".into()),
+    ]
+}
+
+/// A bake, and points at which it shades: in the open, so that nothing is in the way.
+struct Shaded {
+    technique: &'static dyn AnyTechnique,
+    brdf: SharedBrdf,
+    bake: Box<dyn AnyBake>,
+    points: Vec<ReferencePoint>,
+}
+
+impl Shaded {
+    fn new(technique: &'static dyn AnyTechnique, task: &Task) -> Result<Self, Error> {
+        let card = technique.card();
+        let spec = if takes(card, GLOSSY) { GLOSSY } else { usual_specimen(card) };
+        let (brdf, points) = (parse(spec)?, points());
+        let geometry = card.needs.sites.then(|| {
+            let n: Arc<[Vec3]> = points.iter().map(|p| p.frame.n.as_vec3()).collect();
+            // Above a ball that none of them sees.
+            let p = n.iter().map(|n| 1.5 * *n).collect();
+            Geometry::new(Arc::new(shapes::icosphere(3)), Sites::Points { p, n })
+        });
+        let (light, none) = (lights::studio(), ParamValues::default());
+        let bake = technique.bake(&light, &Material::new(brdf.clone()), geometry.as_ref(), &none, task)?;
+        Ok(Self { technique, brdf, bake, points })
+    }
+
+    /// Another light, and back again.
+    fn relit(&self, task: &Task) -> Result<Outcome, Error> {
+        let start = Instant::now();
+        let other = self.bake.preview(Some(&lights::sunny()), None, task)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let back = other.preview(Some(&lights::studio()), None, task)?;
+        let [first, there, again] = [&self.bake, &other, &back].map(|b| shade(&**b, &self.points, None));
+        let text = format!("another light takes {:.0} ms", 1e3 * seconds);
+        Ok(if first == again && first != there { Outcome::Holds(text) } else { Outcome::Fails(text) })
+    }
+
+    /// Normals that are not the surface's.
+    fn bumped(&self, task: &Task) -> Result<Outcome, Error> {
+        let tilted: Vec<ReferencePoint> = self.points.iter().map(tilted).collect();
+        let reference = Reference::new(&lights::studio(), Lookup::Constant, task)?;
+        let mut errors = [0.0; 2];
+        for (error, points) in errors.iter_mut().zip([&self.points, &tilted]) {
+            let truth = reference.radiance_batch(&*self.brdf, points, TOLERANCE, task)?;
+            let truth: Vec<[f64; 3]> = truth.iter().map(|e| e.rgb).collect();
+            *error = difference(&shade(&*self.bake, points, None), &truth);
+        }
+        let [plain, turned] = errors;
+        let text = format!("{:.1} % off, {:.1} % with turned normals", 100.0 * plain, 100.0 * turned);
+        let holds = turned < BUMPED[0] * plain + BUMPED[1];
+        Ok(if holds { Outcome::Holds(text) } else { Outcome::Fails(text) })
+    }
+
+    /// Reflectance that varies: a width of each point's own, or else a colour that multiplies.
+    fn varying(&self, task: &Task) -> Result<Outcome, Error> {
+        let preview = |brdf: SharedBrdf| self.bake.preview(None, Some(&Material::new(brdf)), task);
+        if self.bake.varies().alpha && self.brdf.spec() == parse(GLOSSY)?.spec() {
+            let wide = preview(parse(&GLOSSY.replace("alpha=0.25", &format!("alpha={OWN_WIDTH}")))?)?;
+            let truth = shade(&*wide, &self.points, None);
+            let found = shade(&*self.bake, &self.points, Some(OWN_WIDTH as f32));
+            let error = difference(&found, &truth);
+            let text = format!("width of each point: {:.2} % off a bake of that width", 100.0 * error);
+            return Ok(if error < OWN_WIDTH_WITHIN { Outcome::Holds(text) } else { Outcome::Fails(text) });
+        }
+        if !takes(self.technique.card(), MATTE) {
+            return Ok(Outcome::Fails("one reflectance".into()));
+        }
+        // Linear in the albedo, so that a texture may multiply.
+        let albedo = |a: &str| preview(parse(&format!("lambert:albedo={a}"))?).map_err(Error::from);
+        let [whole, half] = [albedo("0.8")?, albedo("0.4")?].map(|b| shade(&*b, &self.points, None));
+        let doubled: Vec<[f64; 3]> = half.iter().map(|v| v.map(|x| 2.0 * x)).collect();
+        let error = difference(&doubled, &whole);
+        let text = format!("colours multiply, to {error:.0e}");
+        Ok(if error < 1e-4 { Outcome::Holds(text) } else { Outcome::Fails(text) })
+    }
+}
+
+/// Normals spread over the sphere, views up to 70 degrees off them.
+fn points() -> Vec<ReferencePoint> {
+    let one = |k: usize| {
+        let u = |by: f64| ((k as f64 + 0.5) * by).fract();
+        let (y, phi) = (1.0 - 2.0 * (k as f64 + 0.5) / POINTS as f64, TAU * u(0.618_033_989));
+        let r = (1.0 - y * y).sqrt();
+        let frame = Frame::from_normal(DVec3::new(r * phi.cos(), y, r * phi.sin()));
+        let (cosine, turn) = (1.0 - 0.65 * u(0.754_877_666), TAU * u(0.569_840_291));
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let wo = frame.to_world(DVec3::new(sine * turn.cos(), sine * turn.sin(), cosine));
+        ReferencePoint { frame, wo, position: None }
+    };
+    (0..POINTS).map(one).collect()
+}
+
+/// The normal turned by [`TILT`] towards the view, so that it stays above the horizon.
+fn tilted(p: &ReferencePoint) -> ReferencePoint {
+    let across = (p.wo - p.wo.dot(p.frame.n) * p.frame.n).try_normalize().unwrap_or(p.frame.t);
+    let (s, c) = TILT.sin_cos();
+    let n = p.frame.n * c + across * s;
+    ReferencePoint { frame: Frame::from_normal_tangent(n, p.frame.t), ..*p }
+}
+
+/// What a bake makes of points, with the width of the lobe that they bring, if any.
+fn shade(bake: &dyn AnyBake, points: &[ReferencePoint], alpha: Option<f32>) -> Vec<[f64; 3]> {
+    let mut buf = PointsBuf::with_capacity(points.len());
+    for (k, p) in (0..).zip(points) {
+        let [n, t, wo] = [p.frame.n, p.frame.t, p.wo].map(|v| v.as_vec3());
+        match alpha {
+            Some(alpha) => buf.push_lobe([n, t, wo, Vec3::ZERO], PointLobe { alpha, ..PointLobe::PLAIN }),
+            None => buf.push(n, t, wo, Vec3::ZERO),
+        }
+        buf.locate(Vec2::ZERO, [k; 3], [0.0; 2]);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    bake.shade(&buf.as_points(), &mut Radiance::of(&mut rgb));
+    (0..points.len()).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect()
+}
+
+/// Relative RMS difference.
+fn difference(found: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
+    let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+    let (mut error, mut energy) = (0.0, 0.0);
+    for (a, b) in found.iter().zip(truth) {
+        error += square([0, 1, 2].map(|c| a[c] - b[c]));
+        energy += square(*b);
+    }
+    (error / energy.max(f64::MIN_POSITIVE)).sqrt()
+}
