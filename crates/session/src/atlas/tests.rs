@@ -15,19 +15,16 @@ fn printed_rows_fit_the_columns() {
 /// A small atlas: claims hold, what is printed is kept, and the page shows every technique.
 #[test]
 fn a_few_techniques_are_seen_to_keep_their_claims() {
-    let only = ["sh_irradiance", "ambient", "vertex_analytic"].map(String::from).to_vec();
+    let only = ["sh_irradiance", "vertex_analytic"].map(String::from).to_vec();
     let plan = Plan { size: [48, 36], noise: 0.1, only };
     let mut session = Session::new();
     let atlas = session.atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
     assert_eq!(atlas.broken(), Vec::<[String; 3]>::new());
     let stages: Vec<(Stage, &str)> = atlas.chapters.iter().map(|c| (c.stage, c.brdf.as_str())).collect();
-    assert_eq!(stages, [(Stage::Open, MATTE), (Stage::Shadowed, MATTE), (Stage::Local, GLOSSY)]);
+    assert_eq!(stages, [(Stage::Open, MATTE), (Stage::Local, GLOSSY)]);
     // The diffuse advice was tried, what compares techniques that were left out was not.
     let holds: Vec<Option<bool>> = atlas.advice.iter().map(|a| a.holds).collect();
     assert!(holds[0].is_some() && holds[1..].iter().all(Option::is_none), "{holds:?}");
-    let shadows = &atlas.chapters[1];
-    let (ambient, without) = (shadows.entries[0].error().expect("a picture"), shadows.unshadowed);
-    assert!(ambient < 0.95 * without.expect("an error"), "{ambient}");
     let (page, csv) = (atlas.html().expect("a page"), atlas.csv());
     for slug in plan.only {
         assert!(page.contains(&slug) && csv.contains(&slug), "{slug}");
