@@ -277,7 +277,15 @@ fn main() {
         .flat_map(|t| {
             let specs = t.card().specimens.iter();
             let chosen = choices(t.params()).into_iter().map(|c| (t.card().specimens[0], Some(c)));
-            specs.map(|s| (*s, None)).chain(chosen).map(|(s, c)| (*t, s, c)).collect::<Vec<_>>()
+            let bounces = t.params().iter().any(|i| i.name == BOUNCES);
+            let reflected =
+                t.card().specimens.iter().filter(move |_| bounces).map(|s| (*s, Some((BOUNCES, 3.0.into()))));
+            specs
+                .map(|s| (*s, None))
+                .chain(chosen)
+                .chain(reflected)
+                .map(|(s, c)| (*t, s, c))
+                .collect::<Vec<_>>()
         })
         .map(|(t, spec, choice)| {
             let with = choice.as_ref().map(|(name, value)| format!(" {name}={value}")).unwrap_or_default();

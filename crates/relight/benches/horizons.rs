@@ -1,4 +1,5 @@
-//! How fast the horizons of a height map come: 256 × 256 texels at 64 azimuths, seconds by the clock.
+//! How fast the horizons of a height map come, 256 × 256 texels at 64 azimuths, and the links along which its texels see each
+//! other, 64 directions about the normal: seconds by the clock.
 //! `cargo bench -p steradian-relight`
 //!
 //! The baseline looks at every crossing of a line with the surface's edges as far as any height can matter. The heights are
@@ -6,13 +7,15 @@
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 
+use glam::Vec3;
 use std::f64::consts::TAU;
 use std::time::Instant;
 use steradian_formats::{Limits, read_image};
-use steradian_relight::height::{Ellipses, HeightField, Horizons};
+use steradian_relight::height::{Ellipses, HeightField, Horizons, Scattering};
 
 const SIDE: usize = 256;
 const AZIMUTHS: usize = 64;
+const DIRECTIONS: usize = 64;
 
 /// Waves with flat tops and bottoms.
 fn blocks(k: usize) -> f32 {
@@ -43,6 +46,29 @@ fn least<T>(f: impl Fn() -> T) -> f64 {
     (0..5).map(|_| run()).fold(f64::INFINITY, f64::min)
 }
 
+/// Links along directions that are cosine-distributed about the normals.
+fn links(field: &HeightField) -> Option<Scattering> {
+    let local: Vec<Vec3> = (0..DIRECTIONS)
+        .map(|k| {
+            let r2 = (k as f32 + 0.5) / DIRECTIONS as f32;
+            let (sin, cos) = (2.399_963_3 * k as f32).sin_cos();
+            Vec3::new(r2.sqrt() * cos, r2.sqrt() * sin, (1.0 - r2).sqrt())
+        })
+        .collect();
+    let frames: Vec<[Vec3; 3]> = (0..SIDE * SIDE)
+        .map(|k| {
+            let n = field.normal(k % SIDE, k / SIDE);
+            let t = (Vec3::X - n * n.x).normalize();
+            [t, n.cross(t), n]
+        })
+        .collect();
+    let along = |texel: usize, k: usize| {
+        let ([t, b, n], d) = (frames[texel], local[k]);
+        t * d.x + b * d.y + n * d.z
+    };
+    Scattering::new(field, DIRECTIONS, &along, &|| true)
+}
+
 fn main() {
     let phi: Vec<f64> = (0..AZIMUTHS).map(|k| TAU * k as f64 / AZIMUTHS as f64).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -51,6 +77,9 @@ fn main() {
         let every = least(|| field.slopes_by_every_crossing(&phi));
         let horizons = least(|| Horizons::new(&field, AZIMUTHS, &|| true));
         let ellipses = least(|| Ellipses::new(&field, &|| true));
-        println!("{name:20} every crossing {every:.3} s, horizons {horizons:.3} s, ellipses {ellipses:.3} s");
+        let scattering = least(|| links(&field));
+        println!(
+            "{name:20} every crossing {every:.3} s, horizons {horizons:.3} s, ellipses {ellipses:.3} s, links {scattering:.3} s"
+        );
     }
 }

@@ -5,9 +5,9 @@
 //! triangle; surfaces seen from behind are black.
 
 use crate::grid::{direction, jitter, place};
+use crate::links::faces;
 use crate::table::Table;
 use crate::{Scene, Settings, Site, Transfer, TransferError, direct, memory};
-use glam::Vec3;
 use steradian_base::Task;
 use steradian_parallel::prelude::*;
 use steradian_scene::{Hit, Ray};
@@ -162,19 +162,11 @@ impl Gather<'_> {
         self.scene.bvh.closest_each(&work.rays, f32::INFINITY, &mut work.hits);
         work.seen.clear();
         for (cell, (hit, ray)) in work.hits.iter().zip(&work.rays).enumerate() {
-            let Some(hit) = hit.filter(|h| self.faces(h, ray.direction)) else { continue };
+            let Some(hit) = hit.filter(|h| faces(self.scene.mesh, h, ray.direction)) else { continue };
             let share = self.table.weight(level, cell as u32)[0] / std::f32::consts::PI;
             let [x, y] = place(cell as u32);
             work.seen.push(Seen { triangle: hit.triangle, u: hit.u, v: hit.v, share, odd: (x + y) % 2 == 1 });
         }
-    }
-
-    /// Does the hit point turn its front to where the ray comes from?
-    fn faces(&self, hit: &Hit, direction: Vec3) -> bool {
-        let mesh = self.scene.mesh;
-        let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|v| mesh.normals[v as usize]);
-        let n = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        n.dot(direction) < 0.0
     }
 
     fn add(&self, s: &Seen, from: &[f32], sum: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! Bumps as height fields, and what they hide of the light above them: horizons (Max 1988; Sloan & Cohen 2000, *Interactive
 //! Horizon Mapping*) and their ellipses (Heidrich, Daubert, Kautz & Seidel 2000, *Illuminating Micro Geometry Based on
-//! Precomputed Visibility*).
+//! Precomputed Visibility*); and what bumps see of each other ([`Scattering`]).
 //!
 //! The field is periodic. Its texels are the vertices of a surface of triangles, two to a square, cut along the diagonal
 //! from the upper left to the lower right: the mesh that a path tracer sees. Lengths are in texels: x to the right of the
@@ -8,10 +8,12 @@
 
 mod ellipse;
 mod horizon;
+mod scatter;
 mod walk;
 
 pub use ellipse::{Ellipse, Ellipses};
 pub use horizon::Horizons;
+pub use scatter::{Caster, Scattering};
 
 use glam::{DVec3, Vec3};
 

@@ -52,8 +52,18 @@ pub fn error_at(
     exact: impl Fn(Place, DVec3, DVec3) -> [f64; 3],
     shaded: impl Fn(Place, [f32; 3], [f32; 3]) -> [f32; 3],
 ) -> f64 {
+    error_of(pairs(brdf, PAIRS), place, exact, shaded)
+}
+
+/// The same at pairs of one's own choice.
+pub fn error_of(
+    pairs: impl Iterator<Item = (u32, Pair)>,
+    place: impl Fn(u32) -> Place,
+    exact: impl Fn(Place, DVec3, DVec3) -> [f64; 3],
+    shaded: impl Fn(Place, [f32; 3], [f32; 3]) -> [f32; 3],
+) -> f64 {
     let (mut squares, mut energy) = (0.0, 0.0);
-    for (k, Pair { wi, wo, weight }) in pairs(brdf, PAIRS) {
+    for (k, Pair { wi, wo, weight }) in pairs {
         let single = |d: DVec3| d.as_vec3().to_array();
         let at = place(k);
         let (a, b) = (shaded(at, single(wi), single(wo)), exact(at, wi, wo));

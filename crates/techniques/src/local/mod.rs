@@ -14,7 +14,7 @@ mod lights;
 mod per_point;
 mod textured;
 
-pub use certify::{Pair, error, error_at, pairs, texel, texel_at};
+pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
@@ -180,6 +180,8 @@ pub struct LocalText {
     pub tables: Vec<Table>,
     /// Its uniforms, called `local_…`.
     pub uniforms: Vec<Uniform>,
+    /// Its buffers, called `local_…`; one at most beside that of the lights has room everywhere.
+    pub buffers: Vec<Buffer>,
 }
 
 /// The lights and the view of a frame.
@@ -372,6 +374,8 @@ pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTe
     rows.resize(rows.len().max(STRIDE), 0.0);
     let mut uniforms = text.uniforms;
     uniforms.push(Uniform { name: "local_count", value: Value::F32(lights.len() as f32) });
+    let mut buffers = text.buffers;
+    buffers.push(Buffer::new("local_lights", STRIDE, rows));
     let textured = card.needs.uv;
     let run = if textured { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
     GpuTechnique {
@@ -380,7 +384,7 @@ pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTe
         entry: Entry { name: "local_radiance", lobe: false, site: textured },
         tables: text.tables,
         uniforms,
-        buffers: vec![Buffer::new("local_lights", STRIDE, rows)],
+        buffers,
     }
 }
 

@@ -120,7 +120,18 @@ pub fn unit(mean: [f32; 3]) -> ([f32; 3], f32) {
 /// The normal bent towards the viewer so far that n·wo is not below 0.01, or below that of the surface itself.
 #[inline(always)]
 pub fn facing(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-    let (c, least) = (dot(n, wo), wo[2].min(GRAZING));
+    facing_by(n, wo, wo[2].min(GRAZING))
+}
+
+/// The same for whatever a bump sees of another, which may be from below the surface itself: n·wo is not below 0.01.
+#[inline(always)]
+pub fn facing_bump(n: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    facing_by(n, wo, GRAZING)
+}
+
+#[inline(always)]
+fn facing_by(n: [f32; 3], wo: [f32; 3], least: f32) -> [f32; 3] {
+    let c = dot(n, wo);
     if c >= least {
         return n;
     }
@@ -145,7 +156,7 @@ pub fn log_less(x: f32) -> f32 {
 }
 
 /// The twins of [`frame`], as `local_frame(n: vec3<f32>) -> LocalFrame` with members t and b, [`unit()`], without the length,
-/// [`facing`] and [`log_less`], their names after `local_`.
+/// [`facing`], [`facing_bump`] and [`log_less`], their names after `local_`.
 pub const TEXT: &str = include_str!("bumps.wgsl");
 
 #[cfg(test)]

@@ -21,8 +21,16 @@ fn local_unit(mean: vec3<f32>) -> vec3<f32> {
 
 // The normal bent towards the viewer.
 fn local_facing(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return local_facing_by(n, wo, min(wo.z, 0.01));
+}
+
+// The same for whatever a bump sees of another.
+fn local_facing_bump(n: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return local_facing_by(n, wo, 0.01);
+}
+
+fn local_facing_by(n: vec3<f32>, wo: vec3<f32>, least: f32) -> vec3<f32> {
     let c = dot(n, wo);
-    let least = min(wo.z, 0.01);
     if c >= least {
         return n;
     }

@@ -61,5 +61,5 @@ pub(super) fn text(t: &Tables) -> LocalText {
         }
     };
     let module = [include_str!("../../local/angle.wgsl"), include_str!("half.wgsl"), own].concat();
-    LocalText { module: module.into(), tables, uniforms: Vec::new() }
+    LocalText { module: module.into(), tables, uniforms: Vec::new(), buffers: Vec::new() }
 }

@@ -38,5 +38,6 @@ pub(super) fn text(t: &Table) -> LocalText {
             Uniform { name: "local_diffuse", value: four(t.model.diffuse, f32::from(u8::from(t.angles))) },
             Uniform { name: "local_specular", value: four(t.model.specular, 0.0) },
         ],
+        buffers: Vec::new(),
     }
 }

@@ -88,5 +88,6 @@ pub(super) fn text(t: &Bumped) -> LocalText {
             Uniform { name: "local_ks", value: four(t.ks, t.n) },
             Uniform { name: "local_filter", value: Value::F32(t.filter as f32) },
         ],
+        buffers: Vec::new(),
     }
 }

@@ -1,7 +1,8 @@
 //! Normals and horizons.
 
+use super::scatter::{self, Scatter};
 use super::shade;
-use crate::local::{FileName, error_at, texel, texel_at};
+use crate::local::{FileName, error_at, error_of, texel, texel_at};
 use crate::shared::bumps::{self, Bumps, exact_facing, exact_frame};
 use crate::shared::texels::Texels;
 use crate::{BakeError, Material};
@@ -9,7 +10,7 @@ use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::SharedBrdf;
-use steradian_relight::height::{Ellipses, HeightField, Horizons};
+use steradian_relight::height::{Caster, Ellipses, HeightField, Horizons};
 use steradian_scene::surface::Texture;
 
 params! {
@@ -28,6 +29,10 @@ params! {
         pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 16.0, "azimuths of shadow=horizon"),
         /// Angular radius of lights.
         pub width: f64 = ParamInfo::angle("width", [0.0, 45.0], 0.0, "angular radius of the lights, by which shadow=horizon softens"),
+        /// Reflections from bump to bump.
+        pub bounces: usize = ParamInfo::whole("bounces", [0.0, 4.0], 0.0, "reflections from bump to bump that reach the viewer, beside direct light"),
+        /// Directions of the links.
+        pub directions: usize = ParamInfo::whole("directions", [8.0, 256.0], 64.0, "directions along which bumps see each other, where there are bounces"),
     }
 }
 
@@ -52,6 +57,8 @@ pub struct Relief {
     pub horizons: Texels,
     /// Angular radius of the lights, radians.
     pub width: f32,
+    /// What bumps see of each other, where light bounces.
+    pub scatter: Option<Scatter>,
 }
 
 pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, BakeError> {
@@ -65,8 +72,12 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Relief, Bake
         Some(f) if p.shadow == 1 => (Kept::Ellipse, ellipses(f, task)?),
         _ => (Kept::Open, Texels::new(Vec::new())),
     };
-    let width = p.width.to_radians() as f32;
-    Ok(Relief { brdf: m.brdf.clone(), bumps, normals: Texels::new(vec![normals]), kept, horizons, width })
+    let (width, normals) = (p.width.to_radians() as f32, Texels::new(vec![normals]));
+    let scatter = match bumps.as_ref().and_then(|b| b.field.as_deref()) {
+        Some(f) if p.bounces > 0 => Scatter::new(f, &normals, [p.bounces, p.directions], task)?,
+        _ => None,
+    };
+    Ok(Relief { brdf: m.brdf.clone(), bumps, normals, kept, horizons, width, scatter })
 }
 
 fn azimuths(f: &HeightField, count: usize, task: &Task) -> Result<Texels, BakeError> {
@@ -126,15 +137,29 @@ impl Relief {
 pub(super) fn error(t: &Relief, m: &Material) -> f64 {
     let size = t.size();
     let shaded = |at, wi, wo| shade::f_cos(t, &shade::texel(t, at, wo), wi, wo);
-    let exact = |at, wi, wo| t.exact(texel_at(at, size), wi, wo);
-    error_at(&*m.brdf, |k| texel(k, size).0, exact, shaded)
+    let direct = |at, wi, wo| t.exact(texel_at(at, size), wi, wo);
+    let (Some(s), Some(f)) = (&t.scatter, t.bumps.as_ref().and_then(|b| b.field.as_deref())) else {
+        return error_at(&*m.brdf, |k| texel(k, size).0, direct, shaded);
+    };
+    let caster = Caster::new(f);
+    let exact = |at, wi: DVec3, wo: DVec3| {
+        let direct = direct(at, wi, wo);
+        if wi.z <= 0.0 || wo.z <= 0.0 {
+            return direct;
+        }
+        let [i, j] = texel_at(at, size);
+        let bounced = scatter::exact(t, &caster, s, [i % f.width(), j % f.height()], [wi, wo]);
+        std::array::from_fn(|c| direct[c] + bounced[c])
+    };
+    error_of(scatter::pairs(m), |k| texel(k, size).0, exact, shaded)
 }
 
 /// The part of texels and directions, uniform over the hemisphere, that are lit and should not be, or the other way round.
 pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
     const TRIED: u32 = 4096;
+    let met = t.scatter.as_ref().map(|s| ("directions that meet bumps", s.links.met()));
     if t.kept == Kept::Open {
-        return Vec::new();
+        return met.into_iter().collect();
     }
     let size = t.size();
     let wrong = (0..TRIED).filter(|k| {
@@ -149,5 +174,6 @@ pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
     if let Kept::Azimuths(n) = t.kept {
         out.push(("azimuths", n as f64));
     }
+    out.extend(met);
     out
 }

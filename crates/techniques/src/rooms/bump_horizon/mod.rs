@@ -10,10 +10,21 @@
 //! horizon leaves, 1 − (acos x − x √(1 − x²))/π with x = (θ − e)/ρ. By `shadow=ellipse`: five numbers, lit where
 //! a x² + b xy + c y² + d x + e y ≤ 1 of the light's tangential part (x, y). Approximated: the horizon between azimuths or by its conic, and both between
 //! texels, where elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n' turns
-//! away from the viewer it is bent back, as other shading normals are. Light from bump to bump is left out. Exact without bumps.
+//! away from the viewer it is bent back, as other shading normals are. Exact without bumps.
+//!
+//! With `bounces` light from bump to bump is added, along links S_i[p] that were followed beforehand from each texel along fixed
+//! directions d_i (the paper's scattering textures; STAR04 6.4.3):
+//!
+//! > L(p) += Σ_i w_i f'(d_i, v)(n'·d_i) L_d(S_i[p], −d_i), w_i (n'·d_i) = π/N
+//!
+//! with the direct light L_d, shadows included, of the texel that is met. Ours are fixed in the frame of n' (in that of the
+//! surface half of a set lies below any bump) and cosine-distributed. Light of b + 1 reflections takes at each texel one link more,
+//! that of another direction, so that the cost is `bounces` · N lookups and no power of N. Approximated: the integral over directions
+//! by N, the texel that is met by the nearest one.
 //! Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the surface.
 
 mod bake;
+mod scatter;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -43,7 +54,8 @@ impl TexturedTechnique for BumpHorizon {
                    Cohen 2000, Interactive Horizon Mapping; Max 1988; STAR04 6.4.2",
         equation: "L_o = Σ_l E_l V(l) f'(l, v) (n'·l)₊",
         light: local::LIGHT,
-        visibility: "of bumps: the horizon at equal azimuths, or one ellipse; rays at each point where asked for",
+        visibility: "of bumps: the horizon at equal azimuths, or one ellipse, and light from bump to bump along links; rays at each point \
+                     where asked for",
         reflectance: "any, about normals by texel",
         materials,
         specimens: &["lambert:albedo=0.6", "ggx:alpha=0.3,f0=0.9"],
@@ -64,6 +76,7 @@ impl TexturedTechnique for BumpHorizon {
             all_anisotropic: true,
             bump_mapping: true,
             self_shadowing: true,
+            interreflections: true,
             ..local::CAPABILITIES
         },
         needs: local::NEEDS_TEXELS,
@@ -85,7 +98,7 @@ impl TexturedTechnique for BumpHorizon {
     }
 
     fn bytes(t: &Relief) -> usize {
-        t.normals.bytes() + t.horizons.bytes()
+        t.normals.bytes() + t.horizons.bytes() + t.scatter.as_ref().map_or(0, |s| s.bytes())
     }
 
     fn normals(t: &Relief) -> Option<Arc<NormalMap>> {

@@ -1,6 +1,7 @@
 //! The reflectance about a texel's normal and what the texel sees of a light; `shade.wgsl` has the same functions.
 
 use super::bake::{Kept, Relief};
+use super::scatter;
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
 use crate::shared::angle::{angle, arccos};
@@ -62,8 +63,21 @@ fn disk(above: f32, width: f32) -> f32 {
     1.0 - (acos - x * (1.0 - x * x).sqrt()) / PI
 }
 
+/// f · ⟨n·wi⟩ with shadows, and what bumps reflect to the point.
 #[inline(always)]
 pub(super) fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    let direct = direct(t, x, wi, wo);
+    match &t.scatter {
+        Some(s) if wi[2] > 0.0 => {
+            let more = scatter::bounced(t, s, x, wi, wo);
+            std::array::from_fn(|c| direct[c] + more[c])
+        }
+        _ => direct,
+    }
+}
+
+#[inline(always)]
+fn direct(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     // False for NaN too.
     let v = if wi[2] > 0.0 { seen(t, x.at, wi) } else { 0.0 };
     if v == 0.0 {
@@ -83,12 +97,12 @@ pub(super) fn text(t: &Relief) -> Option<LocalText> {
         Kept::Azimuths(n) => [1.0, n as f32],
         Kept::Ellipse => [2.0, 1.0],
     };
+    let end = if t.scatter.is_some() { include_str!("scatter.wgsl") } else { include_str!("direct.wgsl") };
+    let shadow = Uniform { name: "local_shadow", value: Value::Vec4([kind[0], kind[1], t.width, 0.0]) };
     Some(LocalText {
-        module: [&own, angle, bumps::TEXT, include_str!("shade.wgsl")].concat().into(),
+        module: [&own, angle, bumps::TEXT, include_str!("shade.wgsl"), end].concat().into(),
         tables: vec![t.normals.table("local_normals"), t.horizons.table("local_horizons")],
-        uniforms: vec![Uniform {
-            name: "local_shadow",
-            value: Value::Vec4([kind[0], kind[1], t.width, 0.0]),
-        }],
+        uniforms: std::iter::once(shadow).chain(t.scatter.as_ref().map(|s| s.uniform())).collect(),
+        buffers: t.scatter.iter().map(|s| s.buffer()).collect(),
     })
 }

@@ -48,7 +48,7 @@ fn local_seen(x: LocalTexel, wi: vec3<f32>) -> f32 {
     return local_disk(local_angle(min(wi.z, 1.0), min(length(wi.xy), 1.0)) - horizon, shadow.z);
 }
 
-fn local_f_cos(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+fn local_direct(x: LocalTexel, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     if !(wi.z > 0.0) {
         return vec3<f32>(0.0);
     }

@@ -1,3 +1,7 @@
+//! What bumps hide of the light; what they reflect is in `bounces`.
+
+mod bounces;
+
 use crate::Material;
 use crate::local::{LocalBake, Place, find_local};
 use crate::shared::bumps::HEIGHT;

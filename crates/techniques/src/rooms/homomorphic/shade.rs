@@ -31,5 +31,6 @@ pub(super) fn text(t: &Tables) -> LocalText {
             name: "local_scale",
             value: Value::Vec4([r, g, b, t.sides.azimuths.code()]),
         }],
+        buffers: Vec::new(),
     }
 }

@@ -70,5 +70,6 @@ pub(super) fn text(t: &Lobes) -> LocalText {
         module: include_str!("shade.wgsl").into(),
         tables: vec![t.texels.table("local_lobes")],
         uniforms: vec![Uniform { name: "local_lobe_count", value: Value::F32(t.count as f32) }],
+        buffers: Vec::new(),
     }
 }

@@ -25,5 +25,6 @@ pub(super) fn text(t: &Polynomials) -> LocalText {
         module: include_str!("shade.wgsl").into(),
         tables: vec![t.texels.table("local_polynomials")],
         uniforms: Vec::new(),
+        buffers: Vec::new(),
     }
 }

@@ -64,5 +64,6 @@ pub(super) fn text(t: &Tables) -> LocalText {
                 value: Value::Vec4([azimuths[0], azimuths[1], counts[0], counts[1]]),
             },
         ],
+        buffers: Vec::new(),
     }
 }

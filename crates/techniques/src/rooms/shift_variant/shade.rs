@@ -132,5 +132,6 @@ pub(super) fn text(t: &Varied) -> LocalText {
             name: "local_model",
             value: Value::Vec4([r, g, b, f32::from(t.model as u8)]),
         }],
+        buffers: Vec::new(),
     }
 }

@@ -19,7 +19,7 @@ fn local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return local_brdf_value(wi, wo);
 }
 ";
-    Some(LocalText { module: module.into(), tables: Vec::new(), uniforms: Vec::new() })
+    Some(LocalText { module: module.into(), tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() })
 }
 
 pub(super) fn lit(b: &LocalBaked<VertexAnalytic>, frame: &LocalFrame<'_>) -> Box<dyn LocalShading> {
