@@ -12,10 +12,10 @@
 //! texels, where elevations and coefficients are interpolated, and averaged under a footprint, as normals are. Where n' turns
 //! away from the viewer it is bent back, as other shading normals are. Exact without bumps.
 //!
-//! With `bounces` light from bump to bump is added, along links S_i[p] that were followed beforehand from each texel along fixed
+//! With `bounces` light from bump to bump is added, along links S_i(p) that were followed beforehand from each texel along fixed
 //! directions d_i (the paper's scattering textures; STAR04 6.4.3):
 //!
-//! > L(p) += Σ_i w_i f'(d_i, v)(n'·d_i) L_d(S_i[p], −d_i), w_i (n'·d_i) = π/N
+//! > L(p) += Σ_i w_i f'(d_i, v)(n'·d_i) L_d(S_i(p), −d_i), w_i (n'·d_i) = π/N
 //!
 //! with the direct light L_d, shadows included, of the texel that is met. Ours are fixed in the frame of n' (in that of the
 //! surface half of a set lies below any bump) and cosine-distributed. Light of b + 1 reflections takes at each texel one link more,
