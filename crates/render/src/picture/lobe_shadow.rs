@@ -10,7 +10,7 @@
 //! where nothing is blocked, and elsewhere the sum Σ V L f_cos/p over more directions as the integral itself.
 
 use super::Shader;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::SharedBrdf;
@@ -18,6 +18,7 @@ use steradian_light::Environment;
 use steradian_reference::path::PathScene;
 use steradian_scene::{Bvh, Ray};
 use steradian_sphere::Frame;
+use steradian_sphere::sampling::R2;
 use steradian_techniques::direct::{Direct, Shadows};
 use steradian_techniques::{Points, PointsBuf, Radiance};
 
@@ -67,11 +68,9 @@ impl LobeShadowShader {
         let mut out = Sums { all: [0.0; 3], seen: [0.0; 3], rays: 0, blocked: false };
         for n in if self.reference { REFERENCE_RAYS } else { RAYS } {
             for k in out.rays..n {
-                // The R2 sequence (Roberts 2018): the plastic number's powers. It is the same at every point, so that shadows
-                // have no noise.
-                let [x, y] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3]
-                    .map(|a: f64| (0.5 + a * (k + 1) as f64).fract());
-                let Some(s) = self.brdf.sample(local, DVec2::new(x, y)).filter(|s| s.pdf > 0.0) else {
+                // The same numbers at every point, so that shadows have no noise.
+                let u = R2::default().point(k as u32 + 1);
+                let Some(s) = self.brdf.sample(local, u).filter(|s| s.pdf > 0.0) else {
                     continue;
                 };
                 let f = self.brdf.f_cos(s.wi, local);

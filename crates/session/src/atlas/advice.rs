@@ -35,10 +35,10 @@ impl Found<'_> {
         self.chapter(stage, brdf)?.entries.iter().find(|e| e.card.slug == slug)
     }
 
-    /// The error of a technique wherever it has a picture of that stage.
-    fn error(&self, stage: Stage, slug: &str) -> Option<f64> {
-        let mut all = self.chapters.iter().filter(|c| c.stage == stage);
-        all.find_map(|c| c.entries.iter().find(|e| e.card.slug == slug)?.error())
+    /// The glossy reflectance that a technique has a picture of at a stage, and its error there.
+    fn glossy(&self, stage: Stage, slug: &str) -> Option<(&str, f64)> {
+        let mut all = self.chapters.iter().filter(|c| c.stage == stage && c.brdf != MATTE);
+        all.find_map(|c| Some((c.brdf.as_str(), c.entries.iter().find(|e| e.card.slug == slug)?.error()?)))
     }
 
     fn diffuse(&self) -> Advice {
@@ -80,8 +80,10 @@ impl Found<'_> {
     fn any_brdf(&self) -> Advice {
         let says = "If arbitrary BRDFs are to be included (with or without shadowing), then one of the SH precomputed radiance transfer methods is preferred if you can live with the restriction to low-frequency SH (differences are only in speed and difficulty of implementation).";
         let chapter = self.chapters.iter().find(|c| c.stage == Stage::Shadowed && c.brdf == GLOSSY);
-        let errors: Vec<(&str, f64)> =
-            HARMONIC.iter().filter_map(|s| Some((*s, self.error(Stage::Shadowed, s)?))).collect();
+        let errors: Vec<(&str, f64)> = HARMONIC
+            .iter()
+            .filter_map(|s| Some((*s, self.entry(Stage::Shadowed, GLOSSY, s)?.error()?)))
+            .collect();
         let without = chapter.and_then(|c| c.unshadowed);
         let (Some(without), false) = (without, errors.is_empty()) else { return missing(says) };
         let named: Vec<String> = errors.iter().map(|(s, e)| format!("{s} {}", percent(*e))).collect();
@@ -98,13 +100,13 @@ impl Found<'_> {
 
     fn sharp(&self) -> Advice {
         let says = "Higher-frequency (dynamic) illumination is possible with Kautz et al.'s method, at the cost of only working with approximations of isotropic BRDFs and no self-shadowing.";
-        let filter = self.error(Stage::Open, "paraboloid_filter");
+        let filter = self.glossy(Stage::Open, "paraboloid_filter");
         let harmonics = self.entry(Stage::Open, GLOSSY, "sh_brdf").and_then(Entry::error);
-        let Some((filter, harmonics)) = filter.zip(harmonics) else { return missing(says) };
+        let Some(((lobe, filter), harmonics)) = filter.zip(harmonics) else { return missing(says) };
         Advice {
             says,
             found: format!(
-                "paraboloid_filter is {} off for its lobe, spherical harmonics of five bands (sh_brdf) {} for GGX",
+                "paraboloid_filter is {} off for {lobe}, spherical harmonics of five bands (sh_brdf) {} for {GLOSSY}",
                 percent(filter),
                 percent(harmonics)
             ),

@@ -305,7 +305,9 @@ fn by_reflectance(all: &[&'static dyn AnyTechnique]) -> Vec<(String, Vec<&'stati
             out.push((spec.into(), some));
         }
     }
-    for t in all.iter().copied().filter(|t| ![GLOSSY, MATTE].iter().any(|s| shows(t.card(), s))) {
+    // A technique of a glossy reflectance of its own is shown with it beside the matte one.
+    let own = |card| OTHERS.iter().any(|s| shows(card, s)) || !shows(card, MATTE);
+    for t in all.iter().copied().filter(|t| !shows(t.card(), GLOSSY) && own(t.card())) {
         let spec = specimen(t.card(), &OTHERS);
         match out.iter_mut().find(|(s, _)| s == spec) {
             Some((_, some)) => some.push(t),

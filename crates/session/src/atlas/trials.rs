@@ -38,8 +38,13 @@ pub struct Tried {
     pub outcome: Outcome,
 }
 
-/// A surface all diffuse, and one that is so below its gloss.
-const DIFFUSE: [&str; 2] = ["lambert:albedo=0.5", "dielectric:alpha=0.2,f0=0.04,albedo=0.5"];
+/// A surface all diffuse, and such that are so below their gloss.
+const DIFFUSE: [&str; 4] = [
+    "lambert:albedo=0.5",
+    "dielectric:alpha=0.2,f0=0.04,albedo=0.5",
+    "ward:ax=0.2,ay=0.2,rs=0.3,rd=0.3",
+    "lafortune:@skin",
+];
 /// Isotropic reflectances of all kinds: Lambertian and rough, lobes, microfacets, layers, sheen, fits to measurements.
 const ISOTROPIC: [&str; 14] = [
     "lambert:albedo=0.5",
@@ -142,19 +147,31 @@ fn row(card: &'static steradian_techniques::Card, outcomes: Vec<Outcome>) -> Row
     Row { card, tried }
 }
 
-/// The five columns of reflectances: which of the lists a technique takes.
+/// The five columns of reflectances: of the lists, and for single models of the technique's own specimens too, which it takes.
 fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
-    let of = |list: &[&str], all: bool| {
-        let taken = list.iter().filter(|s| takes(card, s)).count();
-        let text = format!("takes {taken} of {}", list.len());
-        if taken == list.len() || !all && taken > 0 { Outcome::Holds(text) } else { Outcome::Fails(text) }
+    let own = |isotropic: bool| {
+        let is = move |s: &&&str| parse(s).is_ok_and(|b| b.is_isotropic() == isotropic);
+        card.specimens.iter().filter(is).copied().collect::<Vec<_>>()
+    };
+    let some = |list: &[&str]| match list.iter().find(|s| takes(card, s)) {
+        Some(taken) => Outcome::Holds(format!("takes {taken}")),
+        None => Outcome::Fails(format!("takes none of {}", list.len())),
+    };
+    let all = |list: &[&str]| {
+        let refused: Vec<&str> = list.iter().copied().filter(|s| !takes(card, s)).collect();
+        if refused.is_empty() {
+            return Outcome::Holds(format!("takes all {}", list.len()));
+        }
+        let some: Vec<&str> = refused.iter().copied().take(3).collect();
+        let taken = list.len() - refused.len();
+        Outcome::Fails(format!("takes {taken} of {}, refuses {}", list.len(), some.join(", ")))
     };
     vec![
-        of(&DIFFUSE, false),
-        of(&ISOTROPIC[1..], false),
-        of(&ANISOTROPIC, false),
-        of(&ISOTROPIC, true),
-        of(&ANISOTROPIC, true),
+        some(&DIFFUSE),
+        some(&[&ISOTROPIC[1..], &own(true)].concat()),
+        some(&[&ANISOTROPIC, &own(false)[..]].concat()),
+        all(&ISOTROPIC),
+        all(&ANISOTROPIC),
     ]
 }
 
