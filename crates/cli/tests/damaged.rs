@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 use steradian_base::{ParamValues, Task};
 use steradian_formats::{TensorData, TensorFile};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{Material, PointsBuf, Radiance, find};
 use steradian_testkit::{Mutator, full};
 

@@ -12,7 +12,7 @@ use steradian_scene::shapes;
 use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::gpu::GpuTechnique;
 use steradian_techniques::local::{AnyLocal, LocalFrame, LocalLights, beside};
-use steradian_techniques::shared::{lights, specimens};
+use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, PointChart, PointsBuf, Radiance, Sites, View, locals, registry,
 };

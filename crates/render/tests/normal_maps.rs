@@ -9,7 +9,7 @@ use steradian_render::{
     render,
 };
 use steradian_scene::{Bvh, Camera, Mesh, shapes};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{Material, find};
 
 const SIDE: usize = 24;

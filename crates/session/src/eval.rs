@@ -200,7 +200,7 @@ fn baked(
         None => None,
     };
     let (shadows, local) = (shadows.as_ref(), local.as_deref());
-    let beside = Beside { brdf: &r.brdf, lights: &direct, local, shadows };
+    let beside = OtherLights { brdf: &r.brdf, lights: &direct, local, shadows };
     Ok(answers(&mut *bake, &View::default(), Some(beside), q))
 }
 
@@ -237,7 +237,7 @@ fn saved(file: &SavedBake, q: &Points) -> Result<Answers, Error> {
 
 /// Lights that are shaded with the exact reflectance beside a bake.
 #[derive(Clone, Copy)]
-struct Beside<'a> {
+struct OtherLights<'a> {
     brdf: &'a SharedBrdf,
     lights: &'a Direct,
     /// Directional and point lights by a technique of their own.
@@ -245,7 +245,7 @@ struct Beside<'a> {
     shadows: Option<&'a Bvh>,
 }
 
-fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<Beside<'_>>, q: &Points) -> Answers {
+fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<OtherLights<'_>>, q: &Points) -> Answers {
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.n.len()]);
     bake.frame(view);
     for (view, points) in batches(bake, view, q) {
@@ -298,7 +298,7 @@ fn seen_along(wo: DVec3, view: &View) -> View {
     View { eye: (FAR * wo).as_vec3(), forward: -wo.as_vec3(), ..*view }
 }
 
-fn shade(bake: &dyn AnyBake, direct: Option<Beside<'_>>, q: &Points, points: &[usize]) -> [Vec<f32>; 3] {
+fn shade(bake: &dyn AnyBake, direct: Option<OtherLights<'_>>, q: &Points, points: &[usize]) -> [Vec<f32>; 3] {
     let mut buf = PointsBuf::with_capacity(points.len());
     for &i in points {
         let p = q.p.as_ref().map_or(Vec3::ZERO, |p| p[i].as_vec3());

@@ -297,7 +297,7 @@ impl Session {
             material,
             method,
             bake,
-            Beside { direct, local, shadows, lobe: lobe.then(|| under.lights.environment.clone()) },
+            OtherLights { direct, local, shadows, lobe: lobe.then(|| under.lights.environment.clone()) },
             &view,
         );
         let seconds = start.elapsed().as_secs_f64();
@@ -359,7 +359,7 @@ impl Session {
             }
             Changed::Nothing => (old.0.with_view(&view(under.camera)), before.direct.1.clone()),
         };
-        let beside = Beside { direct, local: None, shadows: None, lobe: None };
+        let beside = OtherLights { direct, local: None, shadows: None, lobe: None };
         let prepared = framed(material, &before.method, bake, beside, &view(under.camera));
         Ok(Prepared { seconds: start.elapsed().as_secs_f64(), ..prepared })
     }
@@ -479,7 +479,7 @@ fn link(
 }
 
 /// Lights beside a bake, and what shadows them.
-struct Beside {
+struct OtherLights {
     direct: Direct,
     /// Those of a technique of their own.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
@@ -493,11 +493,11 @@ fn framed(
     material: &Material,
     method: &Method,
     mut bake: Box<dyn AnyBake>,
-    beside: Beside,
+    beside: OtherLights,
     view: &View,
 ) -> Prepared {
     bake.frame(view);
-    let Beside { direct, local, shadows, lobe } = beside;
+    let OtherLights { direct, local, shadows, lobe } = beside;
     let (mut certificate, mut bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
     if !direct.is_empty() {
         certificate = certificate.beside_exact_lights();

@@ -12,7 +12,7 @@ use std::time::Instant;
 use steradian_base::{ParamValues, Progress, Task};
 use steradian_light::{Environment, Lights};
 use steradian_sphere::{Layout, SphereImage, sh};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{Material, find};
 
 const ROWS: usize = 512;

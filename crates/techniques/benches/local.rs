@@ -12,7 +12,7 @@ use steradian_base::{ParamValues, Task};
 use steradian_prefilter::probe;
 use steradian_sphere::Frame;
 use steradian_techniques::local::{LocalFrame, LocalLights};
-use steradian_techniques::shared::{lights, specimens};
+use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{Material, PointChart, PointsBuf, Radiance, View, find_local};
 
 const POINTS: usize = 1 << 16;

@@ -12,7 +12,7 @@ use glam::{Mat3, Vec2, Vec3};
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_scene::{Mesh, load, shapes};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 use steradian_testkit::data;
 

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{ParamValues, Task};
 use steradian_scene::shapes;
-use steradian_techniques::shared::lights;
-use steradian_techniques::shared::view_table::ViewTable;
+use steradian_techniques::shared::material::view_table::ViewTable;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 
 const VERTICES: usize = 102_400;

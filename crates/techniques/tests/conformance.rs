@@ -21,7 +21,7 @@ mod table;
 use glam::DMat3;
 use harness::*;
 use steradian_light::Lights;
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{Check, View, find, registry};
 
 #[test]

@@ -17,7 +17,7 @@ pub fn picture_name(slug: &str) -> String {
 
 /// What is at the right of a picture.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Beside {
+pub enum ComparedWith {
     /// Direct evaluation of the integral.
     Reference,
     /// The path tracer.
@@ -26,7 +26,7 @@ pub enum Beside {
     Plain,
 }
 
-impl Beside {
+impl ComparedWith {
     const ALL: [Self; 3] = [Self::Reference, Self::Paths, Self::Plain];
 
     /// Its word in the file of numbers, and how the page calls it.
@@ -46,7 +46,7 @@ pub struct Row {
     /// Reflectance.
     pub brdf: String,
     /// What it is beside.
-    pub beside: Beside,
+    pub beside: ComparedWith,
     /// Of radiance over the pixels that the object covers.
     pub relative_rms: f64,
     /// Mean |log2| of the same.
@@ -76,7 +76,7 @@ impl Row {
         let mut words = line.splitn(8, ',');
         let mut word = || words.next();
         let (slug, name) = (word()?.to_string(), word()?);
-        let beside = Beside::ALL.into_iter().find(|b| b.words()[0] == name)?;
+        let beside = ComparedWith::ALL.into_iter().find(|b| b.words()[0] == name)?;
         let mut number = || word()?.parse::<f64>().ok();
         let [relative_rms, stops, flip, certified, bytes] =
             [number()?, number()?, number()?, number()?, number()?];
@@ -115,7 +115,7 @@ pub fn page(root: &Path) -> Result<String> {
             };
             let (slug, [_, beside]) = (card.slug, r.beside.words());
             let errors = match r.beside {
-                Beside::Plain => "its data are those of the conformance suite, and its chapter says against what it was measured".into(),
+                ComparedWith::Plain => "its data are those of the conformance suite, and its chapter says against what it was measured".into(),
                 _ => format!(
                     "relative RMS error {:.1} %, {:.3} stops, FLIP {:.3}; certified {:.1} %",
                     100.0 * r.relative_rms,
@@ -147,7 +147,7 @@ mod tests {
         let row = Row {
             slug: "shrm".into(),
             brdf: "ggx:alpha=0.25,f0=1/0.77/0.34".into(),
-            beside: Beside::Paths,
+            beside: ComparedWith::Paths,
             relative_rms: 0.0123,
             stops: 0.01,
             flip: 0.002,

@@ -22,7 +22,7 @@ use steradian_base::{Kind, ParamValues, Value};
 use steradian_brdf::parse;
 use steradian_light::{DirectionalLight, Lights};
 use steradian_techniques::local::AnyLocal;
-use steradian_techniques::shared::specimens;
+use steradian_techniques::shared::trials::specimens;
 use steradian_techniques::{AnyTechnique, Card, locals, registry};
 
 /// The light of techniques for environments.

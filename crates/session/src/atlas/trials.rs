@@ -13,7 +13,7 @@ use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
 use steradian_sphere::Frame;
 use steradian_techniques::local::AnyLocal;
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, PointLobe, PointsBuf, Radiance, Sites, locals, registry,
 };

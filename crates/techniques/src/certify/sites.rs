@@ -8,7 +8,7 @@
 
 use super::Report;
 use super::errors::{Errors, Look};
-use crate::shared::transport;
+use crate::shared::geometry::transport;
 use crate::{BakeError, Geometry, PointsBuf, Radiance, Sites};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use steradian_base::{Certificate, Task};

@@ -30,7 +30,7 @@ fn the_stated_error_is_an_upper_one() {
 /// Lobes about a point are looked at from all probes, a ridge that is far longer than wide from fewer.
 #[test]
 fn expensive_reflectance_is_probed_at_fewer_points() {
-    let image = crate::shared::lights::furnace().environment.unwrap().image.clone();
+    let image = crate::shared::trials::lights::furnace().environment.unwrap().image.clone();
     let tree = Tree::new(Some(&image), &[], &Task::quiet()).unwrap();
     let probes = |lobe: Lobe| {
         let m = Model { whole: true, lobes: Box::new(move |_| vec![lobe]), f_cos: Box::new(|_, _| [1.0; 3]) };
@@ -60,7 +60,7 @@ fn what_a_sun_decides_is_stated() {
     let brdf = parse("ggx:alpha=0.1,f0=0.9").unwrap();
     let direction = DVec3::new(0.3, 0.8, -0.5).normalize();
     let sun = DiskLight { direction, angular_radius: 0.004, radiance: [3e4; 3] };
-    let sky = crate::shared::lights::smooth();
+    let sky = crate::shared::trials::lights::smooth();
     let lights = Lights { disks: vec![sun], ..sky.clone() };
     let image = |l: &Lights| l.environment.as_ref().map(|e| e.image.clone());
     let [tree, dark] = [&lights, &sky].map(|l| {

@@ -47,7 +47,7 @@ fn rules_grow_with_the_ratio() {
 
 #[test]
 fn suns_are_split_off_or_stay() {
-    let lights = crate::shared::lights::sunny();
+    let lights = crate::shared::trials::lights::sunny();
     let (baked, direct) = split(&lights, Suns::Exact);
     assert!(baked.disks.is_empty() && direct.disks.len() == 1 && baked.environment.is_some());
     let (baked, direct) = split(&lights, Suns::Fold);

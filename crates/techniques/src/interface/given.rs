@@ -1,7 +1,7 @@
 //! The inputs as they were given, and the certificate that a bake gets by them.
 
 use crate::certify::{Report, sites};
-use crate::shared::distant;
+use crate::shared::light::distant;
 use crate::{Bake, BakeError, Geometry, Part, Technique, View};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::{Brdf, SharedBrdf};

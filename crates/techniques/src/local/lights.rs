@@ -106,7 +106,7 @@ impl Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shared::lights;
+    use crate::shared::trials::lights;
     use glam::{DVec3, Vec3};
     use steradian_light::DiskLight;
 

@@ -92,12 +92,12 @@ pub const CARD: Card = Card {
 
 /// The claim that a reflectance is exact under a near point light, up to the spacing of entries.
 pub const fn near(statement: &'static str, brdf: &'static str) -> Claim {
-    Claim::new(statement, shared::lights::near_point, brdf, 1e-3)
+    Claim::new(statement, shared::trials::lights::near_point, brdf, 1e-3)
 }
 
 /// The same under three directional lights.
 pub const fn far(statement: &'static str, brdf: &'static str) -> Claim {
-    Claim::new(statement, shared::lights::three_directionals, brdf, 1e-3)
+    Claim::new(statement, shared::trials::lights::three_directionals, brdf, 1e-3)
 }
 
 /// Tolerance of tables where the user gives none.

@@ -2,7 +2,7 @@
 
 use super::{Light, LocalBaked, LocalFrame, LocalShading, Place, TexturedTechnique, technique};
 use crate::direct::Shadows;
-use crate::shared::vector::{Axes, tangent};
+use crate::shared::maths::vector::{Axes, tangent};
 use crate::{GpuTechnique, PointChart, Points, Radiance};
 use glam::DVec3;
 use std::sync::Arc;

@@ -1,44 +1,13 @@
-//! What techniques share: techniques never import techniques.
+//! What techniques share: techniques never import techniques. A folder each for the factors that techniques multiply (light,
+//! material, geometry, surface), and for what shading needs of tables, points and numbers.
 
-pub mod albedo;
-pub mod angle;
-pub mod apart;
-pub mod batch;
-pub mod bumps;
-pub mod bundle;
-pub mod chain;
-pub mod clustered;
-pub mod distant;
-pub mod exact;
-pub mod glossy;
-pub mod grid;
-pub mod harmonics;
-pub mod hemisphere;
-pub mod kernels;
-pub mod light_rotation;
-pub mod lights;
-pub mod lobe;
-pub mod matrices;
-pub mod number;
+pub mod geometry;
+pub mod light;
+pub mod material;
+pub mod maths;
 pub mod once;
-pub mod phong_lobe;
-pub mod quadric;
-pub mod reflectance;
-pub mod sh_light;
+pub mod points;
 pub mod shrm;
-pub mod site_sum;
-pub mod specimens;
-pub mod spectral_error;
-pub mod spectrum;
-pub mod strands;
-pub mod sun;
-pub mod sunlit_spectrum;
-pub mod symmetry;
+pub mod surface;
 pub mod tables;
-pub mod texels;
-pub mod transport;
-#[cfg(test)]
-pub mod trial;
-pub mod vector;
-pub mod view_table;
-pub mod views;
+pub mod trials;

@@ -11,7 +11,7 @@ use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
 use steradian_sphere::Frame;
 use steradian_techniques::certify::probes;
-use steradian_techniques::shared::{distant, lights};
+use steradian_techniques::shared::{light::distant, trials::lights};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Check, Geometry, Material, PointsBuf, Radiance, Sites, registry,
 };

@@ -3,7 +3,7 @@
 use super::harness::*;
 use glam::{DVec3, Vec3};
 use steradian_reference::ReferencePoint;
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{AnyBake, PointLobe, PointsBuf, Radiance, registry};
 
 fn shade_lobes(b: &dyn AnyBake, points: &[ReferencePoint], lobe: PointLobe) -> Vec<[f64; 3]> {

@@ -15,7 +15,7 @@ use steradian_sphere::quadrature::gauss_legendre;
 use steradian_techniques::local::{
     AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Pair, pairs, texel,
 };
-use steradian_techniques::shared::{lights, specimens};
+use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{BakeError, Check, PointsBuf, Radiance, View, find_local, gpu, locals};
 
 fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBake> {

@@ -18,8 +18,9 @@ const LAYERED: usize = 60;
 const EVERY: usize = 25;
 /// Largest error relative to the stated one.
 const UNDER: f64 = 1.25;
-/// Probes of each kind.
-const PROBES: usize = 256;
+/// Probes of each kind; a case that fails with the first is held to what the second find. (One bright texel that a metal sees at
+/// grazing angles was .62 ± .09 with 256 where 1024 find .39 ± .05: few probes have more than their own spread tells.)
+const PROBES: [usize; 2] = [256, 2048];
 
 /// Numbers of Steele, Lea & Flood 2014, *Fast Splittable Pseudorandom Number Generators*.
 struct Random(u64);
@@ -222,7 +223,7 @@ fn certificates_see_the_outline_of_texels() {
         let task = Task::quiet().with_tolerance(tolerance);
         let technique = steradian_techniques::find(slug).expect("a technique");
         let b = technique.bake(&light, &material(spec), None, &ParamValues::default(), &task).expect("bakes");
-        let found = against_reference(&*b, &light, spec, PROBES, 0.37);
+        let found = against_reference(&*b, &light, spec, PROBES[0], 0.37);
         let stated = b.certificate().error;
         println!("{slug} {spec}: {:.5} ± {:.5}, stated {stated:.5}", found.error, found.sigma);
         assert!(found.error - 2.0 * found.sigma < UNDER * stated + 5e-4, "{slug} {spec}");
@@ -248,8 +249,17 @@ fn random_cases_err_by_what_is_stated() {
                 continue;
             }
         };
-        let found = against_reference(&*b, &light, &spec, PROBES, 0.37);
         let stated = b.certificate().error;
+        // Errors of rounding and of the reference's own tolerance.
+        let understated = |found: &Found| found.error - 2.0 * found.sigma > UNDER * stated + 5e-4;
+        let mut found = against_reference(&*b, &light, &spec, PROBES[0], 0.37);
+        if understated(&found) {
+            println!(
+                "{n}: {:.5} ± {:.5}, stated {stated:.5}: once more with more probes",
+                found.error, found.sigma
+            );
+            found = against_reference(&*b, &light, &spec, PROBES[1], 0.37);
+        }
         let ratio = found.error / stated.max(1e-9);
         let tolerance = tolerance.map_or(String::new(), |t| format!(" tolerance {t}"));
         let line = format!(
@@ -262,8 +272,7 @@ fn random_cases_err_by_what_is_stated() {
         );
         println!("{ratio:.2} {line}");
         ratios.push(ratio);
-        // Errors of rounding and of the reference's own tolerance.
-        if found.error - 2.0 * found.sigma > UNDER * stated + 5e-4 {
+        if understated(&found) {
             failures.push(line);
         }
     }

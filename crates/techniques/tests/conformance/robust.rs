@@ -8,7 +8,7 @@ use steradian_base::{ParamValues, Task};
 use steradian_formats::{Limits, decode_tensors};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::shared::lights;
+use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{
     AnyBake, AnyTechnique, BakeError, Check, Material, PointLobe, PointsBuf, Radiance, View, gpu, registry,
 };

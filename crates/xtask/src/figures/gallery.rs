@@ -1,7 +1,7 @@
 //! The gallery: every technique beside the reference, and the numbers that its page says.
 
 use super::{Options, say};
-use crate::gallery::{self, Beside, NUMBERS, Row, picture_name};
+use crate::gallery::{self, ComparedWith, NUMBERS, Row, picture_name};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use steradian_render::Display;
@@ -9,7 +9,7 @@ use steradian_session::atlas::{LIGHT, three_lights, usual_specimen};
 use steradian_session::compare::Plan;
 use steradian_session::{Local, Method, Paths, Renderer, Scene, Session};
 use steradian_techniques::local::AnyLocal;
-use steradian_techniques::shared::specimens;
+use steradian_techniques::shared::trials::specimens;
 use steradian_techniques::{AnyTechnique, locals, registry};
 
 /// Pixels of one picture.
@@ -68,7 +68,7 @@ fn global(o: &Options, sites: bool, spec: &str, named: &[Named]) -> Result<Vec<R
     let mut session = Session::new();
     let scene = scene("knot", spec, &mut session)?;
     session.paths = Paths { bounces: 1, noise: NOISE };
-    let beside = if sites { Beside::Paths } else { Beside::Reference };
+    let beside = if sites { ComparedWith::Paths } else { ComparedWith::Reference };
     drawn(o, spec, &scene, named, &session, beside)
 }
 
@@ -79,7 +79,7 @@ fn local(o: &Options, technique: &'static dyn AnyLocal) -> Result<Vec<Row>> {
     let mut scene = scene("knot", spec, &mut session)?;
     scene.lights = three_lights();
     let planes = specimens::planes(technique.planes());
-    let beside = if planes.is_empty() { Beside::Reference } else { Beside::Plain };
+    let beside = if planes.is_empty() { ComparedWith::Reference } else { ComparedWith::Plain };
     let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
     scene.materials.iter_mut().for_each(|m| m.local.clone_from(&local));
     let takes = |t: &&&'static dyn AnyTechnique| {
@@ -97,9 +97,9 @@ fn drawn(
     scene: &Scene,
     named: &[Named],
     session: &Session,
-    beside: Beside,
+    beside: ComparedWith,
 ) -> Result<Vec<Row>> {
-    let plan = Plan { reference_tolerance: 2e-3, paths: beside == Beside::Paths, ev: 0.0 };
+    let plan = Plan { reference_tolerance: 2e-3, paths: beside == ComparedWith::Paths, ev: 0.0 };
     let methods: Vec<Method> = named.iter().map(|n| n.1.clone()).collect();
     let answers = session.compare(scene, &methods, &[Renderer::Cpu], &plan)?;
     let truth = answers[0].rendering().context("no reference")?;

@@ -12,7 +12,7 @@ use steradian_light::{Environment, Lights};
 use steradian_render::{Cell, Display, Row, Sheet};
 use steradian_sphere::sh::{self, Window};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::shared::view_table::ViewTable;
+use steradian_techniques::shared::material::view_table::ViewTable;
 
 /// The reflectance of figure 2; the paper does not say its exponents.
 const TABLE: &str = "ashikhmin-shirley:nu=12,nv=4";

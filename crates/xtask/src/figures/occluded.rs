@@ -22,7 +22,7 @@ use steradian_render::{
 };
 use steradian_scene::{Bvh, Camera, Framing, Mesh, shapes};
 use steradian_session::{Method, Paths, Scene, Session};
-use steradian_techniques::shared::lights::furnace;
+use steradian_techniques::shared::trials::lights::furnace;
 use steradian_techniques::{AnyBake, Geometry, Material, Sites, View, find};
 use steradian_testkit::data_dir;
 use steradian_transfer::{Refinement, refine};

@@ -2,8 +2,8 @@
 
 use super::Ambient;
 use crate::certify::Report;
-use crate::shared::distant::refuse_points;
-use crate::shared::transport::{self, PerSite};
+use crate::shared::geometry::transport::{self, PerSite};
+use crate::shared::light::distant::refuse_points;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Geometry, Part, Technique};
 use steradian_base::{ParamInfo, Task, params};

@@ -14,8 +14,8 @@ mod shade;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
-use crate::shared::lights;
-use crate::shared::transport::PerSite;
+use crate::shared::geometry::transport::PerSite;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique,

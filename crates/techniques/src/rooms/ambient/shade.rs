@@ -2,7 +2,7 @@
 
 use super::Ambient;
 use crate::gpu::{Buffer, Entry, Uniform, Value};
-use crate::shared::transport;
+use crate::shared::geometry::transport;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 
 pub(super) fn shade(b: &Bake<Ambient>, q: &Points<'_>, out: &mut Radiance<'_>) {

@@ -1,7 +1,7 @@
 //! The tables.
 
 use crate::local;
-use crate::shared::grid::Grid;
+use crate::shared::tables::grid::Grid;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;

@@ -2,7 +2,7 @@
 
 use super::bake::Tables;
 use crate::local::LocalText;
-use crate::shared::angle::angle;
+use crate::shared::maths::angle::angle;
 use std::f32::consts::FRAC_2_PI;
 
 /// Of the half vector: h·l, and θ_h over π/2.

@@ -1,6 +1,6 @@
 //! The reflectances that are round about the tangent, as kernels.
 
-use crate::shared::reflectance::Reflectance;
+use crate::shared::material::reflectance::Reflectance;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_brdf::Form;

@@ -24,10 +24,10 @@ mod tests;
 
 use crate::certify::{self, Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lights;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::distant::{DistantLight, ORDER};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,

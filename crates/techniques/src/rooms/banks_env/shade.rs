@@ -2,9 +2,9 @@
 
 use super::bake::Cones;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::angle::angle;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::vector::{cross, dot, tangent};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::maths::angle::angle;
+use crate::shared::maths::vector::{cross, dot, tangent};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::FRAC_PI_2;
 

@@ -3,7 +3,7 @@
 use super::bake::Table;
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
-use crate::shared::angle::angle;
+use crate::shared::maths::angle::angle;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// The table's coordinate of a direction: a of sin a = w·t, from −π/2 to π/2 as 0 to 1, or w·t from −1 to 1.

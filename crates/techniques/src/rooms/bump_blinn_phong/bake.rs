@@ -2,8 +2,8 @@
 
 use super::shade;
 use crate::local::{FileName, Place, error_at, texel, texel_at};
-use crate::shared::bumps::{self, Bumps};
-use crate::shared::texels::Texels;
+use crate::shared::surface::bumps::{self, Bumps};
+use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -26,7 +26,7 @@ mod shade;
 mod tests;
 
 use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
-use crate::shared::{bumps, lights};
+use crate::shared::{surface::bumps, trials::lights};
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Bumped, Params};
 use shade::Texel;

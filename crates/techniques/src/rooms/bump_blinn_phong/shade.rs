@@ -3,8 +3,8 @@
 use super::bake::{Bumped, MEAN, TOKSVIG};
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
-use crate::shared::bumps;
-use crate::shared::vector::dot;
+use crate::shared::maths::vector::dot;
+use crate::shared::surface::bumps;
 
 /// Smallest z of a mean normal that covariances are projected with.
 const LEAST_Z: f32 = 0.1;

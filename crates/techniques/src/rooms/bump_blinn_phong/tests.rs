@@ -1,6 +1,6 @@
 use crate::local::{LocalBake, Place, find_local};
-use crate::shared::bumps::{HEIGHT, NORMAL};
-use crate::shared::specimens::{self, direction, single};
+use crate::shared::surface::bumps::{HEIGHT, NORMAL};
+use crate::shared::trials::specimens::{self, direction, single};
 use crate::{BakeError, Material};
 use glam::Vec3;
 use std::f64::consts::PI;

@@ -3,8 +3,8 @@
 use super::scatter::{self, Scatter};
 use super::shade;
 use crate::local::{FileName, error_at, error_of, texel, texel_at};
-use crate::shared::bumps::{self, Bumps, exact_facing, exact_frame};
-use crate::shared::texels::Texels;
+use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
+use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::sync::Arc;

@@ -4,9 +4,9 @@ use super::bake::{Kept, Relief};
 use super::scatter;
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
-use crate::shared::angle::{angle, arccos};
-use crate::shared::bumps;
-use crate::shared::vector::dot;
+use crate::shared::maths::angle::{angle, arccos};
+use crate::shared::maths::vector::dot;
+use crate::shared::surface::bumps;
 use glam::DVec3;
 use std::f32::consts::{PI, TAU};
 

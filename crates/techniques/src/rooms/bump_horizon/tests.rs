@@ -4,8 +4,8 @@ mod bounces;
 
 use crate::Material;
 use crate::local::{LocalBake, Place, find_local};
-use crate::shared::bumps::HEIGHT;
-use crate::shared::specimens::{self, SIDE, direction, single};
+use crate::shared::surface::bumps::HEIGHT;
+use crate::shared::trials::specimens::{self, SIDE, direction, single};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task, Value};

@@ -16,11 +16,11 @@ mod shade;
 mod tests;
 
 use crate::certify::Report;
-use crate::shared::clustered::{Clustered, Size};
-use crate::shared::glossy::{self, Glossy};
-use crate::shared::lights;
-use crate::shared::matrices::Accuracy;
-use crate::shared::sh_light::ShLight;
+use crate::shared::geometry::clustered::{Clustered, Size};
+use crate::shared::geometry::matrices::Accuracy;
+use crate::shared::light::sh_light::ShLight;
+use crate::shared::material::glossy::{self, Glossy};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,

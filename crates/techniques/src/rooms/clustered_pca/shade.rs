@@ -2,10 +2,10 @@
 
 use super::ClusteredPca;
 use crate::gpu::{Buffer, Entry, Numbers};
-use crate::shared::clustered::{ClusterVectors, Clustered};
-use crate::shared::glossy::{Glossy, each};
-use crate::shared::matrices::padded;
-use crate::shared::sh_light::ShLight;
+use crate::shared::geometry::clustered::{ClusterVectors, Clustered};
+use crate::shared::geometry::matrices::padded;
+use crate::shared::light::sh_light::ShLight;
+use crate::shared::material::glossy::{Glossy, each};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 
 /// The clusters' matrices times the light of a frame.

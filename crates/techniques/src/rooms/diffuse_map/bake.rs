@@ -2,8 +2,8 @@
 
 use super::DiffuseMap;
 use crate::certify::Report;
-use crate::shared::distant::DistantLight;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::material::reflectance::Reflectance;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Part, Technique};

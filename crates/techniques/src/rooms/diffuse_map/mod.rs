@@ -17,10 +17,10 @@ mod tests;
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lights;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
 use crate::shared::tables;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, Varies, View,

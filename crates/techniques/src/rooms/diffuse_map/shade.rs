@@ -2,9 +2,9 @@
 
 use super::bake::Albedo;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lobe;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
+use crate::shared::surface::lobe;
 use crate::shared::tables::cube_table;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::EdgeCube;

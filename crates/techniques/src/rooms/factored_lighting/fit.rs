@@ -2,7 +2,7 @@
 
 use super::bake::Params;
 use super::maps::{CubeGrid, Tap, line_taps};
-use crate::shared::views::{Slices, ViewImage};
+use crate::shared::material::views::{Slices, ViewImage};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};

@@ -25,10 +25,10 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::distant::DistantLight;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::views::Seen;
-use crate::shared::{lights, reflectance};
+use crate::shared::light::distant::DistantLight;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::views::Seen;
+use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,

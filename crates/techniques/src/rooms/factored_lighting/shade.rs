@@ -2,8 +2,8 @@
 
 use super::bake::Factors;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 

@@ -3,7 +3,7 @@
 use super::light::Light;
 use super::visibility::{self, Blocked, MOST};
 use crate::certify::Report;
-use crate::shared::reflectance;
+use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Material, Part};
 use steradian_base::{ParamInfo, Task, params};

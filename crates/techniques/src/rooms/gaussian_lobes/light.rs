@@ -2,9 +2,9 @@
 
 use super::GaussianLobes;
 use super::bake::Params;
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
-use crate::shared::sh_light::ShLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::light::sh_light::ShLight;
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};

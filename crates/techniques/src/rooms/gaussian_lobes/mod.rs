@@ -25,7 +25,7 @@ mod visibility;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::{lights, reflectance};
+use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,

@@ -6,10 +6,10 @@ use super::bake::Views;
 use super::light::Light;
 use super::visibility::{self, Blocked, DIFFUSE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
-use crate::shared::{harmonics, sh_light};
+use crate::shared::{light::sh_light, maths::harmonics};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -264,7 +264,9 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
         if !v.zonal.is_empty() {
             tables.push(line("zonal", &v.zonal));
         }
-        let per = |name, s: &crate::shared::transport::PerSite| Buffer::new(name, s.stride, s.data.clone());
+        let per = |name, s: &crate::shared::geometry::transport::PerSite| {
+            Buffer::new(name, s.stride, s.data.clone())
+        };
         buffers.push(per("blocked", &blocked.visibility));
         if !f.light.is_empty() {
             buffers.push(per("blocked_irradiance", &blocked.irradiance));

@@ -16,7 +16,7 @@ use super::GaussianLobes;
 use super::bake::{Params, Views};
 use super::shade;
 use crate::certify::Report;
-use crate::shared::transport::{self, PerSite};
+use crate::shared::geometry::transport::{self, PerSite};
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part, Points, Technique};
 use steradian_base::Task;

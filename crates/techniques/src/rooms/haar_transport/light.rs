@@ -2,8 +2,8 @@
 
 use super::HaarTransport;
 use super::cube::Level;
-use crate::shared::distant;
-use crate::shared::sh_light::ShLight;
+use crate::shared::light::distant;
+use crate::shared::light::sh_light::ShLight;
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Part, Technique};
 use glam::{DVec2, DVec3, Mat3};

@@ -21,8 +21,8 @@ mod transport;
 mod visibility;
 
 use crate::certify::{Model, Report, Target};
-use crate::shared::lights;
-use crate::shared::sh_light::Albedo;
+use crate::shared::light::sh_light::Albedo;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique, View,

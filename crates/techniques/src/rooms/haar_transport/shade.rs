@@ -6,7 +6,7 @@ use super::cube::Level;
 use super::light::{Light, transform};
 use super::transport::Transport;
 use crate::gpu::{Buffer, Entry, Numbers};
-use crate::shared::transport;
+use crate::shared::geometry::transport;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::Mat3;
 use std::f64::consts::PI;

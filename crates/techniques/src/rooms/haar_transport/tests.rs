@@ -3,7 +3,7 @@ use super::*;
 use crate::rooms::haar_transport::cube::Level;
 use crate::rooms::haar_transport::light::transform;
 use crate::rooms::haar_transport::transport::Row;
-use crate::shared::transport::PerSite;
+use crate::shared::geometry::transport::PerSite;
 use crate::{AnyBake, PointsBuf, Sites, find};
 use glam::{DVec3, Mat3, Vec2};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Transport of all sites as sparse columns, one for each wavelet.
 
 use crate::Part;
-use crate::shared::transport::PerSite;
+use crate::shared::geometry::transport::PerSite;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;

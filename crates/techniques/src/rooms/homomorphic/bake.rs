@@ -1,9 +1,9 @@
 //! Parameters, and the maps as tables.
 
 use super::fit::{Layout, Samples, fit};
-use crate::shared::grid::GridStack;
-use crate::shared::hemisphere::Map;
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
+use crate::shared::tables::grid::GridStack;
+use crate::shared::tables::hemisphere::Map;
 use crate::{BakeError, Material};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_numerics::lsqr::Rgb;

@@ -1,7 +1,7 @@
 //! The logarithms of the factors by least squares over samples of the reflectance.
 
-use crate::shared::hemisphere::{Azimuths, Map, Rows};
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
+use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use steradian_base::{Cancelled, Task};

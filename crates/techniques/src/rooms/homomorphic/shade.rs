@@ -3,7 +3,7 @@
 use super::bake::Tables;
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
-use crate::shared::hemisphere;
+use crate::shared::tables::hemisphere;
 
 /// f of two directions above the horizon: light and view are exchanged without a difference.
 #[inline(always)]

@@ -2,8 +2,8 @@ use super::fit::{Layout, Samples, fit, problem};
 use super::shade;
 use crate::Material;
 use crate::local;
-use crate::shared::hemisphere::Map;
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
+use crate::shared::tables::hemisphere::Map;
 use glam::DVec3;
 use steradian_base::{ParamValues, Params as _, Task};
 use steradian_brdf::{Brdf, parse};
@@ -158,7 +158,7 @@ fn what_is_no_product_is_approximated() {
 fn factors_stay_within_range() {
     for spec in ["ggx:alpha=0.05", "ward:ax=0.15,ay=0.4,variant=1992"] {
         let t = tables(spec, &[("resolution", "16")]);
-        let most = |m: &crate::shared::grid::GridStack, count: usize| {
+        let most = |m: &crate::shared::tables::grid::GridStack, count: usize| {
             let at = |k: usize| m.layer(m.place([(k % 65) as f32 / 64.0, (k / 65) as f32 / 64.0]), 0)[0];
             (0..count).map(at).fold(f32::NEG_INFINITY, f32::max)
         };

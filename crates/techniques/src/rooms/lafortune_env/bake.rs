@@ -3,8 +3,8 @@
 use super::LafortuneEnv;
 use super::material::{Cosines, Term};
 use crate::certify::Report;
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
@@ -37,7 +37,7 @@ pub const STRIDE: usize = 8;
 
 /// What shading reads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct LafortuneMaps {
     /// ∫ (n+1)/2π (r·wi)₊^n L, from the largest exponent to the smallest.
     pub chain: Chain,
     /// Irradiance over n.
@@ -107,7 +107,12 @@ fn means(stack: &[f64]) -> Vec<f32> {
 }
 
 /// Filters the light by every exponent of the stack.
-pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+pub fn link(
+    light: &DistantLight,
+    m: &Cosines,
+    p: &Params,
+    task: &Task,
+) -> Result<(LafortuneMaps, Report), BakeError> {
     let slug = LafortuneEnv::CARD.slug;
     let terms = m.terms();
     let stack = exponents(&terms, p.exponents.unwrap_or(0));
@@ -154,7 +159,7 @@ pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Resul
     }
     let [red, green, blue] = m.0.kd.map(|k| (k / PI) as f32);
     let factors = [red, green, blue, p.cosine as f32];
-    let maps = Maps { chain, diffuse, terms: table, means: means(&stack), factors };
+    let maps = LafortuneMaps { chain, diffuse, terms: table, means: means(&stack), factors };
     let report = Report::default()
         .detail("lookups", terms.len() as f64)
         .detail("maps", stack.len() as f64)
@@ -164,7 +169,7 @@ pub fn link(light: &DistantLight, m: &Cosines, p: &Params, task: &Task) -> Resul
     Ok((maps, report))
 }
 
-impl Part for Maps {
+impl Part for LafortuneMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.chain.save(to, &format!("{prefix}.phong"));
         save_cube(&self.diffuse, to, format!("{prefix}.irradiance"));

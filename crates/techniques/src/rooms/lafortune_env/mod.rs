@@ -21,14 +21,14 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lights;
+use crate::shared::light::distant::{DistantLight, ORDER};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Maps, Params};
+use bake::{LafortuneMaps, Params};
 use material::Cosines;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
@@ -92,7 +92,7 @@ impl Technique for LafortuneEnv {
     type Light = DistantLight;
     type Material = Cosines;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = LafortuneMaps;
     type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -107,7 +107,7 @@ impl Technique for LafortuneEnv {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(LafortuneMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -1,15 +1,15 @@
 //! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions.
 
-use super::bake::{COLUMNS, Maps, STRIDE};
+use super::bake::{COLUMNS, LafortuneMaps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::maths::vector::{cross, dot, tangent};
 use crate::shared::tables::{cube_table, texel_bytes};
-use crate::shared::vector::{cross, dot, tangent};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// The cosine's mean over the lobe of `level` at n·r̂ = `cosine`, bilinear.
 #[inline(always)]
-fn mean_cosine(m: &Maps, cosine: f32, level: f32) -> f32 {
+fn mean_cosine(m: &LafortuneMaps, cosine: f32, level: f32) -> f32 {
     let rows = m.means.len() / COLUMNS;
     let x = (0.5 + 0.5 * cosine).clamp(0.0, 1.0) * (COLUMNS - 1) as f32;
     let y = level.clamp(0.0, (rows - 1) as f32);
@@ -23,7 +23,7 @@ fn mean_cosine(m: &Maps, cosine: f32, level: f32) -> f32 {
 
 /// ⟨n·wi⟩ of a lobe whose axis has n·r̂ = `cosine`.
 #[inline(always)]
-fn foreshortening(m: &Maps, cosine: f32, cos_o: f32, level: f32) -> f32 {
+fn foreshortening(m: &LafortuneMaps, cosine: f32, cos_o: f32, level: f32) -> f32 {
     match m.factors[3] {
         0.0 => cosine.max(0.0),
         1.0 => cos_o,
@@ -32,7 +32,7 @@ fn foreshortening(m: &Maps, cosine: f32, cos_o: f32, level: f32) -> f32 {
 }
 
 #[inline(always)]
-fn radiance(m: &Maps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+fn radiance(m: &LafortuneMaps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let cos_o = dot(n, wo);
     if cos_o <= 0.0 || cos_o.is_nan() {
         return [0.0; 3];
@@ -56,7 +56,7 @@ fn radiance(m: &Maps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], wo: [f32; 
     sum
 }
 
-pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &LafortuneMaps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     steradian_simd::dispatch(|| {
         for i in 0..out.len() {
             let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
@@ -68,7 +68,7 @@ pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Ra
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &LafortuneMaps, turn: &LightRotation) -> GpuTechnique {
     let rows = m.means.len() / COLUMNS;
     let texels: Vec<[f32; 4]> = m.means.iter().map(|v| [*v; 4]).collect();
     let level = Level { width: COLUMNS, height: rows, layers: 1, bytes: texel_bytes(texels.iter()) };

@@ -2,7 +2,7 @@
 
 use super::shade;
 use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::texels::Texels;
+use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;

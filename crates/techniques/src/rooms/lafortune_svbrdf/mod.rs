@@ -18,7 +18,7 @@ mod shade;
 mod tests;
 
 use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
-use crate::shared::lights;
+use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{LEAST, Lobes, Params};
 use shade::Texel;

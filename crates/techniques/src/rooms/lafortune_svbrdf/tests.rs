@@ -1,5 +1,5 @@
 use crate::local::{LocalBake, Place, find_local};
-use crate::shared::specimens::{self, direction, single};
+use crate::shared::trials::specimens::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_scene::surface::Planes;

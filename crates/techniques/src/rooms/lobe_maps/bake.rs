@@ -3,8 +3,8 @@
 use super::LobeMaps;
 use super::material::Fitted;
 use crate::certify::Report;
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::tables::chain::Chain;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::cell::OnceCell;
@@ -42,7 +42,7 @@ const DIRECT: usize = 60_000;
 
 /// The maps of all lobes one after another, and what each view needs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct LobeChains {
     /// The levels of the first lobe, of the second, …
     pub chain: Chain,
     /// A per channel and b of each view, lobe after lobe.
@@ -51,7 +51,7 @@ pub struct Maps {
     pub lobes: usize,
 }
 
-impl Maps {
+impl LobeChains {
     /// Levels of each lobe.
     pub fn levels(&self) -> usize {
         self.chain.levels().len() / self.lobes
@@ -206,7 +206,12 @@ fn views(fit: &RadialFit, lobe: &RadialLobe) -> Vec<[f32; 4]> {
 }
 
 /// Filters the light by every profile of every lobe.
-pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+pub fn link(
+    light: &DistantLight,
+    m: &Fitted,
+    p: &Params,
+    task: &Task,
+) -> Result<(LobeChains, Report), BakeError> {
     let (slug, fit) = (LobeMaps::CARD.slug, &m.fit);
     let levels: usize = fit.lobes.iter().map(|l| l.shapes.len()).sum();
     let rows = |size: usize| levels.saturating_sub(1).max(1) * (size + 1);
@@ -230,7 +235,7 @@ pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result
     task.end();
     let chain = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no maps".into() })?;
     let views = fit.lobes.iter().flat_map(|l| views(fit, l)).collect();
-    let maps = Maps { chain, views, lobes: fit.lobes.len() };
+    let maps = LobeChains { chain, views, lobes: fit.lobes.len() };
     let report = Report::default()
         .detail("maps", levels as f64)
         .detail("order", found.order as f64)
@@ -240,7 +245,7 @@ pub fn link(light: &DistantLight, m: &Fitted, p: &Params, task: &Task) -> Result
     Ok((maps, report))
 }
 
-impl Part for Maps {
+impl Part for LobeChains {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.chain.save(to, &format!("{prefix}.maps"));
         let data = self.views.iter().flatten().copied().collect();

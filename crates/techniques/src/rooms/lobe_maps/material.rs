@@ -2,7 +2,7 @@
 
 use super::LobeMaps;
 use super::bake::Params;
-use crate::shared::reflectance;
+use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::{DVec2, DVec3};

@@ -26,14 +26,14 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::{lights, reflectance};
+use crate::shared::light::distant::{DistantLight, ORDER};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Maps, Params};
+use bake::{LobeChains, Params};
 use material::Fitted;
 use steradian_base::Task;
 use steradian_light::Lights;
@@ -104,7 +104,7 @@ impl Technique for LobeMaps {
     type Light = DistantLight;
     type Material = Fitted;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = LobeChains;
     type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -119,7 +119,7 @@ impl Technique for LobeMaps {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(LobeChains, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

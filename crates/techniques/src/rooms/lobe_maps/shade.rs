@@ -1,15 +1,15 @@
 //! Per lobe one lookup in the table of views and one in the stack of maps; `shade.wgsl` has the same functions.
 
-use super::bake::Maps;
+use super::bake::LobeChains;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::texel_bytes;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// A per channel and b of lobe `i` at x = √(1 − √(n·wo)), linear.
 #[inline(always)]
-fn view(m: &Maps, i: usize, x: f32) -> [f32; 4] {
+fn view(m: &LobeChains, i: usize, x: f32) -> [f32; 4] {
     let count = m.views.len() / m.lobes;
     let at = x.clamp(0.0, 1.0) * (count - 1) as f32;
     let k = (at as usize).min(count - 2);
@@ -26,7 +26,7 @@ fn axis(p: &Point, b: f32) -> [f32; 3] {
     std::array::from_fn(|k| a * p.n[k] + b * p.r[k])
 }
 
-pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &LobeChains, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let levels = m.levels();
     batch::shade(q, out, |p: Point| {
         let x = (1.0 - p.cos_o.sqrt()).max(0.0).sqrt();
@@ -43,7 +43,7 @@ pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Ra
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &LobeChains, turn: &LightRotation) -> GpuTechnique {
     let level = Level { width: m.views.len(), height: 1, layers: 1, bytes: texel_bytes(m.views.iter()) };
     let views = Table { name: "views", shape: Shape::Line, format: Format::Rgba32Float, level };
     let count = m.views.len() / m.lobes;

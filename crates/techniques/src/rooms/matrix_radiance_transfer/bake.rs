@@ -2,8 +2,8 @@
 
 use super::MatrixRadianceTransfer;
 use super::reflected::Reflected;
-use crate::shared::matrices::{Accuracy, Below, affordable, seen, visibility};
-use crate::shared::site_sum::MOST;
+use crate::shared::geometry::matrices::{Accuracy, Below, affordable, seen, visibility};
+use crate::shared::geometry::site_sum::MOST;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Geometry, Part, Technique};
 use glam::{DMat3, Vec3};

@@ -19,8 +19,8 @@ mod shade;
 mod tests;
 
 use crate::certify::{self, Report};
-use crate::shared::lights;
-use crate::shared::sh_light::{self, ShLight};
+use crate::shared::light::sh_light::{self, ShLight};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,

@@ -2,7 +2,7 @@
 
 use super::hats::Hats;
 use crate::BakeError;
-use crate::shared::reflectance;
+use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{Material, Part};
 use steradian_base::Task;

@@ -5,10 +5,10 @@ use super::MatrixRadianceTransfer;
 use super::bake::{Compressed, axes};
 use super::hats::Hats;
 use crate::gpu::{Buffer, Entry, Numbers};
-use crate::shared::batch;
-use crate::shared::sh_light::ShLight;
-use crate::shared::site_sum::MOST;
-use crate::shared::vector::dot;
+use crate::shared::geometry::site_sum::MOST;
+use crate::shared::light::sh_light::ShLight;
+use crate::shared::maths::vector::dot;
+use crate::shared::points::batch;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_parallel::prelude::*;
 

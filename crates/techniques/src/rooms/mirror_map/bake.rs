@@ -2,10 +2,10 @@
 
 use super::MirrorMap;
 use crate::certify::{Model, Report, Target};
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::material::reflectance::Reflectance;
 use crate::shared::once;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};

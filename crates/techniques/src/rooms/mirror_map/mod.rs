@@ -17,9 +17,9 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::reflectance::Reflectance;
-use crate::shared::{lights, tables};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::{tables, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, Varies, View,

@@ -2,10 +2,10 @@
 
 use super::bake::Mirror;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::chain::Chain;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lobe::{self, Taps};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
+use crate::shared::surface::lobe::{self, Taps};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::cube_table;
 use crate::{GpuTechnique, PointLobe, Points, Radiance, Technique};
 use std::f32::consts::SQRT_2;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::lights;
+use crate::shared::trials::lights;
 use crate::{PointsBuf, find};
 use glam::{DVec3, Vec3};
 use steradian_base::ParamValues;

@@ -3,8 +3,8 @@
 use super::ParaboloidFilter;
 use super::lobe::PhongLobe;
 use crate::certify::Report;
-use crate::shared::distant::DistantLight;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::material::reflectance::Reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use glam::DVec3;
@@ -29,7 +29,7 @@ params! {
 
 /// ∫ (d·wi)₊^n L over d on two paraboloids, and what it is multiplied with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct FilteredParaboloids {
     /// Front (+Z) and back (−Z): r, g, b, 1; rows of growing y.
     pub planes: [Vec<[f32; 4]>; 2],
     /// Texels a side.
@@ -42,7 +42,7 @@ pub struct Maps {
     pub about_normal: f32,
 }
 
-impl Maps {
+impl FilteredParaboloids {
     fn new(made: &Paraboloids, lobe: &PhongLobe) -> Self {
         let plane = |p: &Vec<[f32; 3]>| p.iter().map(|t| [t[0], t[1], t[2], 1.0]).collect();
         Self {
@@ -66,7 +66,7 @@ pub fn link(
     m: &Reflectance,
     p: &Params,
     task: &Task,
-) -> Result<(Maps, Report), BakeError> {
+) -> Result<(FilteredParaboloids, Report), BakeError> {
     let lobe = PhongLobe::new(m);
     let side = p.size.map_or(1024, |size| size as u64 + 6);
     let need = 2 * (side * side * 32 + 1024 * 1024 * 16);
@@ -84,7 +84,7 @@ pub fn link(
     let kernel = Power { n: lobe.n };
     let lookup = |n: usize| lookup(light, n);
     let (made, _) = paraboloids(&lookup, &light.source().small_lights, &kernel, &footprint, task)?;
-    let maps = Maps::new(&made, &lobe);
+    let maps = FilteredParaboloids::new(&made, &lobe);
     let (all, rings) = map_errors(light, &kernel, &made);
     let report = Report::default().detail("side", maps.side as f64).detail("maps", all);
     Ok((maps, RINGS.into_iter().zip(rings).fold(report, |r, (name, error)| r.detail(name, error))))
@@ -128,7 +128,7 @@ pub fn map_errors(light: &DistantLight, kernel: &Power, made: &Paraboloids) -> (
     (part(sum.iter().sum(), PROBES as f64), std::array::from_fn(|k| part(sum[k], count[k])))
 }
 
-impl Part for Maps {
+impl Part for FilteredParaboloids {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let shape = vec![2, self.side, self.side, 3];
         let data = self.planes.iter().flatten().flat_map(|t| [t[0], t[1], t[2]]).collect();

@@ -1,6 +1,6 @@
 //! The reflectances as one lobe about r (or n).
 
-use crate::shared::reflectance::Reflectance;
+use crate::shared::material::reflectance::Reflectance;
 use std::f64::consts::PI;
 use steradian_brdf::Form;
 

@@ -20,15 +20,15 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::distant::DistantLight;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lights;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Maps, Params};
+use bake::{FilteredParaboloids, Params};
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 
@@ -81,7 +81,7 @@ impl Technique for ParaboloidFilter {
     type Light = DistantLight;
     type Material = Reflectance;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = FilteredParaboloids;
     type Frame = LightRotation;
 
     fn light(l: &steradian_light::Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -96,7 +96,11 @@ impl Technique for ParaboloidFilter {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(
+        parts: Parts<'_, Self>,
+        p: &Params,
+        task: &Task,
+    ) -> Result<(FilteredParaboloids, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

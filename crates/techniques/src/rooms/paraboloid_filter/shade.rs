@@ -1,15 +1,15 @@
 //! One lookup in one of two paraboloids; `shade.wgsl` has the same functions.
 
-use super::bake::Maps;
+use super::bake::FilteredParaboloids;
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::texel_bytes;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
 /// Texture coordinates of d in the front map (z ≥ 0) or the back one.
 #[inline(always)]
-fn position(m: &Maps, d: [f32; 3]) -> [f32; 2] {
+fn position(m: &FilteredParaboloids, d: [f32; 3]) -> [f32; 2] {
     let scale = 0.5 / (m.extent * (1.0 + d[2].abs()));
     [d[0] * scale + 0.5, d[1] * scale + 0.5]
 }
@@ -29,7 +29,7 @@ fn fetch(plane: &[[f32; 4]], side: usize, [u, v]: [f32; 2]) -> [f32; 3] {
     })
 }
 
-pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &FilteredParaboloids, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     batch::shade(q, out, |p: Point| {
         let d = turn.apply(if m.about_normal > 0.5 { p.n } else { p.r });
         let plane = if d[2] < 0.0 { &m.planes[1] } else { &m.planes[0] };
@@ -38,13 +38,13 @@ pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Ra
     });
 }
 
-fn table(name: &'static str, m: &Maps, plane: usize) -> Table {
+fn table(name: &'static str, m: &FilteredParaboloids, plane: usize) -> Table {
     let bytes = texel_bytes(m.planes[plane].iter());
     let level = Level { width: m.side, height: m.side, layers: 1, bytes };
     Table { name, shape: Shape::Plane, format: Format::Rgba32Float, level }
 }
 
-pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &FilteredParaboloids, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.factor;
     GpuTechnique {
         slug: super::ParaboloidFilter::CARD.slug,

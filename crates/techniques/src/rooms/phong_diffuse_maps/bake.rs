@@ -3,10 +3,10 @@
 use super::PhongDiffuseMaps;
 use super::blend::{Blend, Params};
 use crate::certify::{Model, Report, Target};
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::material::reflectance::Reflectance;
 use crate::shared::once;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 5e-3;
 
 /// ∫ (r·wi)₊^n L and ∫ ⟨n·wi⟩₊ L, and the factors that blend them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct PhongMaps {
     /// The unweighted Phong map over r.
     pub phong: EdgeCube,
     /// Irradiance over n.
@@ -43,7 +43,7 @@ const LEVELS: usize = 9;
 /// Smallest alpha of its levels, unless the material is sharper: an exponent of 800.
 const SHARPEST: f32 = 0.025;
 
-impl Maps {
+impl PhongMaps {
     /// alpha of the material: a lobe (r·wi)^n has the variance 1/n per axis, one of alpha 2 alpha².
     pub fn alpha(&self) -> f32 {
         (0.5 / self.n).sqrt().min(1.0)
@@ -110,7 +110,7 @@ pub fn link(
     m: &Reflectance,
     p: &Params,
     task: &Task,
-) -> Result<(Maps, Report), BakeError> {
+) -> Result<(PhongMaps, Report), BakeError> {
     let blend = Blend::new(m, p);
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
     let size = p.size.map_or(filter::Size::UpTo(256), filter::Size::Fixed);
@@ -128,7 +128,7 @@ pub fn link(
     let phong = map(&Power { n: blend.n }, size, blend.f0.is_some() && blend.k_s != [0.0; 3])?;
     let diffuse_used = blend.k_d != [0.0; 3] && blend.f0 != Some(1.0);
     let diffuse = map(&Cosine, filter::Size::UpTo(64), diffuse_used)?;
-    let maps = Maps {
+    let maps = PhongMaps {
         phong: phong.cube,
         diffuse: diffuse.cube,
         k_s: blend.k_s.map(|k| k as f32),
@@ -157,7 +157,7 @@ pub fn target(m: &Reflectance, p: &Params) -> Target<'static> {
     })
 }
 
-impl Part for Maps {
+impl Part for PhongMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         save_cube(&self.phong, to, format!("{prefix}.phong"));
         save_cube(&self.diffuse, to, format!("{prefix}.irradiance"));

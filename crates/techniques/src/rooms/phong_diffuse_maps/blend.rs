@@ -1,6 +1,6 @@
 //! STAR04 eq. 26: the parameters of the blend, and the reflectance that they make together.
 
-use crate::shared::reflectance::Reflectance;
+use crate::shared::material::reflectance::Reflectance;
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, params};

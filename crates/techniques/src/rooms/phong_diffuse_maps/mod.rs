@@ -19,15 +19,15 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::reflectance::Reflectance;
-use crate::shared::{lights, tables};
+use crate::shared::light::distant::{DistantLight, ORDER};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::{tables, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, Varies, View,
 };
-use bake::Maps;
+use bake::PhongMaps;
 use blend::Params;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
@@ -92,7 +92,7 @@ impl Technique for PhongDiffuseMaps {
     type Light = DistantLight;
     type Material = Reflectance;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = PhongMaps;
     type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -107,7 +107,7 @@ impl Technique for PhongDiffuseMaps {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(PhongMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

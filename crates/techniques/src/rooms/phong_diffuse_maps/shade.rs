@@ -1,12 +1,12 @@
 //! Two lookups and their blend; `shade.wgsl` has the same functions, `shade_lobe.wgsl` those of points with lobes of
 //! their own.
 
-use super::bake::Maps;
+use super::bake::PhongMaps;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::chain::Chain;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lobe::{self, Taps};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
+use crate::shared::surface::lobe::{self, Taps};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::cube_table;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use std::f32::consts::PI;
@@ -18,7 +18,7 @@ fn fresnel(f: [f32; 2], cos_o: f32) -> f32 {
     f[0] + f[1] * ((u * u) * (u * u) * u)
 }
 
-pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &PhongMaps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     batch::shade(q, out, |p: Point| {
         let f = fresnel(m.f, p.cos_o);
         let diffuse = m.diffuse.sample(turn.apply(p.n));
@@ -28,14 +28,14 @@ pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Ra
 }
 
 /// The material's alpha, the chain's first perceptual roughness, levels per perceptual roughness.
-fn widths(m: &Maps, lobes: &Chain) -> [f32; 3] {
+fn widths(m: &PhongMaps, lobes: &Chain) -> [f32; 3] {
     [m.alpha(), m.first(), lobes.last() / (1.0 - m.first()).max(1e-6)]
 }
 
 /// [`shade`] where every point has its own lobe: alpha is that of the exponent n = 1/(2 alpha²), so the lobe's own
 /// alpha gives ∫ (r·wi)^n = 2π/(n + 1); what only widens the lookup keeps that integral.
 pub(super) fn shade_lobe(
-    m: &Maps,
+    m: &PhongMaps,
     lobes: &Chain,
     turn: &LightRotation,
     q: &Points<'_>,
@@ -69,7 +69,7 @@ fn integral(alpha: f32, own: f32, n: f32) -> f32 {
 }
 
 /// [`gpu`] with a lobe per point.
-pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu_lobe(m: &PhongMaps, lobes: &Chain, turn: &LightRotation) -> GpuTechnique {
     let mut technique = gpu(m, turn);
     let [own, first, per] = widths(m, lobes);
     technique.modules =
@@ -80,7 +80,7 @@ pub(super) fn gpu_lobe(m: &Maps, lobes: &Chain, turn: &LightRotation) -> GpuTech
     technique
 }
 
-pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &PhongMaps, turn: &LightRotation) -> GpuTechnique {
     let vec = |name, v: [f32; 3], w: f32| Uniform { name, value: Value::Vec4([v[0], v[1], v[2], w]) };
     GpuTechnique {
         slug: super::PhongDiffuseMaps::CARD.slug,

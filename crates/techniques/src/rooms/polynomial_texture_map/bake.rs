@@ -3,7 +3,7 @@
 use super::shade;
 use crate::Material;
 use crate::local::{FileName, error_at, texel};
-use crate::shared::texels::Texels;
+use crate::shared::surface::texels::Texels;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;

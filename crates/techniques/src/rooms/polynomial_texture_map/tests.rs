@@ -1,5 +1,5 @@
 use crate::local::{Content, LocalBake, Place, Plane};
-use crate::shared::specimens::{self, direction, single};
+use crate::shared::trials::specimens::{self, direction, single};
 use std::f64::consts::PI;
 use steradian_relight::polynomial::evaluate;
 use steradian_scene::surface::Planes;

@@ -2,9 +2,9 @@
 
 use super::PrtBrdf;
 use crate::certify::Report;
-use crate::shared::spectrum::Spectrum;
-use crate::shared::transport::{self, PerSite};
-use crate::shared::view_table::{SiteFrames, Views};
+use crate::shared::geometry::transport::{self, PerSite};
+use crate::shared::light::spectrum::Spectrum;
+use crate::shared::material::view_table::{SiteFrames, Views};
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part, Technique};
 use steradian_base::{ParamInfo, Task, params};

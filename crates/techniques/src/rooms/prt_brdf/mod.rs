@@ -18,9 +18,9 @@ mod tests;
 
 use crate::certify::{self, Report};
 use crate::gpu::Uniform;
-use crate::shared::lights;
-use crate::shared::spectrum::Spectrum;
-use crate::shared::view_table::{self, Views};
+use crate::shared::light::spectrum::Spectrum;
+use crate::shared::material::view_table::{self, Views};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique, View,

@@ -2,7 +2,7 @@
 
 use super::{PrtBrdf, bake};
 use crate::gpu::{Buffer, Entry};
-use crate::shared::view_table::{self, LightLanes, LocalLight};
+use crate::shared::material::view_table::{self, LightLanes, LocalLight};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::Mat3;
 use steradian_sphere::sh::Rotation;

@@ -1,8 +1,8 @@
 //! Transfer vectors.
 
 use super::PrtDiffuse;
-use crate::shared::sh_light::Albedo;
-use crate::shared::transport::{self, PerSite};
+use crate::shared::geometry::transport::{self, PerSite};
+use crate::shared::light::sh_light::Albedo;
 use crate::{BakeError, Geometry, Technique};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_transfer::Settings;

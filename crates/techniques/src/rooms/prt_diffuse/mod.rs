@@ -16,9 +16,9 @@ mod shade;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
-use crate::shared::lights;
-use crate::shared::sh_light::{self, Albedo, ShLight};
-use crate::shared::transport::PerSite;
+use crate::shared::geometry::transport::PerSite;
+use crate::shared::light::sh_light::{self, Albedo, ShLight};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,

@@ -2,8 +2,8 @@
 
 use super::PrtDiffuse;
 use crate::gpu::{Buffer, Entry, Numbers, Uniform};
-use crate::shared::sh_light::{self, ShLight};
-use crate::shared::transport::{self, PerSite};
+use crate::shared::geometry::transport::{self, PerSite};
+use crate::shared::light::sh_light::{self, ShLight};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::AnyBake;
-use crate::shared::trial::{at_vertices, farthest, on_mesh};
+use crate::shared::trials::trial::{at_vertices, farthest, on_mesh};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
 
@@ -72,5 +72,5 @@ fn halves_and_windows() {
 /// Points without sites are black, and none beyond the end is read.
 #[test]
 fn points_without_sites_are_black() {
-    crate::shared::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
+    crate::shared::trials::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }

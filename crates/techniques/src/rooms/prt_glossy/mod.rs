@@ -18,10 +18,10 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::glossy::{self, Glossy};
-use crate::shared::lights;
-use crate::shared::matrices::{Accuracy, Matrices};
-use crate::shared::sh_light::ShLight;
+use crate::shared::geometry::matrices::{Accuracy, Matrices};
+use crate::shared::light::sh_light::ShLight;
+use crate::shared::material::glossy::{self, Glossy};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Parts,
     Points, Radiance, Technique, View,
@@ -116,6 +116,6 @@ impl Technique for PrtGlossy {
     }
 
     fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
-        Some(crate::shared::sh_light::uniforms(&f.light))
+        Some(crate::shared::light::sh_light::uniforms(&f.light))
     }
 }

@@ -3,10 +3,10 @@
 
 use super::PrtGlossy;
 use crate::gpu::{Buffer, Entry};
-use crate::shared::glossy::{Glossy, each};
-use crate::shared::matrices::{Matrices, packed};
-use crate::shared::sh_light::{self, ShLight};
-use crate::shared::site_sum::{Vectors, Weights};
+use crate::shared::geometry::matrices::{Matrices, packed};
+use crate::shared::geometry::site_sum::{Vectors, Weights};
+use crate::shared::light::sh_light::{self, ShLight};
+use crate::shared::material::glossy::{Glossy, each};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 
 /// The light of a frame, and what of it reaches each site.

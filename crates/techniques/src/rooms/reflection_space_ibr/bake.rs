@@ -3,10 +3,10 @@
 use super::ReflectionSpaceIbr;
 use super::icosahedron::{VIEWS, vertex};
 use crate::certify::Report;
-use crate::shared::chain::Chain;
-use crate::shared::distant::DistantLight;
+use crate::shared::light::distant::DistantLight;
+use crate::shared::material::views::{MOST, Seen, ViewImage};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_bytes, load_cube, save_cube};
-use crate::shared::views::{MOST, Seen, ViewImage};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use steradian_base::{ParamInfo, Task, params};
@@ -47,7 +47,7 @@ pub(super) fn seen(m: &Material, p: &Params, task: &Task) -> Result<Seen, BakeEr
 
 /// B_i over r for the twelve views, and irradiance over n.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct ViewMaps {
     /// B_i of view i, over the direction into which that view is mirrored.
     pub views: Chain,
     /// Irradiance over n.
@@ -134,7 +134,12 @@ fn views(light: &ShRgb, m: &Seen, p: &Params, task: &Task) -> Result<(Vec<EdgeCu
 }
 
 /// Joins light and reflectance.
-pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+pub fn link(
+    light: &DistantLight,
+    m: &Seen,
+    p: &Params,
+    task: &Task,
+) -> Result<(ViewMaps, Report), BakeError> {
     let (mut cubes, interpolation) = views(&light.source().coefficients(m.slices.order()), m, p, task)?;
     let diffuse = m.slices.diffuse;
     let split = diffuse != [0.0; 3];
@@ -149,7 +154,7 @@ pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(
     let size = cubes[0].size();
     let slug = ReflectionSpaceIbr::CARD.slug;
     let views = Chain::new(cubes).ok_or_else(|| BakeError::Light { slug, why: "no views".into() })?;
-    let maps = Maps { views, irradiance, diffuse: diffuse.map(|f| f as f32), mirror: p.warp == 1 };
+    let maps = ViewMaps { views, irradiance, diffuse: diffuse.map(|f| f as f32), mirror: p.warp == 1 };
     let report = Report::default()
         .detail("order", m.slices.order() as f64)
         .detail("missing", m.slices.missing)
@@ -160,7 +165,7 @@ pub fn link(light: &DistantLight, m: &Seen, p: &Params, task: &Task) -> Result<(
     Ok((maps, report))
 }
 
-impl Part for Maps {
+impl Part for ViewMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.views.save(to, &format!("{prefix}.views"));
         save_cube(&self.irradiance, to, format!("{prefix}.irradiance"));

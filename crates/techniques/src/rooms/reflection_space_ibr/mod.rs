@@ -27,15 +27,15 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::distant::DistantLight;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::views::Seen;
-use crate::shared::{lights, reflectance};
+use crate::shared::light::distant::DistantLight;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::views::Seen;
+use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Maps, ORDER, Params};
+use bake::{ORDER, Params, ViewMaps};
 use steradian_base::Task;
 use steradian_light::Lights;
 
@@ -94,7 +94,7 @@ impl Technique for ReflectionSpaceIbr {
     type Light = DistantLight;
     type Material = Seen;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = ViewMaps;
     type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -109,7 +109,7 @@ impl Technique for ReflectionSpaceIbr {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(ViewMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

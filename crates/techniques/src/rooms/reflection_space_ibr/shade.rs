@@ -1,10 +1,10 @@
 //! Three lookups in the maps of the three nearest views; `shade.wgsl` has the same functions.
 
-use super::bake::Maps;
+use super::bake::ViewMaps;
 use super::icosahedron::{around, view};
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::points::batch::{self, Point};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
 
@@ -21,7 +21,7 @@ fn same_normal(k: usize, n: [f32; 3]) -> ([f32; 3], f32) {
 
 /// Σ w_i B_i(n) over the views that see the surface.
 #[inline(always)]
-fn by_normal(m: &Maps, index: [usize; 3], weight: [f32; 3], n: [f32; 3]) -> [f32; 3] {
+fn by_normal(m: &ViewMaps, index: [usize; 3], weight: [f32; 3], n: [f32; 3]) -> [f32; 3] {
     let (mut sum, mut all) = ([0.0; 3], 0.0);
     for k in 0..3 {
         let (r, share) = same_normal(index[k], n);
@@ -32,7 +32,7 @@ fn by_normal(m: &Maps, index: [usize; 3], weight: [f32; 3], n: [f32; 3]) -> [f32
     sum.map(|l| if all > 0.0 { l / all } else { 0.0 })
 }
 
-pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &ViewMaps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let views = m.views.levels();
     batch::shade(q, out, |p: Point| {
         let wo = turn.apply(std::array::from_fn(|k| 2.0 * p.cos_o * p.n[k] - p.r[k]));
@@ -48,7 +48,7 @@ pub(super) fn shade(m: &Maps, turn: &LightRotation, q: &Points<'_>, out: &mut Ra
     });
 }
 
-pub(super) fn gpu(m: &Maps, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &ViewMaps, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.diffuse;
     let views = m.views.levels();
     let n = views[0].size() + 1;

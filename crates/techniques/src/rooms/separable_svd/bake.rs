@@ -2,8 +2,8 @@
 
 use super::coordinates::{Coordinates, Form};
 use super::samples::Samples;
-use crate::shared::grid::GridStack;
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
+use crate::shared::tables::grid::GridStack;
 use crate::{BakeError, Material};
 use steradian_base::{ParamInfo, Task, params};
 use steradian_numerics::low_rank::Factors;

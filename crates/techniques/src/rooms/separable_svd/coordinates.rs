@@ -1,7 +1,7 @@
 //! The two directions that a pair of light and view becomes.
 
-use crate::shared::hemisphere::{Azimuths, Map, Rows};
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
+use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
 
 /// What x and y are.

@@ -24,8 +24,8 @@ mod shade;
 mod tests;
 
 use crate::local::{self, LocalTechnique, LocalText};
-use crate::shared::lights;
-use crate::shared::reflectance::one_sided;
+use crate::shared::material::reflectance::one_sided;
+use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Params, Tables};
 use steradian_base::Task;

@@ -4,7 +4,7 @@ use super::bake::Tables;
 use super::coordinates::Form;
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
-use crate::shared::hemisphere;
+use crate::shared::tables::hemisphere;
 
 #[inline(always)]
 pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {

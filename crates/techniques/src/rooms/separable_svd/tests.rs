@@ -3,7 +3,7 @@ use super::samples::Samples;
 use super::{SeparableSvd, shade};
 use crate::Material;
 use crate::local::LocalTechnique;
-use crate::shared::symmetry::Symmetry;
+use crate::shared::material::symmetry::Symmetry;
 use steradian_base::{ParamValues, Params as _, Task};
 use steradian_brdf::parse;
 

@@ -2,10 +2,10 @@
 
 use super::ShBrdf;
 use crate::certify::Report;
-use crate::shared::apart::Apart;
-use crate::shared::sun::{self, Sun, load_suns, save_suns};
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::view_table::{BANDS, MOST_BANDS, SiteFrames, Views};
+use crate::shared::light::apart::Apart;
+use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::view_table::{BANDS, MOST_BANDS, SiteFrames, Views};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Geometry, Part, Technique};
 use steradian_base::{ParamInfo, params};

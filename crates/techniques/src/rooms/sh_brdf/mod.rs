@@ -17,9 +17,9 @@ mod tests;
 
 use crate::certify::{self, Report};
 use crate::gpu::Uniform;
-use crate::shared::lights;
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::view_table::{self, SiteFrames, Views};
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::view_table::{self, SiteFrames, Views};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,

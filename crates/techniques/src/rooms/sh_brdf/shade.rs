@@ -4,9 +4,9 @@
 use super::ShBrdf;
 use super::bake::Fix;
 use crate::gpu::{Buffer, Entry, Uniform};
-use crate::shared::exact::{self, TurnedSuns};
-use crate::shared::transport;
-use crate::shared::view_table::{self, LightLanes, LocalLight, WorldViews};
+use crate::shared::geometry::transport;
+use crate::shared::light::exact::{self, TurnedSuns};
+use crate::shared::material::view_table::{self, LightLanes, LocalLight, WorldViews};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::Vec3;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::view_table::ViewTable;
+use crate::shared::material::view_table::ViewTable;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;

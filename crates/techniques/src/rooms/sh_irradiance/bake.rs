@@ -2,8 +2,8 @@
 
 use super::ShIrradiance;
 use crate::certify::Report;
-use crate::shared::distant::refuse_points;
-use crate::shared::quadric::Quadric;
+use crate::shared::light::distant::refuse_points;
+use crate::shared::maths::quadric::Quadric;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;

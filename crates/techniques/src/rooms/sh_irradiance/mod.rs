@@ -16,8 +16,8 @@ mod shade;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
-use crate::shared::lights;
-use crate::shared::quadric::Quadric;
+use crate::shared::maths::quadric::Quadric;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, Varies, View,

@@ -1,8 +1,8 @@
 //! nᵀMn over batches; `shade.wgsl` has the same functions.
 
 use crate::gpu::Entry;
-use crate::shared::lobe;
-use crate::shared::quadric::{self, Quadric};
+use crate::shared::maths::quadric::{self, Quadric};
+use crate::shared::surface::lobe;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use glam::Mat4;
 

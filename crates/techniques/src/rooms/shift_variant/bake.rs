@@ -2,8 +2,8 @@
 
 use super::shade;
 use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::bumps::{self, Bumps, exact_facing, exact_frame};
-use crate::shared::texels::Texels;
+use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
+use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;

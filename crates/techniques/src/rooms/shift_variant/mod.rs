@@ -23,7 +23,7 @@ mod shade;
 mod tests;
 
 use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
-use crate::shared::{bumps, lights};
+use crate::shared::{surface::bumps, trials::lights};
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{LEAST, Params, Varied};
 use shade::Texel;

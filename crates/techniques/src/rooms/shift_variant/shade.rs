@@ -3,8 +3,8 @@
 use super::bake::{Model, Varied};
 use crate::gpu::{Uniform, Value};
 use crate::local::{LocalText, Place};
-use crate::shared::bumps;
-use crate::shared::vector::dot;
+use crate::shared::maths::vector::dot;
+use crate::shared::surface::bumps;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 const TINY: f32 = 1e-18;

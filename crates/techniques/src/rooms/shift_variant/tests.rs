@@ -1,7 +1,7 @@
 use super::bake::covariance;
 use crate::local::{LocalBake, Place};
-use crate::shared::bumps::HEIGHT;
-use crate::shared::specimens::{self, direction, single};
+use crate::shared::surface::bumps::HEIGHT;
+use crate::shared::trials::specimens::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -2,14 +2,14 @@
 
 use super::Shrm;
 use crate::certify::Report;
-use crate::shared::bundle::Bundle;
-use crate::shared::harmonics::Harmonics;
-use crate::shared::kernels::{Kernels, centre_of, word};
+use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::{Kernels, centre_of, word};
+use crate::shared::maths::harmonics::Harmonics;
 use crate::shared::shrm::{
     Expansion, HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, local_maps,
 };
-use crate::shared::sun::{self, Sun, load_suns, save_suns};
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::tables::bundle::Bundle;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
@@ -20,7 +20,7 @@ const HIGHEST: HighestP = HighestP { usual: 5, asked: 8, zonal: 30 };
 
 /// What shading reads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
+pub struct ReflectionMaps {
     /// The central direction.
     pub centre: Centre,
     /// What y_pq are functions of.
@@ -44,7 +44,7 @@ pub fn link(
     kernels: &Kernels,
     p: &Orders,
     task: &Task,
-) -> Result<(Maps, Report), BakeError> {
+) -> Result<(ReflectionMaps, Report), BakeError> {
     let slug = Shrm::CARD.slug;
     let expansion = choose(slug, light, kernels, p, |size| PI / size as f64, HIGHEST, task)?;
     let Expansion { lpq, q, size, .. } = &expansion;
@@ -60,12 +60,12 @@ pub fn link(
         diffuse.iter_mut().for_each(Bundle::halve);
     }
     let (centre, of, scale, suns) = (lpq.centre, lpq.of, expansion.scale, expansion.apart.suns);
-    let made = Maps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
+    let made = ReflectionMaps { centre, of, harmonics, maps, scale, diffuse, suns, halves: p.halves };
     let bytes = made.bytes() as f64;
     Ok((made, expansion.report.detail("bytes", bytes)))
 }
 
-impl Part for Maps {
+impl Part for ReflectionMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let centre = word(self.centre);
         let head = [

@@ -7,7 +7,7 @@
 //! about the mirror direction y_pq are functions of n', half way from C to wo', so that they tell grazing views apart;
 //! ρ̂ is a fit weighted by elevation of f_cos over its albedo, which shading multiplies back; a diffuse part may take a
 //! map of its own about n; orders follow from the spectrum of the light at hand; and where a sun asks for more than they
-//! hold, it is taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). Radiance in
+//! hold, it is taken out of the light and shaded with the exact reflectance ([`crate::shared::light::apart`]). Radiance in
 //! W sr⁻¹ m⁻². Refused: anisotropic reflectance (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
 mod bake;
@@ -17,16 +17,16 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::exact::TurnedSuns;
-use crate::shared::kernels::{self, Kernels};
-use crate::shared::lights;
+use crate::shared::light::exact::TurnedSuns;
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::{self, Kernels};
 use crate::shared::shrm::{self, Orders};
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::Maps;
+use bake::ReflectionMaps;
 use steradian_base::Task;
 use steradian_light::Lights;
 
@@ -91,7 +91,7 @@ impl Technique for Shrm {
     type Light = SunlitSpectrum;
     type Material = Kernels;
     type Transfer = ();
-    type Linked = Maps;
+    type Linked = ReflectionMaps;
     type Frame = TurnedSuns;
 
     fn light(l: &Lights, _: &Orders, task: &Task) -> Result<SunlitSpectrum, BakeError> {
@@ -106,7 +106,7 @@ impl Technique for Shrm {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Orders, task: &Task) -> Result<(Maps, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Orders, task: &Task) -> Result<(ReflectionMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

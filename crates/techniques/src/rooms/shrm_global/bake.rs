@@ -2,14 +2,14 @@
 
 use super::ShrmGlobal;
 use crate::certify::Report;
-use crate::shared::bundle::Bundle;
-use crate::shared::harmonics::Harmonics;
-use crate::shared::kernels::{Kernels, centre_of, word};
+use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::{Kernels, centre_of, word};
+use crate::shared::maths::harmonics::Harmonics;
 use crate::shared::shrm::{
     HighestP, Orders, ScaleTable, argument_of, argument_word, choose, diffuse_map, global_maps,
 };
-use crate::shared::sun::{self, Sun, load_suns, save_suns};
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::tables::bundle::Bundle;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Part, Technique};
 use steradian_base::{ParamError, ParamInfo, ParamValues, Task};

@@ -17,10 +17,10 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::kernels::{self, Kernels};
-use crate::shared::lights;
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::{self, Kernels};
 use crate::shared::shrm;
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,

@@ -3,14 +3,14 @@
 use super::ShrmGlobal;
 use super::bake::Cubes;
 use crate::gpu::{Entry, Uniform, Value};
-use crate::shared::batch::{self, Point};
-use crate::shared::bundle::Bundle;
-use crate::shared::exact::{self, TurnedSuns};
-use crate::shared::harmonics::MAX_TERMS;
-use crate::shared::kernels::word;
+use crate::shared::light::exact::{self, TurnedSuns};
+use crate::shared::material::kernels::word;
+use crate::shared::maths::harmonics::MAX_TERMS;
+use crate::shared::maths::vector::dot;
+use crate::shared::points::batch::{self, Point};
+use crate::shared::points::central::central;
 use crate::shared::shrm::{self, argument_word};
-use crate::shared::strands::central;
-use crate::shared::vector::dot;
+use crate::shared::tables::bundle::Bundle;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use steradian_brdf::central::Argument;
 

@@ -6,10 +6,10 @@ use super::pursue::{pursue, with};
 use super::scaled::Scaled;
 use crate::BakeError;
 use crate::certify::Report;
-use crate::shared::apart::{Apart, LEAST};
-use crate::shared::kernels::Kernels;
+use crate::shared::light::apart::{Apart, LEAST};
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::Kernels;
 use crate::shared::shrm::ANGLES;
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
 use steradian_base::{Elevation, Task};
 
 /// Numbers of disks that are tried.

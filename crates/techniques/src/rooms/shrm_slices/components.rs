@@ -1,6 +1,6 @@
 //! Few maps for all elevations: principal components of the slices, azimuthal order by azimuthal order.
 //!
-//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::spectral_error`]), so that what a light shows
+//! Over all frames the light's turned coefficients do not correlate ([`crate::shared::light::spectral_error`]), so that what a light shows
 //! of the rows κ_lq(θ_v) is a matrix with entries κ_lq(θ_v) √(Σ_m L_lm²/(2l + 1)), one row for each elevation, for each q.
 //! Its singular vectors are the maps of which the fewest hold all elevations to a given error (Eckart & Young 1936):
 //! κ_lq(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq, r = 1 … R_q. The largest singular values of all q are taken until the tolerance is met
@@ -8,7 +8,7 @@
 //! the resolution at which its share of the lookups' error costs the fewest bytes.
 
 use super::scaled::{Scaled, both};
-use crate::shared::spectral_error;
+use crate::shared::light::spectral_error;
 use std::f64::consts::PI;
 use steradian_numerics::eigen;
 use steradian_parallel::prelude::*;

@@ -1,6 +1,6 @@
 //! The reflectance's slices at all elevations that may become nodes.
 
-use crate::shared::kernels::{Kernels, refused};
+use crate::shared::material::kernels::{Kernels, refused};
 use crate::{BakeError, Material};
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{ParamInfo, Task, params};

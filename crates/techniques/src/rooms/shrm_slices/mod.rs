@@ -7,7 +7,7 @@
 //! a_q = 1, √2 cos qφ, √2 sin |q|φ, a the albedo, and k_lq(θ_v)/a(θ_v) ≈ Σ_r u_rq(θ_v) v_lrq the fewest products that hold
 //! what the light at hand shows of all elevations (`components`). The centre lies between the mirror direction and the
 //! middle of the lobe, where few q hold it and slices are aligned. Suns, and as many small lights as the tolerance needs,
-//! are taken out of the light and shaded with the exact reflectance ([`crate::shared::apart`]). What is approximated: F, Q, R_q, the
+//! are taken out of the light and shaded with the exact reflectance ([`crate::shared::light::apart`]). What is approximated: F, Q, R_q, the
 //! lookups, each by its exact error in the mean over frames. Radiance in W sr⁻¹ m⁻². Refused: anisotropic reflectance
 //! (but Kajiya–Kay and Banks's map, about the tangent), point lights.
 
@@ -23,10 +23,10 @@ mod tests;
 
 use crate::certify::Report;
 use crate::gpu::Uniform;
-use crate::shared::exact::TurnedSuns;
-use crate::shared::kernels::{self, Kernels};
-use crate::shared::lights;
-use crate::shared::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::light::exact::TurnedSuns;
+use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
+use crate::shared::material::kernels::{self, Kernels};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,

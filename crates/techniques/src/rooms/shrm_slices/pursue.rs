@@ -1,7 +1,7 @@
 //! Where more small disks, taken out of the light beside its suns, help the slices most.
 
 use super::scaled::{Scaled, both};
-use crate::shared::apart::Apart;
+use crate::shared::light::apart::Apart;
 use steradian_base::{Cancelled, Task};
 use steradian_prefilter::Pursuit;
 

@@ -1,6 +1,6 @@
 //! The reflectance's slices over their albedo, and how much of them a light shows.
 
-use crate::shared::spectral_error::SpectralError;
+use crate::shared::light::spectral_error::SpectralError;
 use std::f64::consts::PI;
 use steradian_brdf::central::{Centre, Slices};
 

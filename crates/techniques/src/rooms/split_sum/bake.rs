@@ -3,10 +3,10 @@
 use super::stretched::Stretched;
 use super::{SplitSum, shade};
 use crate::certify::{Model, Report, Target};
-use crate::shared::chain::Chain;
-use crate::shared::distant::{DistantLight, ORDER};
-use crate::shared::quadric::Quadric;
-use crate::shared::reflectance::Reflectance;
+use crate::shared::light::distant::{DistantLight, ORDER};
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::maths::quadric::Quadric;
+use crate::shared::tables::chain::Chain;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;

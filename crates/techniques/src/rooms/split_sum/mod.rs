@@ -24,9 +24,9 @@ mod tests;
 
 use crate::certify::{Report, Target};
 use crate::gpu::Uniform;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::reflectance::Reflectance;
-use crate::shared::{lights, quadric::Quadric};
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::reflectance::Reflectance;
+use crate::shared::{maths::quadric::Quadric, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, Varies, View,

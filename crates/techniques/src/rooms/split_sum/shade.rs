@@ -4,13 +4,13 @@
 use super::bake::Specular;
 use super::stretched::{Frame, Stretched};
 use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::albedo;
-use crate::shared::batch::{self, Point};
-use crate::shared::chain::Chain;
-use crate::shared::light_rotation::LightRotation;
-use crate::shared::lobe::{self, Taps};
-use crate::shared::quadric::Quadric;
-use crate::shared::strands;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::material::albedo;
+use crate::shared::maths::quadric::Quadric;
+use crate::shared::points::batch::{self, Point};
+use crate::shared::points::central;
+use crate::shared::surface::lobe::{self, Taps};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::texel_bytes;
 use crate::{GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::edge_cube::spacing;
@@ -42,7 +42,7 @@ pub(super) fn shade(
 ) {
     if let Some(lobe) = &s.stretched {
         return batch::shade(q, out, |p: Point| {
-            let frame = Frame::new(p.n, strands::tangent(q, &p), p.wo, p.cos_o);
+            let frame = Frame::new(p.n, central::tangent(q, &p), p.wo, p.cos_o);
             let l = lobe.radiance(chain, turn, s.f0, &frame);
             let e = mean_radiance.value(p.n);
             std::array::from_fn(|c| s.scale[c] * (l[c] + s.base[c] * e[c]))

@@ -12,10 +12,10 @@
 //! and azimuth, take the place of their sum, as in the isotropic split sum. `stretched.wgsl` has the same functions.
 
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
-use crate::shared::chain::Chain;
-use crate::shared::light_rotation::LightRotation;
+use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::maths::vector::{cross, dot};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::texel_bytes;
-use crate::shared::vector::{cross, dot};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};

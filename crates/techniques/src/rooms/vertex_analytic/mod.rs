@@ -16,7 +16,7 @@ mod shade;
 mod tests;
 
 use crate::local::{self, FCos, LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText};
-use crate::shared::lights;
+use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material, Needs};
 use bake::{Model, Params};
 use steradian_base::Task;

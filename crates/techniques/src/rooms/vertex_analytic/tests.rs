@@ -1,5 +1,5 @@
 use crate::local::{LocalFrame, LocalLights, LocalShading, find_local};
-use crate::shared::lights;
+use crate::shared::trials::lights;
 use crate::{Material, PointsBuf, Radiance, View};
 use glam::{Vec2, Vec3, Vec4};
 use steradian_base::{ParamValues, Task};

@@ -2,9 +2,9 @@
 
 use super::Expansion;
 use crate::BakeError;
-use crate::shared::bundle::{Bundle, Grid};
-use crate::shared::harmonics;
-use crate::shared::spectrum::Spectrum;
+use crate::shared::light::spectrum::Spectrum;
+use crate::shared::maths::harmonics;
+use crate::shared::tables::bundle::{Bundle, Grid};
 use std::f64::consts::PI;
 use steradian_base::Task;
 use steradian_prefilter::shrm::{self, CoefficientMaps, Plan, Term, global};

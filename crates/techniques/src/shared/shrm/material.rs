@@ -1,7 +1,7 @@
 //! The reflectance's slices, evenly spaced in elevation.
 
 use super::{Orders, TOLERANCE};
-use crate::shared::kernels::{Kernels, refused};
+use crate::shared::material::kernels::{Kernels, refused};
 use crate::{BakeError, Material};
 use steradian_base::Task;
 use steradian_brdf::Brdf;

@@ -1,6 +1,6 @@
 //! Parameters of spherical harmonic reflection maps.
 
-use crate::shared::kernels::centre_of;
+use crate::shared::material::kernels::centre_of;
 use steradian_base::{ParamInfo, params};
 use steradian_brdf::central::{Argument, Centre};
 

@@ -2,8 +2,8 @@
 
 use super::scale::ScaleTable;
 use crate::certify::Report;
-use crate::shared::apart::LEAST;
-use crate::shared::spectral_error::{self, SpectralError};
+use crate::shared::light::apart::LEAST;
+use crate::shared::light::spectral_error::{self, SpectralError};
 use steradian_base::Elevation;
 use steradian_brdf::central::{Centre, Lpq, Slices};
 

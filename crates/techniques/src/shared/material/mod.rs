@@ -1,0 +1,10 @@
+//! The reflectance's factor: the model itself, and what is tabulated of it.
+
+pub mod albedo;
+pub mod glossy;
+pub mod kernels;
+pub mod phong_lobe;
+pub mod reflectance;
+pub mod symmetry;
+pub mod view_table;
+pub mod views;

@@ -1,0 +1,521 @@
+//! What is kept per site where light or view stands still, KSS02 section 4: light turned into each site's frame, or
+//! reflectance looked up at each site and turned to the world.
+
+use super::ViewTable;
+use super::kernel::{Block, Corners, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned};
+use crate::shared::maths::number::Number;
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
+use glam::Vec3;
+use steradian_parallel::prelude::*;
+use steradian_simd::{Arch, Kernel, Single, Vector};
+use steradian_sphere::sh::{Angle, Exchange, turn};
+
+/// Most bands of what is kept per site.
+pub const MOST_BANDS: usize = 6;
+
+/// Normals, tangents and positions of sites. Tangents of a mesh without any are zero: the frame is that of a surface without
+/// tangents.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SiteFrames {
+    n: [Vec<f32>; 3],
+    t: [Vec<f32>; 3],
+    p: [Vec<f32>; 3],
+}
+
+fn planes(v: impl Iterator<Item = Vec3>) -> [Vec<f32>; 3] {
+    let mut out: [Vec<f32>; 3] = Default::default();
+    v.for_each(|v| out.iter_mut().zip(v.to_array()).for_each(|(o, x)| o.push(x)));
+    out
+}
+
+impl SiteFrames {
+    /// The frames of a geometry's sites.
+    pub fn new(slug: &'static str, g: &Geometry) -> Result<Self, BakeError> {
+        let sites = crate::shared::geometry::transport::sites(slug, g)?;
+        let none = vec![Vec3::ZERO; sites.len()];
+        let along = match &g.sites {
+            Sites::Vertices if g.mesh.tangents.len() == sites.len() => {
+                g.mesh.tangents.iter().map(|t| t.truncate()).collect()
+            }
+            _ => none,
+        };
+        Ok(Self {
+            n: planes(sites.iter().map(|s| s.n)),
+            t: planes(along.into_iter()),
+            p: planes(sites.iter().map(|s| s.p)),
+        })
+    }
+
+    /// How many sites there are.
+    pub fn len(&self) -> usize {
+        self.n[0].len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Normal and tangent (zero where there is none) of a site.
+    pub fn at(&self, k: usize) -> [Vec3; 2] {
+        [&self.n, &self.t].map(|v| Vec3::new(v[0][k], v[1][k], v[2][k]))
+    }
+
+    /// Normals and tangents, six numbers a site, for GPUs.
+    pub fn numbers(&self) -> Vec<f32> {
+        (0..self.len()).flat_map(|k| self.at(k).map(|v| v.to_array())).flatten().collect()
+    }
+}
+
+impl Part for SiteFrames {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        let all = self.n.iter().chain(&self.t).chain(&self.p).flatten().copied().collect();
+        put_f32(to, format!("{prefix}.frames"), vec![9, self.len()], all);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let name = format!("{prefix}.frames");
+        let (shape, v) = get_f32(from, &name, 2)?;
+        if shape[0] != 9 {
+            return Err(PartError::Unexpected(name));
+        }
+        let of = |first: usize| {
+            std::array::from_fn(|k| v[(first + k) * shape[1]..(first + k + 1) * shape[1]].to_vec())
+        };
+        Ok(Self { n: of(0), t: of(3), p: of(6) })
+    }
+
+    fn bytes(&self) -> usize {
+        36 * self.len()
+    }
+}
+
+/// Numbers of site after site, with some zeros more, so that whole registers can be read.
+#[derive(Debug, Clone, PartialEq)]
+enum Rows {
+    Single(Vec<f32>),
+    /// Bits of 16-bit floats, and what they are multiplied with.
+    Half(Vec<u16>, f32),
+}
+
+/// Light in the frame of each site: site after site, then channel, then coefficient.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalLight {
+    /// Coefficients of a channel.
+    count: usize,
+    rows: Rows,
+}
+
+impl Default for LocalLight {
+    fn default() -> Self {
+        Self { count: 0, rows: Rows::Single(Vec::new()) }
+    }
+}
+
+impl LocalLight {
+    /// One light in the frames of all sites; its coefficients are times the table's tint. The bands of `light`, six at most.
+    pub fn turned(frames: &SiteFrames, light: &LightLanes) -> Self {
+        let count = light.coefficients().len();
+        let mut data = vec![0.0; 3 * count * frames.len() + MOST];
+        let (len, c) = (3 * count, light.coefficients());
+        let sites = &mut data[..len * frames.len()];
+        sites.par_chunks_mut(len * SIDE).enumerate().for_each(|(k, to)| {
+            steradian_simd::run(IntoFrames { frames, first: SIDE * k, c, to });
+        });
+        Self { count, rows: Rows::Single(data) }
+    }
+
+    /// Light of each site by `fill`, which writes its three channels.
+    pub fn of(sites: usize, count: usize, fill: impl Fn(usize, &mut [f32]) + Sync) -> Self {
+        let mut data = vec![0.0; 3 * count * sites + MOST];
+        let all = &mut data[..3 * count * sites];
+        all.par_chunks_mut(3 * count).enumerate().for_each(|(k, to)| fill(k, to));
+        Self { count, rows: Rows::Single(data) }
+    }
+
+    /// With 16-bit floats, which are off by 2^-11 of a number or 2^-25 of the largest.
+    #[must_use]
+    pub fn halved(self) -> Self {
+        let Rows::Single(data) = self.rows else { return self };
+        let largest = data.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let half = |x: &f32| half::f16::from_f32(x / scale).to_bits();
+        Self { count: self.count, rows: Rows::Half(data.par_iter().map(half).collect(), scale) }
+    }
+
+    /// The numbers, site after site.
+    pub fn numbers(&self) -> Vec<f32> {
+        let mut all = match &self.rows {
+            Rows::Single(v) => v.clone(),
+            Rows::Half(v, scale) => v.iter().map(|x| scale * half::f16::from_bits(*x).to_f32()).collect(),
+        };
+        all.truncate(all.len().saturating_sub(MOST));
+        all
+    }
+
+    fn sites(&self) -> usize {
+        let len = match &self.rows {
+            Rows::Single(v) => v.len(),
+            Rows::Half(v, _) => v.len(),
+        };
+        len.saturating_sub(MOST) / (3 * self.count).max(1)
+    }
+}
+
+/// Turns a light into sixteen frames.
+struct IntoFrames<'a> {
+    frames: &'a SiteFrames,
+    first: usize,
+    c: &'a [[f32; 3]],
+    to: &'a mut [f32],
+}
+
+impl Kernel for IntoFrames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        match self.c.len() {
+            9 => self.few::<A, 9>(),
+            16 => self.few::<A, 16>(),
+            25 => self.few::<A, 25>(),
+            36 => self.few::<A, 36>(),
+            _ => {}
+        }
+    }
+}
+
+impl IntoFrames<'_> {
+    #[inline(always)]
+    fn few<A: Arch, const N: usize>(self) {
+        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let angles = frame_angles::<A>(&view(&self.frames.n), &view(&self.frames.t));
+        let minus = A::F32::splat(-1.0);
+        let mut lane = 0;
+        while lane < SIDE {
+            // The inverse: −α, β, −γ.
+            let angle = |k: usize| {
+                Angle::new(A::F32::load(&angles[k][lane..]), A::F32::load(&angles[k + 1][lane..]).mul(minus))
+            };
+            let all = [angle(4), angle(2), angle(0)];
+            for c in 0..3 {
+                let mut f = [A::F32::splat(0.0); N];
+                for i in 0..N {
+                    f[i] = A::F32::splat(self.c[i][c]);
+                }
+                turn(&all, &mut f);
+                let mut column = [0.0; SIDE];
+                for (i, f) in f.iter().enumerate() {
+                    f.store(&mut column);
+                    for k in 0..A::F32::LANES {
+                        if let Some(to) = self.to.get_mut((lane + k) * 3 * N + c * N + i) {
+                            *to = column[k];
+                        }
+                    }
+                }
+            }
+            lane += A::F32::LANES;
+        }
+    }
+}
+
+/// Radiance of points by the light of the sites around them, weighed: at a vertex one lookup and three scalar products, nothing
+/// is turned. Each site is seen as the point is: the view turns with the normal, by the least rotation of one to the other,
+/// so that the mirror direction does too. Points without sites, or that face away, get 0.
+pub fn shade_local(
+    table: &ViewTable,
+    frames: &SiteFrames,
+    light: &LocalLight,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    out.rgb.iter_mut().for_each(|p| p.fill(0.0));
+    let known = q.site.index.iter().all(|s| s.len() == q.len())
+        && q.site.weight.iter().all(|w| w.len() == q.len())
+        && light.count == table.bands * table.bands
+        && light.sites() == frames.len()
+        && !frames.is_empty();
+    if known {
+        let count = light.count;
+        match &light.rows {
+            Rows::Single(data) => {
+                steradian_simd::run(Local { table, frames, data, count, scale: 1.0, q, out });
+            }
+            Rows::Half(data, scale) => {
+                steradian_simd::run(Local { table, frames, data, count, scale: *scale, q, out });
+            }
+        }
+    }
+}
+
+struct Local<'a, 'b, 'c, N> {
+    table: &'a ViewTable,
+    frames: &'a SiteFrames,
+    data: &'a [N],
+    count: usize,
+    scale: f32,
+    q: &'a Points<'b>,
+    out: &'a mut Radiance<'c>,
+}
+
+impl<N: Number> Kernel for Local<'_, '_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let Self { table, frames, data, count, scale, q, out } = self;
+        let len = q.len();
+        let last = frames.len() - 1;
+        let mut first = 0;
+        while first < len {
+            let (n, wo) = (read(q.n, first, len), read(q.wo, first, len));
+            let mut weights = [[0.0f32; SIDE]; 3];
+            for i in 0..SIDE {
+                let k = (first + i).min(len - 1);
+                let (u, v) = (q.site.weight[0][k], q.site.weight[1][k]);
+                weights[0][i] = 1.0 - u - v;
+                weights[1][i] = u;
+                weights[2][i] = v;
+            }
+            let mut radiance = [[0.0f32; SIDE]; 3];
+            for corner in 0..3 {
+                let (index, weight) = (q.site.index[corner], &mut weights[corner]);
+                let (mut site, mut any) = ([0usize; SIDE], false);
+                for i in 0..SIDE {
+                    let s = index[(first + i).min(len - 1)] as usize;
+                    // Sites beyond the end have no light.
+                    weight[i] = if s <= last { weight[i] } else { 0.0 };
+                    any |= weight[i] != 0.0;
+                    site[i] = s.min(last);
+                }
+                if any {
+                    let place = (&site, &*weight);
+                    match table.stride {
+                        16 => one::<A, N, 16>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        32 => one::<A, N, 32>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        48 => one::<A, N, 48>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
+                        _ => {}
+                    }
+                }
+            }
+            for i in 0..SIDE.min(len - first) {
+                let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i] > 0.0;
+                for k in 0..3 {
+                    out.rgb[k][first + i] = if facing { scale * radiance[k][i] } else { 0.0 };
+                }
+            }
+            first += SIDE;
+        }
+    }
+}
+
+/// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v) b.
+#[inline(always)]
+fn carried<A: Arch>(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
+    let mut out: Vectors = [[0.0; SIDE]; 3];
+    let (zero, one) = (A::F32::splat(0.0), A::F32::splat(1.0));
+    let mut lane = 0;
+    while lane < SIDE {
+        let [a, b, v] = [Xyz::<A::F32>::load(a, lane), Xyz::load(b, lane), Xyz::load(v, lane)];
+        let av = a.dot(v);
+        let size = one.add(a.dot(b));
+        let size = size.sub(A::F32::splat(1e-6)).if_positive(size, A::F32::splat(1e-6));
+        let s = av.add(b.dot(v)).div(size);
+        v.plus(zero.sub(s), a).plus(av.add(av).sub(s), b).store(&mut out, lane);
+        lane += A::F32::LANES;
+    }
+    out
+}
+
+/// Adds the radiance of one corner of each of sixteen points; rows of the table have P numbers.
+#[inline(always)]
+fn one<A: Arch, N: Number, const P: usize>(
+    table: &ViewTable,
+    frames: &SiteFrames,
+    (data, count): (&[N], usize),
+    (site, weight): (&[usize; SIDE], &[f32; SIDE]),
+    [n, wo]: [&Vectors; 2],
+    radiance: &mut [[f32; SIDE]; 3],
+) {
+    let (mut own, mut along) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
+    for i in 0..SIDE {
+        for k in 0..3 {
+            own[k][i] = frames.n[k][site[i]];
+            along[k][i] = frames.t[k][site[i]];
+        }
+    }
+    let block = Block::new::<A>(table, &own, &along, &carried::<A>(n, &own, wo));
+    let lanes = A::F32::LANES;
+    // Partial sums by channel and point.
+    let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
+    for i in 0..SIDE {
+        let first = site[i] * 3 * count;
+        let row = |c: usize| data[first + c * count..].first_chunk::<P>();
+        let [Some(r), Some(g), Some(b)] = [row(0), row(1), row(2)] else { continue };
+        let rows = [r, g, b];
+        // Beyond the coefficients the view's are zero.
+        if table.channels == 1 {
+            let view = Corners::<A::F32, P>::at(table, &block, i, 0);
+            let mut sum = [A::F32::splat(0.0); 3];
+            let mut j = 0;
+            while j < P {
+                let f = view.load(j);
+                sum[0] = f.fma(N::load(&rows[0][j..]), sum[0]);
+                sum[1] = f.fma(N::load(&rows[1][j..]), sum[1]);
+                sum[2] = f.fma(N::load(&rows[2][j..]), sum[2]);
+                j += lanes;
+            }
+            for k in 0..3 {
+                parts[k][i] = sum[k];
+            }
+        } else {
+            for c in 0..3 {
+                let view = Corners::<A::F32, P>::at(table, &block, i, c * P);
+                let mut sum = A::F32::splat(0.0);
+                let mut j = 0;
+                while j < P {
+                    sum = view.load(j).fma(N::load(&rows[c][j..]), sum);
+                    j += lanes;
+                }
+                parts[c][i] = sum;
+            }
+        }
+    }
+    for k in 0..3 {
+        let mut sums = [0.0f32; SIDE];
+        let mut lane = 0;
+        while lane < SIDE {
+            A::F32::lane_sums(&mut parts[k][lane..lane + lanes]).store(&mut sums[lane..]);
+            lane += lanes;
+        }
+        for i in 0..SIDE {
+            radiance[k][i] += weight[i] * sums[i];
+        }
+    }
+}
+
+/// Reflectance of all sites towards one viewer, turned to the world: sixteen sites a block, by channel and coefficient.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WorldViews {
+    sites: usize,
+    channels: usize,
+    count: usize,
+    data: Vec<f32>,
+    facing: Vec<bool>,
+}
+
+impl WorldViews {
+    /// Towards a viewer at `eye`.
+    pub fn new(table: &ViewTable, frames: &SiteFrames, eye: Vec3) -> Self {
+        let (channels, count) = (table.channels, table.bands * table.bands);
+        let blocks = frames.len().div_ceil(SIDE);
+        let mut data = vec![0.0; blocks * SIDE * channels * count];
+        let mut facing = vec![false; blocks * SIDE];
+        let exchange = Exchange::new(0);
+        let each = data.par_chunks_mut(SIDE * channels * count).zip(facing.par_chunks_mut(SIDE));
+        each.enumerate().for_each(|(k, (to, facing))| {
+            let exchange = &exchange;
+            steradian_simd::run(Towards { table, frames, eye, exchange, first: SIDE * k, to, facing });
+        });
+        Self { sites: frames.len(), channels, count, data, facing }
+    }
+
+    /// Radiance of every site under a light (times the table's tint): scalar products alone.
+    pub fn radiance(&self, light: &LightLanes, out: &mut Vec<[f32; 3]>) {
+        out.clear();
+        out.resize(self.facing.len(), [0.0; 3]);
+        if light.coefficients().len() == self.count {
+            steradian_simd::run(Products { views: self, light: light.coefficients(), out });
+        }
+        out.truncate(self.sites);
+    }
+
+    /// The numbers site by site, then channel, then coefficient, for GPUs; zeros where a site faces away.
+    pub fn numbers(&self) -> Vec<f32> {
+        let each = self.channels * self.count;
+        let one = |s: usize| {
+            let (block, lane) = (s / SIDE, s % SIDE);
+            let seen = self.facing[s];
+            (0..each).map(move |k| (seen, (block * each + k) * SIDE + lane))
+        };
+        (0..self.sites).flat_map(one).map(|(seen, k)| if seen { self.data[k] } else { 0.0 }).collect()
+    }
+}
+
+struct Towards<'a> {
+    table: &'a ViewTable,
+    frames: &'a SiteFrames,
+    eye: Vec3,
+    exchange: &'a Exchange,
+    first: usize,
+    to: &'a mut [f32],
+    facing: &'a mut [bool],
+}
+
+impl Kernel for Towards<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let p = view(&self.frames.p);
+        let mut wo: Vectors = [[0.0; SIDE]; 3];
+        for i in 0..SIDE {
+            let d: [f32; 3] = std::array::from_fn(|k| self.eye[k] - p[k][i]);
+            let scale = 1.0 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt().max(1e-30);
+            (0..3).for_each(|k| wo[k][i] = scale * d[k]);
+        }
+        let b = Block::new::<A>(self.table, &view(&self.frames.n), &view(&self.frames.t), &wo);
+        self.facing.copy_from_slice(b.facing());
+        turned::<A>(self.table, self.exchange, &b, &mut Keep(self.to));
+    }
+}
+
+/// Keeps coefficients in blocks.
+struct Keep<'a>(&'a mut [f32]);
+
+impl Sink for Keep<'_> {
+    #[inline(always)]
+    fn take<V: Vector<T = f32>>(&mut self, c: usize, lane: usize, f: &[V]) {
+        for (i, v) in f.iter().enumerate() {
+            v.store(&mut self.0[(c * f.len() + i) * SIDE + lane..]);
+        }
+    }
+}
+
+struct Products<'a> {
+    views: &'a WorldViews,
+    light: &'a [[f32; 3]],
+    out: &'a mut [[f32; 3]],
+}
+
+impl Kernel for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let v = self.views;
+        let each = SIDE * v.channels * v.count;
+        let blocks = v.data.chunks_exact(each).zip(v.facing.chunks_exact(SIDE));
+        for ((block, facing), out) in blocks.zip(self.out.chunks_exact_mut(SIDE)) {
+            let mut sums = [[0.0f32; SIDE]; 3];
+            let mut lane = 0;
+            while lane < SIDE {
+                let mut sum = [A::F32::splat(0.0); 3];
+                for (i, l) in self.light.iter().enumerate() {
+                    for k in 0..3 {
+                        let c = if v.channels == 1 { 0 } else { k };
+                        let f = A::F32::load(&block[(c * v.count + i) * SIDE + lane..]);
+                        sum[k] = f.fma(A::F32::splat(l[k]), sum[k]);
+                    }
+                }
+                (0..3).for_each(|k| sum[k].store(&mut sums[k][lane..]));
+                lane += A::F32::LANES;
+            }
+            for (i, o) in out.iter_mut().enumerate() {
+                *o = if facing[i] { [sums[0][i], sums[1][i], sums[2][i]] } else { [0.0; 3] };
+            }
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The reflectance's factor of techniques that shade by a table of views.
+
+use super::{Energies, ViewTable};
+use crate::shared::material::reflectance;
+use crate::tensors::{PartError, TensorFile};
+use crate::{BakeError, Material, Part};
+use steradian_base::Task;
+use steradian_brdf::{Brdf, SharedBrdf};
+
+/// The reflectance and its table.
+pub struct Views {
+    /// c_i(wo).
+    pub table: ViewTable,
+    /// What the table holds and misses.
+    pub energies: Energies,
+    /// The reflectance itself.
+    pub brdf: SharedBrdf,
+}
+
+impl Views {
+    /// The table of a material, of `size`² texels, of 16-bit floats where asked for.
+    pub fn bake(
+        slug: &'static str,
+        m: &Material,
+        [bands, size]: [usize; 2],
+        halves: bool,
+        task: &Task,
+    ) -> Result<Self, BakeError> {
+        let need = 2 * ViewTable::need(bands, size);
+        if need > task.max_memory() {
+            return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+        }
+        let mut table = ViewTable::bake(&*m.brdf, bands, size, task)?;
+        if halves {
+            table.halve();
+        }
+        let energies = Energies::new(&*m.brdf, &table, task)?;
+        Ok(Self { table, energies, brdf: m.brdf.clone() })
+    }
+}
+
+impl Part for Views {
+    fn save(&self, to: &mut TensorFile, prefix: &str) {
+        self.table.save(to, prefix);
+        self.energies.save(to, prefix);
+        reflectance::put(to, &format!("steradian.{prefix}.brdf"), &*self.brdf);
+    }
+
+    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        Ok(Self {
+            table: ViewTable::load(from, prefix)?,
+            energies: Energies::load(from, prefix)?,
+            brdf: reflectance::kept(from, &format!("steradian.{prefix}.brdf"))?,
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        self.table.bytes()
+    }
+
+    fn kept_reflectance(&self) -> Option<&dyn Brdf> {
+        Some(&*self.brdf)
+    }
+}
