@@ -51,6 +51,16 @@ impl Job<'_> {
         let (tolerance, mut by) = (self.request.tolerance, None);
         let filtered = match (&filter.lobe, self.request.method.0) {
             (Some(lobe), Some(m)) => {
+                let (need, most) =
+                    (m.bytes(self.light, lobe.zonal(), shape, tolerance), self.task.max_memory());
+                if need > most {
+                    return Err(EngineError::Failed(format!(
+                        "--method {}: this lobe needs {} MiB, beyond the limit of {} MiB: leave --method out, or raise --max-memory",
+                        m.name(),
+                        need >> 20,
+                        most >> 20
+                    )));
+                }
                 let (made, work) = method::filter(m, self.light, lobe.zonal(), shape, tolerance, self.task)?;
                 by = Some(work);
                 made

@@ -76,6 +76,11 @@ pub(crate) fn normal_incidence(name: &str, brdf: SharedBrdf) -> Result<Kernel, E
     Ok(Kernel::Radial(Arc::new(radial)))
 }
 
+/// Largest exponent of a Phong or Blinn–Phong kernel: a hundredth of a degree wide, and as reflectances take it.
+const MAX_EXPONENT: f64 = 1e8;
+/// Narrowest Gaussian in degrees: a fortieth of a texel of an image of 8192 × 4096.
+const MIN_SIGMA_DEGREES: f64 = 1e-3;
+
 /// The single kernel that the options name; `given` is that of a reflectance.
 fn single(o: &Request, given: Option<Kernel>) -> Result<Filter, EngineError> {
     if given.is_some() {
@@ -83,6 +88,14 @@ fn single(o: &Request, given: Option<Kernel>) -> Result<Filter, EngineError> {
     }
     let needs = |option: &str| EngineError::request(format!("--kernel {} needs {option}", o.kernel));
     let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
+    if let Some(n) = o.exponent.filter(|n| !(*n > 0.0 && *n <= MAX_EXPONENT)) {
+        return Err(EngineError::Request(format!(
+            "--exponent {n}: a number above 0, {MAX_EXPONENT:e} at most"
+        )));
+    }
+    if let Some(s) = o.sigma.filter(|s| !(MIN_SIGMA_DEGREES..=180.0).contains(s)) {
+        return Err(EngineError::Request(format!("--sigma {s}: {MIN_SIGMA_DEGREES} to 180 degrees")));
+    }
     match o.kernel.as_str() {
         "lambert" => plain(Lobe::lambert()),
         "phong" => plain(Lobe::phong(o.exponent.ok_or_else(|| needs("--exponent"))?)),

@@ -46,6 +46,8 @@ pub struct Chosen {
     pub sites: bool,
     /// How that is known.
     pub known: Evidence,
+    /// Are there lights beside the technique's data, of which its certificate says nothing?
+    pub beside: bool,
     /// Relative RMS error over points of this picture, where it was measured.
     pub picture: Option<f64>,
     /// Was it the session that chose?
@@ -56,14 +58,15 @@ impl std::error::Error for Chosen {}
 
 impl std::fmt::Display for Chosen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { technique, brdf, error, sites, known, picture, automatic } = self;
+        let Self { technique, brdf, error, sites, known, beside, picture, automatic } = self;
         write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
         if let Some(p) = picture {
             write!(f, "{:.2} % in this picture (at a sample of its points), ", 100.0 * p)?;
         }
         let over =
             if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
-        write!(f, "{:.2} % {over} ({})", 100.0 * error, known.word())?;
+        let without = if *beside { ", without the lights that are shaded beside it" } else { "" };
+        write!(f, "{:.2} % {over}{without} ({})", 100.0 * error, known.word())?;
         if *automatic && picture.unwrap_or(*error) > VISIBLE {
             write!(f, "; --technique reference is exact, and slow")?;
         }
@@ -219,6 +222,7 @@ impl Session {
             error: c.error,
             sites: t.self_shadowing(&p.material.params),
             known: c.known,
+            beside: p.lit,
             picture: p.picture_error,
             automatic: p.material.method.is_none(),
         }));

@@ -129,6 +129,8 @@ impl Session {
 
     /// The same under the request's lights.
     pub(crate) fn radiance_at(&self, request: &Request, points: &Points) -> Result<Answers, Error> {
+        // All of them: techniques see those alone that they bake.
+        request.lights.check().map_err(Error::input)?;
         Ok(match &request.method {
             Method::Path | Method::File(_) if request.probes.is_some() => {
                 let slug = request.method.slug();

@@ -36,6 +36,11 @@ impl Session {
     }
 }
 
+/// Memory that a vertex takes, bytes: its attributes, once more while meshes are merged.
+const VERTEX_BYTES: u64 = 2 * 60;
+/// Memory that a triangle takes, bytes: its indices and slot twice, and its share of the tree and of its building.
+const TRIANGLE_BYTES: u64 = 2 * 16 + 160;
+
 fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Result<Scene, Error> {
     let text = read_text(path, MAX_BYTES, "a scene file")?;
     session.note_input(path);
@@ -50,6 +55,15 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
     for m in &file.meshes {
         let local = materials[m.material].local.as_ref();
         meshes.push(load_mesh(&file, m, local, &folder, session)?.with_material(m.material as u32));
+        let [vertices, triangles] = [|m: &Mesh| m.positions.len(), |m: &Mesh| m.triangles.len()]
+            .map(|count| meshes.iter().map(count).sum::<usize>() as u64);
+        let limit = session.task.max_memory();
+        if VERTEX_BYTES * vertices + TRIANGLE_BYTES * triangles > limit {
+            let (file, mib) = (path.display(), limit >> 20);
+            return Err(Error::input(format!(
+                "{file}: its meshes of {triangles} triangles take more than {mib} MiB: fewer of them, fewer segments, or a larger --max-memory"
+            )));
+        }
     }
     complete(&mut meshes);
     let mesh = Mesh::merged(&meshes);

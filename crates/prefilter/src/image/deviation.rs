@@ -11,7 +11,8 @@ use steradian_sphere::SphereImage;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation {
     /// RMS of the error at the texels compared, over the RMS of the whole image: in an image of a few lamps most texels
-    /// are dark, and an error there counts for what it is.
+    /// are dark, and an error there counts for what it is. Where the light's image was too large and was reduced, with an
+    /// estimate of what that changes.
     pub rms: f64,
     /// Mean error at the texels compared, over the mean of the whole image.
     pub bias: f64,
@@ -41,7 +42,8 @@ pub fn deviation(light: &Sampled, kernel: &dyn Zonal, image: &SphereImage, n: us
     };
     let picks = picks(image, n);
     let exact: Vec<[f64; 3]> = picks.par_iter().map_init(Scratch::default, compare).collect();
-    summary(&picks, &exact, &image.planes)
+    let found = summary(&picks, &exact, &image.planes);
+    Deviation { rms: found.rms.hypot(light.error_of_reduction(kernel)), ..found }
 }
 
 fn picks(image: &SphereImage, n: usize) -> Vec<Pick> {

@@ -112,6 +112,7 @@ pub fn filter_image(
         way,
         predicted: predicted
             + ROUNDING
+            + light.error_of_reduction(kernel)
             + if matches!(way, ImageMethod::Frequency { small_lights: 0, .. }) { 0.0 } else { NODES },
         clipped,
         energy_in,

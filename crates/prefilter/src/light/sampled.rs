@@ -30,7 +30,8 @@ const REFINED: usize = 1 << 22;
 pub struct Sampled {
     /// The image, whole.
     pub image: SphereImage,
-    /// Suns and directional lights, then what was taken off the brightest texels.
+    /// Suns, directional lights and the brightest texels of an image that was reduced, then what was taken off the brightest
+    /// texels of this one.
     small_lights: Vec<SmallLight>,
     suns: usize,
     /// Spectrum of the image with its brightest texels capped, about the pole y.
@@ -41,6 +42,8 @@ pub struct Sampled {
     energy: f64,
     /// ∫ L dω of the image.
     flux: [f64; 3],
+    /// ∫ of the square of what went when the image was reduced.
+    detail: f64,
     negative: bool,
 }
 
@@ -65,12 +68,21 @@ impl Sampled {
         task.check()?;
         let mut small_lights: Vec<SmallLight> = lights.disks.iter().map(SmallLight::from).collect();
         small_lights.extend(lights.directionals.iter().map(SmallLight::from));
-        let suns = small_lights.len();
-        let mut image = match lights.environment {
+        let given = lights.environment.map(|e| Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image);
+        let mut detail = 0.0;
+        let mut image = match given {
             None => SphereImage::new(Layout::LatLong, 4, 2),
-            Some(e) if e.image.height > MAX_ROWS => source::reduced(&e.image, MAX_ROWS),
-            Some(e) => Arc::try_unwrap(e).unwrap_or_else(|e| (*e).clone()).image,
+            // Texels as bright as suns keep their own cells: a lobe as sharp as they are would see the cells of the smaller image.
+            Some(image) if image.height > MAX_ROWS => {
+                let capped = source::split(image, &mut small_lights);
+                let smaller = source::reduced(&capped, MAX_ROWS);
+                // Means over cells are nearly a projection: the energies of what stays and of what goes add up.
+                detail = (source::energy(&capped) - source::energy(&smaller)).max(0.0);
+                smaller
+            }
+            Some(image) => image,
         };
+        let suns = small_lights.len();
         task.check()?;
         let statistics = Statistics::of(&image);
         let bright_texels = bright_texels(&image, &statistics);
@@ -88,10 +100,10 @@ impl Sampled {
         }
         task.check()?;
         let (flux, negative) = (statistics.flux, statistics.negative);
-        Ok(Self { image, small_lights, suns, spectrum, bands, energy: capped.energy, flux, negative })
+        Ok(Self { image, small_lights, suns, spectrum, bands, energy: capped.energy, flux, detail, negative })
     }
 
-    /// Suns and directional lights.
+    /// Suns and directional lights, and the brightest texels of an image that was too large and is reduced here.
     pub fn suns(&self) -> &[SmallLight] {
         &self.small_lights[..self.suns]
     }
@@ -99,6 +111,20 @@ impl Sampled {
     /// What was taken off the brightest texels.
     pub fn bright_texels(&self) -> &[SmallLight] {
         &self.small_lights[self.suns..]
+    }
+
+    /// Estimate of the relative RMS error of maps because the image was reduced: what went varies within cells of a
+    /// [`MAX_ROWS`]th of π, so that a kernel lets through of it what it lets through beyond the analysis' bands. 0 for images that
+    /// are taken as they came.
+    pub(crate) fn error_of_reduction(&self, kernel: &dyn Zonal) -> f64 {
+        if self.detail == 0.0 {
+            return 0.0;
+        }
+        let k = kernel.coefficients(MAX_ORDER + 64);
+        let beyond = k[MAX_ORDER..].iter().fold(0.0_f64, |m, k| m.max(k.abs()));
+        // The mean's part of a map's energy: no map of this light has less.
+        let mean = self.flux.iter().map(|f| f * f).sum::<f64>() / (4.0 * PI);
+        (self.detail / mean.max(f64::MIN_POSITIVE)).sqrt() * beyond / k[0].abs().max(f64::MIN_POSITIVE)
     }
 
     /// Highest band of the analysis.

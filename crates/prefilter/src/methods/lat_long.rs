@@ -40,17 +40,8 @@ pub fn lat_long_angular(
     epsilon: f64,
     task: &Task,
 ) -> Result<Made, Cancelled> {
-    // Gaussians of that width are at 1e-30 there, GGX at 1e-5; what is sharper than a sixteenth of a row is cut.
-    let k = kernel.coefficients((12.0 / kernel.width()).min(16.0 * light.image.height as f64) as usize + 256);
-    let band = band_limit(&k, epsilon).max(4);
-    let plan = Plan { band, k0: k[0], reach: reach(kernel, epsilon) };
-    let (w, h) = if layout == Layout::LatLong {
-        (width, height)
-    } else {
-        let texels = (layout.faces() * width * height) as f64;
-        let rows = (4 * band).max(16).max((0.5 * texels).sqrt() as usize);
-        (2 * rows, rows)
-    };
+    let plan = Plan::new(light, kernel, epsilon);
+    let (w, h) = plan.size((layout, width, height));
     task.begin("filtering row by row", h.div_ceil(2) as u64);
     let (map, mut cost) = plan.map(light, kernel, (w, h), task)?;
     task.end();
@@ -80,7 +71,31 @@ struct Plan {
 /// (re, im) of frequencies 0 … band of red, green, blue and where needed 1: six or eight runs of band + 1.
 type Spectrum = Vec<f64>;
 
+/// Bytes that [`lat_long_angular`] works in: eight numbers a band for every row of the light and of the map, and the map.
+pub fn lat_long_bytes(light: &Sampled, kernel: &dyn Zonal, shape: Shape, epsilon: f64) -> u64 {
+    let plan = Plan::new(light, kernel, epsilon);
+    let (w, h) = plan.size(shape);
+    (8 * 8 * (plan.band + 1) * (light.image.height + h) + 12 * w * h) as u64
+}
+
 impl Plan {
+    fn new(light: &Sampled, kernel: &dyn Zonal, epsilon: f64) -> Self {
+        // Gaussians of that width are at 1e-30 there, GGX at 1e-5; what is sharper than a sixteenth of a row is cut.
+        let k =
+            kernel.coefficients((12.0 / kernel.width()).min(16.0 * light.image.height as f64) as usize + 256);
+        Self { band: band_limit(&k, epsilon).max(4), k0: k[0], reach: reach(kernel, epsilon) }
+    }
+
+    /// Columns and rows of the map that is filtered.
+    fn size(&self, (layout, width, height): Shape) -> (usize, usize) {
+        if layout == Layout::LatLong {
+            return (width, height);
+        }
+        let texels = (layout.faces() * width * height) as f64;
+        let rows = (4 * self.band).max(16).max((0.5 * texels).sqrt() as usize);
+        (2 * rows, rows)
+    }
+
     fn map(
         &self,
         light: &Sampled,

@@ -27,12 +27,15 @@ pub use dual_paraboloid::{Footprint, Lookup, Paraboloids, dual_paraboloid, parab
 pub use frequency::frequency;
 pub use grid::{Made, Shape, band_limit, reach};
 pub use hierarchical::hierarchical;
-pub use lat_long::lat_long_angular;
+pub use lat_long::{lat_long_angular, lat_long_bytes};
 pub use per_face::per_face;
 pub use truncated::truncated_angular;
 
 use crate::{Sampled, Zonal};
 use steradian_base::{Cancelled, Task};
+
+/// Part ε of a kernel that is cut, over the tolerance.
+const EPSILON: f64 = 0.2;
 
 /// A way to prefilter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -110,6 +113,14 @@ impl Method {
         !matches!(self, Self::PerFace | Self::BoxMip | Self::DualParaboloid)
     }
 
+    /// Bytes that [`Self::filter`] works in beside the light and the map, where they grow with the kernel's bands; else 0.
+    pub fn bytes(self, light: &Sampled, kernel: &dyn Zonal, shape: Shape, tolerance: f64) -> u64 {
+        match self {
+            Self::LatLongAngular => lat_long_bytes(light, kernel, shape, EPSILON * tolerance),
+            _ => 0,
+        }
+    }
+
     /// ∫ L K at the texel centres of `shape`, to about `tolerance` where the way can.
     pub fn filter(
         self,
@@ -130,9 +141,9 @@ impl Method {
         };
         match self {
             Self::Brute => brute(light, kernel, shape, task),
-            Self::TruncatedAngular => truncated_angular(light, kernel, shape, 0.2 * tolerance, task),
+            Self::TruncatedAngular => truncated_angular(light, kernel, shape, EPSILON * tolerance, task),
             Self::Hierarchical => hierarchical(light, kernel, shape, hierarchical::opening(tolerance), task),
-            Self::LatLongAngular => lat_long_angular(light, kernel, shape, 0.2 * tolerance, task),
+            Self::LatLongAngular => lat_long_angular(light, kernel, shape, EPSILON * tolerance, task),
             Self::PerFace => per_face(light, kernel, shape, per_face::TEXELS, task),
             Self::BoxMip => {
                 let lobe = effective_sigma(kernel);

@@ -172,6 +172,9 @@ impl<T: Technique> AnyTechnique for Erased<T> {
             linked: Part::load(t, "linked").map_err(bad)?,
             certificate: tensors::certificate(t).map_err(bad)?,
         };
+        if !T::is_whole(&bake) {
+            return Err(BakeError::Load { slug, why: "its parts do not fit each other".into() });
+        }
         Ok(Baked::<T>::boxed(bake, View::default(), None, Given::default()))
     }
 }

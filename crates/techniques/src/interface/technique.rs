@@ -57,6 +57,11 @@ pub trait Technique: Send + Sync + 'static {
         p: &Self::Params,
         task: &Task,
     ) -> Result<(Self::Linked, Report), BakeError>;
+    /// Do the parts of a loaded bake fit each other and its parameters? Each part was held to its own form before.
+    fn is_whole(b: &Bake<Self>) -> bool {
+        let _ = b;
+        true
+    }
     /// What certificates hold shading against: the integral of the reflectance, `None` where that is not known. Techniques
     /// that stand for a variant of it, such as a published map without a cosine, say so here.
     fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {

@@ -1,18 +1,20 @@
 //! Checks that need no reference: extremes, shaders, determinism, files, live changes.
 
 use super::harness::*;
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec2, Vec3};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use steradian_base::{ParamValues, Task};
-use steradian_formats::{Limits, decode_tensors};
+use steradian_formats::{Limits, Tensor, TensorData, TensorFile, decode_tensors};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{
     AnyBake, AnyTechnique, BakeError, Check, Material, PointLobe, PointsBuf, Radiance, View, gpu, registry,
 };
-use steradian_testkit::on_every_isa;
+use steradian_testkit::{Mutator, full, on_every_isa};
 
 /// Poles, axes, cube corners; views at the normal, at grazing, below the horizon.
 fn extreme_points() -> PointsBuf {
@@ -214,6 +216,101 @@ fn foreign_and_damaged_bakes_are_refused() {
             assert!(t.load(&file).is_err(), "{}: {name}", t.card().slug);
         }
     }
+}
+
+/// Numbers that a hostile file may hold.
+const HOSTILE: [f64; 9] = [0.0, -1.0, 0.5, 65504.0, 1e9, 4294967295.0, -1e30, 1e38, 1e-30];
+
+fn put(data: &mut TensorData, value: f64, which: impl Fn(usize) -> bool) {
+    match data {
+        TensorData::F32(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value as f32),
+        TensorData::F64(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value),
+        TensorData::U32(v) => (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = value as u32),
+        TensorData::F16(v) => {
+            let half = half::f16::from_f64(value);
+            (0..v.len()).filter(|k| which(*k)).for_each(|k| v[k] = half);
+        }
+    }
+}
+
+/// Bakes with a tensor filled with one number or given another shape, then with single numbers and words changed.
+fn edited(whole: &TensorFile, singles: usize) -> Vec<(String, TensorFile)> {
+    let mut all = Vec::new();
+    for (name, tensor) in &whole.tensors {
+        let mut add = |what: String, change: &dyn Fn(&mut Tensor)| {
+            let mut file = whole.clone();
+            file.tensors.get_mut(name).into_iter().for_each(change);
+            all.push((format!("{name} {what}"), file));
+        };
+        for value in [0.0, -1.0, 1e9, -1e30, 1e38] {
+            add(format!("all {value}"), &|t| put(&mut t.data, value, |_| true));
+        }
+        let n: usize = tensor.shape.iter().product();
+        add("reversed".into(), &|t| t.shape.reverse());
+        for k in 0..tensor.shape.len() {
+            // All in one index, the others 1.
+            add(format!("along {k}"), &|t| {
+                t.shape.iter_mut().enumerate().for_each(|(i, x)| *x = if i == k { n } else { 1 })
+            });
+        }
+    }
+    let mut damage = Mutator::new(1);
+    for single in 0..singles {
+        let mut file = whole.clone();
+        let (entry, value) = (damage.below(file.metadata.len()), HOSTILE[damage.below(HOSTILE.len())]);
+        let tensor = damage.below(2 * file.tensors.len());
+        match file.tensors.values_mut().nth(tensor) {
+            None => {
+                if let Some(text) = file.metadata.values_mut().nth(entry) {
+                    *text =
+                        String::from_utf8_lossy(&damage.damage(text.as_bytes(), b"-1e39,nan/0")).into_owned();
+                }
+            }
+            Some(x) => {
+                let at = damage.below(x.shape.iter().product());
+                put(&mut x.data, value, |k| k == at);
+            }
+        }
+        all.push((format!("edit {single}"), file));
+    }
+    all
+}
+
+/// What a bake was edited to is refused or shaded, soon and without a panic.
+#[test]
+fn edited_bakes_end_well() {
+    // Of two points, on a machine that does other things too.
+    const MOST_TIME: Duration = Duration::from_secs(5);
+    let mut faults = Vec::new();
+    let mut q = PointsBuf::default();
+    for (n, wo) in [(Vec3::Y, Vec3::new(0.6, 0.8, 0.0)), (Vec3::X, Vec3::new(0.05, 0.0, 1.0).normalize())] {
+        q.push(n, n.any_orthonormal_vector(), wo, Vec3::ZERO);
+        q.locate(Vec2::ZERO, [0, 1, 2], [0.3, 0.3]);
+    }
+    for t in registry() {
+        let slug = t.card().slug;
+        // The last specimen is the one with the most parts.
+        let spec = t.card().specimens[t.card().specimens.len() - 1];
+        let whole = bake(*t, &tiny(), spec, &[]).save();
+        for (what, file) in edited(&whole, if full() { 10_000 } else { 12 }) {
+            let start = Instant::now();
+            let end = catch_unwind(AssertUnwindSafe(|| {
+                let Ok(mut b) = t.load(&file) else { return };
+                let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+                b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+                b.frame(&View { light_rotation: Mat3::from_rotation_y(0.5), ..View::default() });
+                b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+            }));
+            if end.is_err() || start.elapsed() > MOST_TIME {
+                faults.push(format!(
+                    "{slug}: {what}: {} after {:?}",
+                    if end.is_err() { "panics" } else { "ends" },
+                    start.elapsed()
+                ));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
 }
 
 /// Views of one bake have frames of their own.

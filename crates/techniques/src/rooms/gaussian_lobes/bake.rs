@@ -27,7 +27,7 @@ params! {
         /// What the fit's lobes may be: 0 round, 1 stretched.
         pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own)").preset("round"),
         /// Lookups of a lobe at most.
-        pub taps: usize = ParamInfo::whole("taps", [1.0, 64.0], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
+        pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
         /// What stands in the way of light, as one of [`VISIBILITY`].
         pub visibility: usize = ParamInfo::choice("visibility", &VISIBILITY, "what a mesh blocks of its own light, by spherical harmonics at its vertices: nothing; the unblocked fraction of the hemisphere; visibility at each lobe's mean (eq. 7); or its mean over the lobe"),
         /// Bands of visibility.
@@ -42,6 +42,8 @@ params! {
 }
 
 /// Words of `visibility`.
+/// Most lookups of a lobe.
+const MAX_TAPS: f64 = 64.0;
 const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
 
 impl Params {
@@ -257,7 +259,12 @@ impl Part for Views {
             let valid = (1..=MAX_LOBES).contains(&shape[0]) && shape[1] >= 2 && shape[2] == 4;
             if valid { Ok((shape[0], v.as_chunks().0.to_vec())) } else { Err(PartError::Unexpected(name)) }
         };
-        let (lobes, means) = table(format!("{prefix}.means"))?;
+        let name = format!("{prefix}.means");
+        let (lobes, means) = table(name.clone())?;
+        // Shading looks up as often as the fourth says.
+        if means.iter().any(|m| !(0.0..=MAX_TAPS as f32).contains(&m[3])) {
+            return Err(PartError::Unexpected(name));
+        }
         let name = format!("{prefix}.weights");
         let (other, weights) = table(name.clone())?;
         if other != lobes || weights.len() != means.len() {

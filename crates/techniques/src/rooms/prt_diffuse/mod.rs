@@ -99,6 +99,12 @@ impl Technique for PrtDiffuse {
         Ok(((), Report::estimated(parts.light.left_out(&kernel, p.bands), Vec::new())))
     }
 
+    fn is_whole(b: &Bake<Self>) -> bool {
+        let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride);
+        // Nothing yet, or vectors of direct light, and of reflected light in one channel or three.
+        [0, n, 2 * n, 4 * n].contains(&stride) && b.transfer.data.len().is_multiple_of(stride.max(1))
+    }
+
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
         Some(Target::Integral(Model::diffuse(b.material.0)))
     }

@@ -103,6 +103,10 @@ impl Technique for PrtGlossy {
         before.below() == after.below()
     }
 
+    fn is_whole(b: &Bake<Self>) -> bool {
+        [0, b.params.bands * b.params.bands].contains(&b.transfer.coefficients())
+    }
+
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
         f.update(&b.light, &b.material, &b.transfer, v);
     }
