@@ -172,7 +172,7 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     let mesh = ring();
     let points = points(Some(&mesh));
     let material = Material::new(steradian_brdf::parse(spec)?).with_textures(specimens::planes(t.planes()));
-    let bake = t.bake(&material, &params, &Task::quiet())?;
+    let bake = t.bake(&material, Some(&mesh), &params, &Task::quiet())?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
     let view = View { eye: Vec3::new(3.0, 2.0, 1.0), light_rotation, ..View::default() };
     let (lamps, mesh) = (local_lights(), Some(&*mesh.mesh));

@@ -216,7 +216,12 @@ fn local_shading(
     if local.technique.needs_sites(&local.params) {
         let slug = local.technique.card().slug;
         let why = "interpolates between the corners of triangles, and points have none";
-        return Err(Error::usage(format!("{slug} {why}: use {slug}:rate=pixel")));
+        let words = |(name, x): &(&str, f64)| {
+            let info = local.technique.params().iter().find(|i| i.name == *name)?;
+            Some(format!("{name}={}", info.check(&(*x).into()).ok()?))
+        };
+        let instead = local.technique.per_point().iter().filter_map(words).collect::<Vec<_>>().join(",");
+        return Err(Error::usage(format!("{slug} {why}: use {slug}:{instead}")));
     }
     if local.is_textured(false) && q.uv.is_none() {
         let slug = local.technique.card().slug;
@@ -224,7 +229,7 @@ fn local_shading(
             "{slug} has data per texel: the points need texture coordinates (columns u,v)"
         )));
     }
-    let bake = local.bake(&r.brdf, None, task)?;
+    let bake = local.bake(&r.brdf, None, None, task)?;
     let frame = LocalFrame { lights, view: &View::default(), mesh: None, shadowed: false };
     Ok(bake.lit(&frame)?)
 }

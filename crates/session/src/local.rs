@@ -8,6 +8,7 @@ use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec
 use steradian_brdf::SharedBrdf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
+use steradian_techniques::Geometry;
 use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
 
 /// A technique for directional and point lights with its parameters.
@@ -23,7 +24,11 @@ pub struct Local {
 }
 
 /// The last bake, and what it was made of.
-type Made = (String, Arc<dyn LocalBake>);
+struct Made {
+    key: String,
+    mesh: Option<Arc<Mesh>>,
+    bake: Arc<dyn LocalBake>,
+}
 
 impl Local {
     /// What stands for exact shading.
@@ -65,6 +70,12 @@ impl Local {
         self.technique.card().needs.view
     }
 
+    /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows shadows at them.
+    pub(crate) fn spacing(&self) -> Option<f32> {
+        let shadows = self.technique.card().capabilities.self_shadowing;
+        (shadows && self.technique.needs_sites(&self.params)).then_some(1.0 / 12.0)
+    }
+
     /// The files that its parameters name.
     fn files(&self) -> impl Iterator<Item = (&'static Plane, &Path)> {
         self.technique.planes().iter().filter_map(|p| match self.params.0.get(p.name) {
@@ -97,11 +108,13 @@ impl Local {
         Ok(())
     }
 
-    /// Tabulates a reflectance with the planes of the files, or the normals of the material where there are none.
+    /// Tabulates a reflectance with the planes of the files, or the normals of the material where there are none, on the mesh that
+    /// it needs.
     pub(crate) fn bake(
         &self,
         brdf: &SharedBrdf,
         normals: Option<&NormalMap>,
+        geometry: Option<Geometry>,
         task: &Task,
     ) -> Result<Arc<dyn LocalBake>, Error> {
         if let Some((plane, _)) = self.files().find(|f| !self.planes.has(f.0.name)) {
@@ -109,10 +122,13 @@ impl Local {
         }
         let normals = normals.filter(|_| self.planes.is_empty() && self.reads_normals());
         let of = normals.map_or(std::ptr::null(), std::ptr::from_ref);
-        let key = format!("{} {:?} {of:p}", brdf.spec(), task.tolerance());
+        let slots: Vec<String> =
+            geometry.iter().flat_map(|g| g.materials.iter()).map(|m| m.brdf.spec()).collect();
+        let key = format!("{} {:?} {of:p} {slots:?}", brdf.spec(), task.tolerance());
+        let mesh = geometry.as_ref().map(|g| g.mesh.clone());
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, bake)) = made.as_ref().filter(|m| m.0 == key) {
-            return Ok(bake.clone());
+        if let Some(m) = made.as_ref().filter(|m| m.key == key && m.mesh == mesh) {
+            return Ok(m.bake.clone());
         }
         let mut planes = self.planes.clone();
         if let (Some(map), Some(p)) =
@@ -121,8 +137,9 @@ impl Local {
             planes = planes.with(p.name, Arc::new(map.mean().clone()));
         }
         let material = steradian_techniques::Material::new(brdf.clone()).with_textures(planes);
-        let bake: Arc<dyn LocalBake> = self.technique.bake(&material, &self.params, task)?.into();
-        *made = Some((key, bake.clone()));
+        let bake: Arc<dyn LocalBake> =
+            self.technique.bake(&material, geometry.as_ref(), &self.params, task)?.into();
+        *made = Some(Made { key, mesh, bake: bake.clone() });
         Ok(bake)
     }
 }
@@ -281,9 +298,11 @@ mod tests {
             ..Lights::default()
         };
         let brdf = steradian_brdf::parse("lambert").expect("a spec");
-        for (method, local, part) in
-            [("sh_irradiance", "vertex_analytic", "rate=pixel"), ("reference", "banks_table", "--local")]
-        {
+        for (method, local, part) in [
+            ("sh_irradiance", "vertex_analytic", "rate=pixel"),
+            ("sh_irradiance", "precomputed_visibility", "bounces=0,shadow=none"),
+            ("reference", "banks_table", "--local"),
+        ] {
             let method = Method::find(method).expect("known");
             let local = Local::parse(local).expect("known");
             let request = Request { local, ..Request::new(near.clone(), brdf.clone(), method) };

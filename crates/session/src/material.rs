@@ -215,9 +215,9 @@ pub(crate) struct Under<'a> {
 }
 
 impl Under<'_> {
-    /// The mesh with the materials of its slots, where a technique bakes on it: the mean of a base colour multiplies the
+    /// The mesh with the materials of its slots, where a technique `bakes_on` it: the mean of a base colour multiplies the
     /// albedo of what reflects.
-    fn geometry(&self, technique: &dyn AnyTechnique, params: &ParamValues) -> Option<Geometry> {
+    fn geometry(&self, bakes_on: bool) -> Option<Geometry> {
         let slot = |m: &Material| {
             let plain = steradian_techniques::Material::new(m.brdf.clone());
             let (Form::Lambert { albedo: a }, Some(t)) = (m.brdf.form(), &m.base_colour) else {
@@ -227,7 +227,7 @@ impl Under<'_> {
             let spec = format!("lambert:albedo={}/{}/{}", a[0] * r, a[1] * g, a[2] * b);
             steradian_brdf::parse(&spec).map_or(plain, steradian_techniques::Material::new)
         };
-        technique.needs_sites(params).then(|| Geometry {
+        bakes_on.then(|| Geometry {
             materials: self.scene.materials.iter().map(slot).collect(),
             ..Geometry::new(Arc::new(self.scene.mesh.clone()), Sites::Vertices)
         })
@@ -320,7 +320,8 @@ impl Session {
         }
         local.check_mesh(&under.scene.mesh, material.maps.normal.is_some(), "the mesh")?;
         let task = task.clone().with_tolerance(under.tolerance);
-        local.bake(&material.brdf, material.maps.normal.as_deref(), &task).map(Some)
+        let geometry = under.geometry(local.technique.needs_sites(&local.params));
+        local.bake(&material.brdf, material.maps.normal.as_deref(), geometry, &task).map(Some)
     }
 
     /// `before` with what changed of its light or its reflectance: only those factors are baked again. A preview measures no
@@ -460,7 +461,7 @@ fn link(
     // Only what is part of a technique's data is filtered by maps.
     let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
     let of = steradian_techniques::Material::new(material.brdf.clone());
-    let geometry = under.geometry(technique, &material.params);
+    let geometry = under.geometry(technique.needs_sites(&material.params));
     let with = |suns: Suns| {
         let (baked, direct, local) = match &material.local {
             Some(_) => local::split(under.lights, suns),

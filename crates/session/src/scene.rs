@@ -112,14 +112,20 @@ impl Scene {
     /// How far apart vertices lie at most for those of the materials' techniques that bake shadows at them.
     pub(crate) fn spacing(&self) -> Option<f32> {
         let own = |m: &Material| spacing(m.method.as_ref()?, &m.params);
-        self.materials.iter().chain(&self.ground).filter_map(own).reduce(f32::min)
+        let all = self.materials.iter().chain(&self.ground);
+        all.filter_map(own).chain(self.local_spacings()).reduce(f32::min)
+    }
+
+    /// The same of those for directional and point lights.
+    fn local_spacings(&self) -> impl Iterator<Item = f32> {
+        self.materials.iter().chain(&self.ground).filter_map(|m| m.local.as_ref()?.spacing())
     }
 
     /// The same where all materials are shaded by each of `methods`.
     pub(crate) fn spacing_by(&self, methods: &[Method]) -> Option<f32> {
         let all = self.materials.iter().chain(&self.ground);
         let each = all.flat_map(|m| methods.iter().filter_map(|by| spacing(by, &given_to(by, &m.params))));
-        each.reduce(f32::min)
+        each.chain(self.local_spacings()).reduce(f32::min)
     }
 
     /// The techniques that its materials ask for.

@@ -68,7 +68,7 @@ fn main() {
         let brdf = steradian_brdf::parse(spec).expect("a spec");
         let material = Material::new(brdf).with_textures(specimens::planes(t.planes()));
         let start = Instant::now();
-        let b = t.bake(&material, &params, &Task::quiet()).expect("bakes");
+        let b = t.bake(&material, None, &params, &Task::quiet()).expect("bakes");
         let baked = start.elapsed().as_secs_f64();
         let shading = b.lit(&frame).expect("no mesh is needed");
         let mut run = || {

@@ -31,7 +31,7 @@ const LIGHTS: [&[(&str, &str)]; 2] = [
 /// What the errors are, and what their points are.
 const POINTS: [&str; 2] = [
     "The points are those that certificates take: views uniform in solid angle, and as many that mirror suns and lamps.",
-    "The points are 256 of a ball, with views up to 80° from the normal; parameters are the defaults, with rate=pixel where a mesh would be needed.",
+    "The points are 256 of a ball, with views up to 80° from the normal; parameters are the defaults, or where these need a mesh others that need none.",
 ];
 
 /// What they are on bumps.

@@ -13,6 +13,7 @@ impl Stage {
             Self::Open => "open",
             Self::Shadowed => "shadowed",
             Self::Local => "local",
+            Self::Scattered => "scattered",
             Self::Textured => "textured",
         }
     }
@@ -22,6 +23,11 @@ impl Stage {
             Self::Open => format!("{brdf} under {LIGHT}"),
             Self::Shadowed => format!("{brdf} under {LIGHT}, with shadows"),
             Self::Local => format!("{brdf} under three directional lights"),
+            Self::Scattered => {
+                format!(
+                    "{brdf} under three directional lights, with shadows and a reflection between surfaces"
+                )
+            }
             Self::Textured => format!("{brdf} with data per texel, under three directional lights"),
         }
     }
@@ -34,6 +40,7 @@ impl Stage {
                 unshadowed.map_or("–".into(), percent)
             ),
             Self::Local => "Beside the sum over the lights.".into(),
+            Self::Scattered => "Beside the path tracer, of two scattering events.".into(),
             Self::Textured => "Beside the same surface without the data, which no reference knows: what is said is what the data change.".into(),
         }
     }

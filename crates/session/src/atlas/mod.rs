@@ -57,6 +57,8 @@ pub enum Stage {
     Shadowed,
     /// Three directional lights; beside the sum over them.
     Local,
+    /// The same with what the mesh hides and reflects, for techniques that know it; beside the path tracer.
+    Scattered,
     /// The same for techniques with data per texel, beside the surface without them: no reference knows the data.
     Textured,
 }
@@ -113,6 +115,14 @@ pub struct Atlas {
     pub advice: Vec<Advice>,
     /// How long it took.
     pub seconds: f64,
+}
+
+/// Scattering events of the paths that techniques with one reflection between surfaces are held against.
+pub const SCATTERED: u32 = 2;
+
+/// Does a technique for directional and point lights know what the mesh hides of them and reflects?
+pub fn scatters(t: &dyn AnyLocal) -> bool {
+    t.card().capabilities.interreflections && t.needs_sites(&ParamValues::default())
 }
 
 /// A reflectance that a technique takes: of those of `preferred` whose model it is tested with (so that a mirror's technique shows a
@@ -261,7 +271,12 @@ impl Session {
         let card = technique.card();
         let spec = usual_specimen(card);
         let planes = specimens::planes(technique.planes());
-        let stage = if planes.is_empty() { Stage::Local } else { Stage::Textured };
+        let stage = match scatters(technique) {
+            true => Stage::Scattered,
+            false if planes.is_empty() => Stage::Local,
+            false => Stage::Textured,
+        };
+        self.paths = Paths { bounces: SCATTERED, noise: plan.noise };
         let mut scene = self.knot(plan, spec)?;
         scene.lights = three_lights();
         let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
@@ -272,7 +287,8 @@ impl Session {
             |t: &&&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&**brdf).is_ok();
         let other = registry().iter().find(idle);
         let other = other.ok_or_else(|| Error::failed(format!("{spec}: no technique takes it")))?;
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
+        let paths = stage == Stage::Scattered;
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
         let answers = self.compare(&scene, &[Method::Technique(*other)], renderers, &comparison)?;
         let mut answers = answers.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;

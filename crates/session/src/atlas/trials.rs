@@ -210,9 +210,13 @@ fn near(t: &'static dyn AnyLocal, chapters: &[Chapter]) -> Vec<Outcome> {
         bumps,
         measured(),
         measured(),
-        // By construction: tables are made of the reflectance alone.
+        // By construction: tables are made of the reflectance alone, or of the mesh beside it.
         Outcome::Holds("its bake takes no light".into()),
-        Outcome::Holds("its bake takes no mesh".into()),
+        if super::scatters(t) {
+            Outcome::Fails("bakes on the mesh".into())
+        } else {
+            Outcome::Holds("its bake takes no mesh".into())
+        },
     ]
 }
 

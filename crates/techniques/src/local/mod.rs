@@ -17,16 +17,19 @@ mod textured;
 pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
+pub(crate) use per_point::arrives;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
 use crate::rooms::{
     analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, homomorphic, lafortune_svbrdf,
-    polynomial_texture_map, separable_svd, shift_variant, vertex_analytic,
+    polynomial_texture_map, precomputed_visibility, separable_svd, shift_variant, vertex_analytic,
 };
 use crate::shared;
-use crate::{BakeError, Capabilities, Card, Claim, GpuTechnique, Material, Needs, Points, Radiance, View};
+use crate::{
+    BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Points, Radiance, View,
+};
 use glam::DVec3;
 use std::borrow::Cow;
 use std::marker::PhantomData;
@@ -44,6 +47,7 @@ const LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<homomorphic::Homomorphic>::new(),
     &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
     &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
+    &ErasedLocal::<precomputed_visibility::PrecomputedVisibility>::new(),
     &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
     &ErasedLocal::<lafortune_svbrdf::LafortuneSvbrdf>::new(),
     &ErasedLocal::<shift_variant::ShiftVariant>::new(),
@@ -142,6 +146,8 @@ pub trait LocalTechnique: Send + Sync + Sized + 'static {
     /// Tabulates the reflectance, which [`Card::materials`] takes; to the task's tolerance where the technique chooses
     /// sizes.
     fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
+    /// Parameters with which shading needs no mesh, where [`LocalTechnique::needs_sites`] by others.
+    const PER_POINT: &'static [(&'static str, f64)] = &[];
     /// Does shading with these parameters need the mesh and each point's place on it?
     fn needs_sites(p: &Self::Params) -> bool {
         let _ = p;
@@ -182,6 +188,20 @@ pub struct LocalText {
     pub uniforms: Vec<Uniform>,
     /// Its buffers, called `local_…`; one at most beside that of the lights has room everywhere.
     pub buffers: Vec<Buffer>,
+}
+
+impl LocalText {
+    /// A reflectance's own text; `None` where it has none.
+    pub fn of_model(brdf: &dyn Brdf) -> Option<Self> {
+        let own = brdf.shader()?.inlined("local");
+        let call = "
+fn local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return local_brdf_value(wi, wo);
+}
+";
+        let (tables, uniforms, buffers) = Default::default();
+        Some(Self { module: (own + call).into(), tables, uniforms, buffers })
+    }
 }
 
 /// The lights and the view of a frame.
@@ -233,12 +253,16 @@ pub trait AnyLocal: Send + Sync {
     fn params(&self) -> &'static [ParamInfo];
     /// Does shading with these parameters need a mesh? Parameters that are refused need none.
     fn needs_sites(&self, params: &ParamValues) -> bool;
+    /// Parameters with which it needs no mesh, where it needs one by others.
+    fn per_point(&self) -> &'static [(&'static str, f64)];
     /// The files that its parameters name: what they hold is among the material's textures under the same names.
     fn planes(&self) -> &'static [Plane];
-    /// Tabulates a material; refuses what the Card does not take.
+    /// Tabulates a material; refuses what the Card does not take. Techniques that need sites read of a geometry the mesh and the
+    /// materials of its slots.
     fn bake(
         &self,
         material: &Material,
+        geometry: Option<&Geometry>,
         params: &ParamValues,
         task: &Task,
     ) -> Result<Box<dyn LocalBake>, BakeError>;
@@ -292,6 +316,10 @@ impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
         T::Params::from_values(params).is_ok_and(|p| T::needs_sites(&p))
     }
 
+    fn per_point(&self) -> &'static [(&'static str, f64)] {
+        T::PER_POINT
+    }
+
     fn planes(&self) -> &'static [Plane] {
         T::PLANES
     }
@@ -299,13 +327,17 @@ impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
     fn bake(
         &self,
         material: &Material,
+        geometry: Option<&Geometry>,
         params: &ParamValues,
         task: &Task,
     ) -> Result<Box<dyn LocalBake>, BakeError> {
         let params = T::Params::from_values(params)?;
         let slug = T::CARD.slug;
         (T::CARD.materials)(&*material.brdf).map_err(|why| BakeError::Material { slug, why })?;
-        let tables = T::bake(material, &params, task)?;
+        let mut tables = T::bake(material, &params, task)?;
+        if let Some(g) = geometry.filter(|_| T::needs_sites(&params)) {
+            tables = T::transfer(tables, material, g, &params, task)?;
+        }
         task.check()?;
         let error = T::error(&tables, material);
         if !error.is_finite() {
@@ -368,6 +400,17 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
 
 /// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
 pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
+    let run = if card.needs.uv { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
+    run_by(card.slug, text, lights, (run, card.needs.uv))
+}
+
+/// The same by another loop over the lights, which may take a site.
+pub(crate) fn run_by(
+    slug: &'static str,
+    text: LocalText,
+    lights: &[Light],
+    (run, site): (&'static str, bool),
+) -> GpuTechnique {
     const STRIDE: usize = 8;
     let mut rows: Vec<f32> = lights.iter().flat_map(Light::row).collect();
     // A buffer is never empty.
@@ -376,12 +419,10 @@ pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTe
     uniforms.push(Uniform { name: "local_count", value: Value::F32(lights.len() as f32) });
     let mut buffers = text.buffers;
     buffers.push(Buffer::new("local_lights", STRIDE, rows));
-    let textured = card.needs.uv;
-    let run = if textured { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
     GpuTechnique {
-        slug: card.slug,
+        slug,
         modules: vec![text.module, include_str!("light.wgsl").into(), run.into()],
-        entry: Entry { name: "local_radiance", lobe: false, site: textured },
+        entry: Entry { name: "local_radiance", lobe: false, site },
         tables: text.tables,
         uniforms,
         buffers,

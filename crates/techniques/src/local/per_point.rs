@@ -39,7 +39,7 @@ fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
 }
 
 /// Does the light from `d` reach a point?
-fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> bool {
+pub(crate) fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> bool {
     let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
     shadows.sees(p, n, d, f64::from(distance))
 }

@@ -1,7 +1,7 @@
 //! Techniques whose data differ from texel to texel.
 
 use super::{LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText, PerPoint, error};
-use crate::{BakeError, Card, Material};
+use crate::{BakeError, Card, Geometry, Material};
 use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_base::{Field, ParamInfo, Params, Task, Value};
@@ -98,10 +98,23 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
 
     /// Tabulates the material, whose reflectance [`Card::materials`] takes.
     fn bake(m: &Material, p: &Self::Params, task: &Task) -> Result<Self::Tables, BakeError>;
+    /// Parameters with which shading needs no mesh, where [`TexturedTechnique::needs_sites`] by others.
+    const PER_POINT: &'static [(&'static str, f64)] = &[];
     /// Does shading with these parameters need the mesh and each point's place on it?
     fn needs_sites(p: &Self::Params) -> bool {
         let _ = p;
         false
+    }
+    /// The tables with what they hold of a mesh, where shading needs one; its sites are the vertices.
+    fn transfer(
+        t: Self::Tables,
+        m: &Material,
+        g: &Geometry,
+        p: &Self::Params,
+        task: &Task,
+    ) -> Result<Self::Tables, BakeError> {
+        let _ = (m, g, p, task);
+        Ok(t)
     }
     /// Figures for the certificate.
     fn details(t: &Self::Tables) -> Vec<(&'static str, f64)> {
@@ -141,6 +154,7 @@ impl<T: LocalTechnique> TexturedTechnique for T {
     const CARD: Card = <T as LocalTechnique>::CARD;
     const PLANES: &'static [Plane] = &[];
     const METRIC: &'static str = METRIC;
+    const PER_POINT: &'static [(&'static str, f64)] = <T as LocalTechnique>::PER_POINT;
     type Params = <T as LocalTechnique>::Params;
     type Tables = <T as LocalTechnique>::Tables;
     type Texel = ();

@@ -20,6 +20,7 @@ pub mod mirror_map;
 pub mod paraboloid_filter;
 pub mod phong_diffuse_maps;
 pub mod polynomial_texture_map;
+pub mod precomputed_visibility;
 pub mod prt_brdf;
 pub mod prt_diffuse;
 pub mod prt_glossy;

@@ -24,13 +24,8 @@ fn bake(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)]) -> Box<dyn LocalBa
 
 fn bake_with(t: &dyn AnyLocal, spec: &str, params: &[(&str, f64)], planes: Planes) -> Box<dyn LocalBake> {
     let params: ParamValues = params.iter().copied().collect();
-    t.bake(&material(spec).with_textures(planes), &params, &Task::quiet())
+    t.bake(&material(spec).with_textures(planes), None, &params, &Task::quiet())
         .expect("a bake that the Card promises")
-}
-
-/// The parameters with which points need no mesh.
-fn per_point(t: &dyn AnyLocal) -> &'static [(&'static str, f64)] {
-    if t.needs_sites(&ParamValues::default()) { &[("rate", 1.0)] } else { &[] }
 }
 
 fn local(l: &Lights) -> LocalLights {
@@ -127,7 +122,7 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
     let q = buffer(&points);
     let mut lines = Vec::new();
     for (t, spec) in each() {
-        let b = bake(t, spec, per_point(t));
+        let b = bake(t, spec, t.per_point());
         for (name, light) in [("point", lights::near_point()), ("directionals", lights::three_directionals())]
         {
             let got = shade(&*b, &local(&light), &View::default(), &q);
@@ -250,6 +245,7 @@ fn many_directional_lights_are_a_furnace() {
     for (slug, spec, within) in [
         ("vertex_analytic", "lambert:albedo=0.7", 2e-3),
         ("vertex_analytic", "minnaert:k=0.65", 5e-3),
+        ("precomputed_visibility", "lambert:albedo=0.7", 2e-3),
         ("banks_table", "banks:n=6", 5e-3),
         ("bump_blinn_phong", "blinn-phong-gl:kd=0.5,ks=0.3,n=8", 5e-3),
         ("bump_horizon", "lambert:albedo=0.7", 2e-3),
@@ -264,7 +260,7 @@ fn many_directional_lights_are_a_furnace() {
         ("homomorphic", "cook-torrance:m=0.6,f0=1,g=smith", 1e-2),
     ] {
         let t = find_local(slug).expect("a technique");
-        let got = shade(&*bake(t, spec, per_point(t)), &light, &View::default(), &q);
+        let got = shade(&*bake(t, spec, t.per_point()), &light, &View::default(), &q);
         let albedo = judged(&lights::furnace(), spec, &points);
         let error = difference(&got, &albedo);
         assert!(error <= within, "{slug}: {spec}: {error:.2e}");
@@ -278,7 +274,7 @@ fn local_techniques_are_linear_and_turn_with_light_and_frame() {
     let (one, other) = (local(&lights::near_point()), local(&lights::three_directionals()));
     let r = DMat3::from_rotation_z(0.9) * DMat3::from_rotation_y(2.0);
     for (t, spec) in each() {
-        let b = bake(t, spec, per_point(t));
+        let b = bake(t, spec, t.per_point());
         let of = |l: &LocalLights| shade(&*b, l, &View::default(), &q);
         let mut both = one.clone();
         both.directionals.extend(&other.directionals);
@@ -330,7 +326,7 @@ fn a_light_on_the_surface_gives_finite_radiance() {
     for t in locals() {
         let taken = more.into_iter().filter(|s| (t.card().materials)(&*material(s).brdf).is_ok());
         for spec in t.card().specimens.iter().copied().chain(taken) {
-            let b = bake(*t, spec, per_point(*t));
+            let b = bake(*t, spec, t.per_point());
             assert!(b.certificate().error.is_finite());
             for (i, l) in shade(&*b, &light, &View::default(), &q).iter().enumerate() {
                 let facing: f32 = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum();
@@ -352,7 +348,7 @@ fn local_shaders_are_valid_and_bakes_repeat() {
         &[],
     );
     for (t, spec) in each() {
-        let again = || bake_with(t, spec, per_point(t), specimens::planes(t.planes()));
+        let again = || bake_with(t, spec, t.per_point(), specimens::planes(t.planes()));
         let (one, two) = (again(), again());
         let l = local(&lights::near_point());
         let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
@@ -378,8 +374,8 @@ fn local_techniques_refuse_by_name() {
     for t in locals() {
         let params: ParamValues = [("no-such", 1.0)].into_iter().collect();
         let spec = t.card().specimens[0];
-        assert!(matches!(t.bake(&material(spec), &params, &Task::quiet()), Err(BakeError::Param(_))));
-        let b = bake(*t, spec, per_point(*t));
+        assert!(matches!(t.bake(&material(spec), None, &params, &Task::quiet()), Err(BakeError::Param(_))));
+        let b = bake(*t, spec, t.per_point());
         let lamp = PointLight { position: Vec3::NAN, intensity: [1.0; 3] };
         let l = LocalLights { points: vec![lamp], ..LocalLights::default() };
         let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };

@@ -5,7 +5,7 @@ use crate::gallery::{self, ComparedWith, NUMBERS, Row, picture_name};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use steradian_render::Display;
-use steradian_session::atlas::{LIGHT, three_lights, usual_specimen};
+use steradian_session::atlas::{LIGHT, SCATTERED, scatters, three_lights, usual_specimen};
 use steradian_session::compare::Plan;
 use steradian_session::{Local, Method, Paths, Renderer, Scene, Session};
 use steradian_techniques::local::AnyLocal;
@@ -79,7 +79,12 @@ fn local(o: &Options, technique: &'static dyn AnyLocal) -> Result<Vec<Row>> {
     let mut scene = scene("knot", spec, &mut session)?;
     scene.lights = three_lights();
     let planes = specimens::planes(technique.planes());
-    let beside = if planes.is_empty() { ComparedWith::Reference } else { ComparedWith::Plain };
+    session.paths = Paths { bounces: SCATTERED, noise: NOISE };
+    let beside = match scatters(technique) {
+        true => ComparedWith::Paths,
+        false if planes.is_empty() => ComparedWith::Reference,
+        false => ComparedWith::Plain,
+    };
     let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
     scene.materials.iter_mut().for_each(|m| m.local.clone_from(&local));
     let takes = |t: &&&'static dyn AnyTechnique| {

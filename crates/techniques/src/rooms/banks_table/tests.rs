@@ -68,7 +68,7 @@ fn both_parts_are_those_of_the_equation() {
     let material = Material::new(steradian_brdf::parse("banks:n=30,scale=0.5").expect("a spec"));
     let t = find_local("banks_table").expect("a technique");
     let params: ParamValues = [("kd", 0.3)].into_iter().collect();
-    let b = t.bake(&material, &params, &Task::quiet()).expect("bakes");
+    let b = t.bake(&material, None, &params, &Task::quiet()).expect("bakes");
     assert!(b.certificate().error <= 1e-3, "{:?}", b.certificate());
     for k in 0..500 {
         let of = |j: usize, low: f64| {

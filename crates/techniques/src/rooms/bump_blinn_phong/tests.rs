@@ -18,7 +18,7 @@ fn try_bake(
     let t = find_local("bump_blinn_phong").expect("a technique");
     let params: ParamValues = params.iter().cloned().collect();
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(planes);
-    t.bake(&material, &params, &Task::quiet())
+    t.bake(&material, None, &params, &Task::quiet())
 }
 
 fn bake(spec: &str, planes: Planes, params: &[(&'static str, Value)]) -> Box<dyn LocalBake> {

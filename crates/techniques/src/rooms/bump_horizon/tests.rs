@@ -15,7 +15,7 @@ fn bake(spec: &str, planes: Planes, params: &[(&'static str, Value)]) -> Box<dyn
     let t = find_local("bump_horizon").expect("a technique");
     let params: ParamValues = params.iter().cloned().collect();
     let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(planes);
-    t.bake(&material, &params, &Task::quiet()).expect("bakes")
+    t.bake(&material, None, &params, &Task::quiet()).expect("bakes")
 }
 
 fn heights(f: impl Fn(usize, usize) -> f64) -> Planes {

@@ -66,6 +66,7 @@ impl LocalTechnique for VertexAnalytic {
         needs: Needs { sites: true, view: true, ..local::CARD.needs },
         ..local::CARD
     };
+    const PER_POINT: &'static [(&'static str, f64)] = PIXEL;
     type Params = Params;
     type Tables = Model;
 
@@ -90,7 +91,7 @@ impl LocalTechnique for VertexAnalytic {
     }
 
     fn text(t: &Model) -> Option<LocalText> {
-        shade::text(t)
+        LocalText::of_model(&*t.0)
     }
 
     fn lit(b: &LocalBaked<Self>, frame: &LocalFrame<'_>) -> Result<Box<dyn LocalShading>, BakeError> {

@@ -1,26 +1,14 @@
 //! The model at the vertices once a frame, interpolated at points; `shade.wgsl` interpolates the same values.
 
 use super::VertexAnalytic;
-use super::bake::Model;
 use crate::direct::{Direct, Shadows};
 use crate::gpu::{Buffer, Entry};
-use crate::local::{LocalBaked, LocalFrame, LocalLights, LocalShading, LocalTechnique, LocalText, PerPoint};
+use crate::local::{LocalBaked, LocalFrame, LocalLights, LocalShading, LocalTechnique, PerPoint};
 use crate::{GpuTechnique, Points, PointsBuf, Radiance};
 use glam::{DVec3, Vec3};
 use steradian_base::{Certificate, Evidence};
 use steradian_brdf::SharedBrdf;
 use steradian_scene::Mesh;
-
-/// The model's own text, if it has one.
-pub(super) fn text(m: &Model) -> Option<LocalText> {
-    let module = m.0.shader()?.inlined("local")
-        + "
-fn local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    return local_brdf_value(wi, wo);
-}
-";
-    Some(LocalText { module: module.into(), tables: Vec::new(), uniforms: Vec::new(), buffers: Vec::new() })
-}
 
 pub(super) fn lit(b: &LocalBaked<VertexAnalytic>, frame: &LocalFrame<'_>) -> Box<dyn LocalShading> {
     let brdf = b.material.brdf.clone();

@@ -17,7 +17,7 @@ fn lit(rate: &str, spec: &str, lights: &LocalLights, mesh: &Mesh) -> Box<dyn Loc
     let t = find_local("vertex_analytic").expect("a technique");
     let params: ParamValues = [("rate", rate)].into_iter().collect();
     let material = Material::new(parse(spec).expect(spec));
-    let b = t.bake(&material, &params, &Task::quiet()).expect("bakes");
+    let b = t.bake(&material, None, &params, &Task::quiet()).expect("bakes");
     let view = View { eye: EYE, ..View::default() };
     b.lit(&LocalFrame { lights, view: &view, mesh: Some(mesh), shadowed: false })
         .expect("a mesh with normals")

@@ -61,24 +61,6 @@ fn flat_heights_reflect_nothing() {
     }
 }
 
-/// Mean irradiance over a wall of a groove whose walls make an angle of cosine `c` and are evenly lit with irradiance 1, after 0, 1, 2 …
-/// reflections of albedo 1: the part of the other wall from the bottom to the distance y is seen from the distance x with the form
-/// factor ½ (1 − (x − y c)/√(x² + y² − 2 x y c)).
-fn groove(c: f64) -> [f64; 5] {
-    const N: usize = 400;
-    let seen = |x: f64, y: f64| 0.5 * (1.0 - (x - y * c) / (x * x + y * y - 2.0 * x * y * c).sqrt());
-    let middle = |k: usize| (k as f64 + 0.5) / N as f64;
-    let strip = |x: usize, y: usize| {
-        seen(middle(x), (y + 1) as f64 / N as f64) - seen(middle(x), y as f64 / N as f64)
-    };
-    let mut e = vec![1.0; N];
-    std::array::from_fn(|_| {
-        let mean = e.iter().sum::<f64>() / N as f64;
-        e = (0..N).map(|x| (0..N).map(|y| strip(x, y) * e[y]).sum()).collect();
-        mean
-    })
-}
-
 /// Lambertian walls of a groove of opening α under light from above: in the mean the first bounce is ρ²EF, F = 1 − sin(α/2); all of
 /// them with direct light are about ρE/(1 − ρF), which takes all points of a wall for alike, and within 1 % what they are when they are
 /// not.
@@ -107,7 +89,7 @@ fn a_grooves_bounces_have_their_closed_forms() {
         assert!((once - direct - want).abs() < 0.02 * want, "{slope}: {} {want}", once - direct);
         let even = albedo * cos / (1.0 - albedo * form);
         let cosine = (slope * slope - 1.0) / (slope * slope + 1.0);
-        let means = groove(cosine);
+        let means = specimens::groove(cosine);
         assert!((means[1] - form).abs() < 1e-3, "{slope}: {} {form}", means[1]);
         let sum = (0..5).map(|k| albedo.powi(k) * means[k as usize]).sum::<f64>();
         let want = albedo * cos * sum;
@@ -199,7 +181,8 @@ fn two_bounces_on_real_height_maps_are_those_of_paths() {
                     ("directions", count.into()),
                 ];
                 let material = Material::new(brdf.clone()).with_textures(plane(n, n, &z));
-                let b = t.bake(&material, &params.into_iter().collect(), &Task::quiet()).expect("bakes");
+                let b =
+                    t.bake(&material, None, &params.into_iter().collect(), &Task::quiet()).expect("bakes");
                 cases.iter().map(|c| f64::from(b.f_cos_at(c.0, single(c.2), single(c.3))[0])).collect()
             };
             let (ours, first) = (of(2.0), of(0.0));
