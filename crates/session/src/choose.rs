@@ -1,7 +1,7 @@
 //! The choice of a technique: the smallest error within a few seconds, among those that honour the material.
 
 use crate::material::Under;
-use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session, Shadows};
+use crate::{Backend, Error, Kind, Local, Material, Method, Notice, Prepared, Scene, Session, Shadows};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -143,7 +143,8 @@ impl<'a> Sample<'a> {
         if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
             return Ok(None);
         }
-        if matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params)) {
+        let far = matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params));
+        if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
             return Ok(None);
         }
         let film = self.film(&prepared.surface, &task.clone().without_progress())?;

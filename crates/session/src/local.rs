@@ -70,10 +70,14 @@ impl Local {
         self.technique.card().needs.view
     }
 
+    /// Does it know what the mesh hides of the lights or reflects?
+    pub(crate) fn knows_mesh(&self) -> bool {
+        self.technique.card().capabilities.self_shadowing && self.technique.needs_sites(&self.params)
+    }
+
     /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows shadows at them.
     pub(crate) fn spacing(&self) -> Option<f32> {
-        let shadows = self.technique.card().capabilities.self_shadowing;
-        (shadows && self.technique.needs_sites(&self.params)).then_some(1.0 / 12.0)
+        self.knows_mesh().then_some(1.0 / 12.0)
     }
 
     /// The files that its parameters name.

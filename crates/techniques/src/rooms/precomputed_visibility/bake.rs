@@ -3,7 +3,7 @@
 use super::shade;
 use crate::certify::{Report, sites::Paths};
 use crate::local::{LocalLights, error};
-use crate::shared::lights::three_directionals;
+use crate::shared::trials::lights::three_directionals;
 use crate::{BakeError, Geometry, Material, View};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;

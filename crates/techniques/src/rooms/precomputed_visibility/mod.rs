@@ -25,7 +25,7 @@ mod shade;
 mod tests;
 
 use crate::local::{self, LocalBaked, LocalFrame, LocalShading, LocalText, Place, Plane, TexturedTechnique};
-use crate::shared::lights;
+use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Geometry, Material, Needs};
 use bake::{Params, Tables};
 use steradian_base::Task;

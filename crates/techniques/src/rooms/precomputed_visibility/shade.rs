@@ -5,7 +5,7 @@ use super::bake::{Emitter, Params, Seen, Tables};
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::local::{self, Light, LocalBaked, LocalFrame, LocalShading, LocalText, PerPoint, arrives};
-use crate::shared::vector::{Axes, dot, tangent};
+use crate::shared::maths::vector::{Axes, dot, tangent};
 use crate::{BakeError, GpuTechnique, Points, Radiance};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
