@@ -15,8 +15,8 @@ pub use film::{Display, Film};
 pub use material::{FileMaterial, MIN_ALPHA};
 pub use metrics::{Errors, errors};
 pub use picture::{
-    BakeShader, DirectShader, LobeShadowShader, PathShader, PathStage, ReferenceShader, Settings, Shader,
-    Stage, Surface, render,
+    BakeShader, DirectShader, LobeShadow, LobeShadowShader, PathShader, PathStage, ReferenceShader, Settings,
+    Shader, Stage, Surface, render,
 };
 pub use scenefile::{SceneError, SceneFile};
 pub use sheet::{Cell, Row, Sheet};

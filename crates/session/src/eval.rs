@@ -326,7 +326,7 @@ fn shade(bake: &dyn AnyBake, direct: Option<OtherLights<'_>>, q: &Points, points
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&all, &mut Radiance::of(&mut rgb));
     if let Some(d) = direct {
-        let shadows = d.shadows.map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
+        let shadows = d.shadows.map(|bvh| Shadows { bvh, offset: PathScene::OFFSET, reference: false });
         d.lights.add_behind(shadows, &**d.brdf, &all, &mut Radiance::of(&mut rgb));
         if let Some(local) = d.local {
             local.add(shadows, &all, &mut Radiance::of(&mut rgb));

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Cancelled, Certificate, ParamValues, Task};
 use steradian_brdf::{Form, SharedBrdf};
-use steradian_light::{Environment, Lights};
+use steradian_light::Lights;
 use steradian_reference::{Lookup, Reference};
 use steradian_render::{
-    BakeShader, DirectShader, LobeShadowShader, ReferenceShader, Shader, Surface, SurfaceMaps, Texture,
+    BakeShader, DirectShader, LobeShadow, LobeShadowShader, ReferenceShader, Shader, Surface, SurfaceMaps,
+    Texture,
 };
 use steradian_scene::surface::NormalMap;
 use steradian_scene::{Bvh, Camera};
@@ -93,6 +94,8 @@ pub struct Prepared {
     pub(crate) local: Option<Arc<dyn LocalShading>>,
     /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
+    /// And rays over the lobe all other light?
+    pub(crate) lobe: bool,
     /// Bytes that shading reads; 0 for the reference.
     pub bytes: usize,
     /// Seconds that the bake took.
@@ -125,6 +128,7 @@ impl Prepared {
             #[cfg(any(feature = "gpu", feature = "web"))]
             local: None,
             shadowed: false,
+            lobe: false,
             bytes: 0,
             seconds: 0.0,
         }
@@ -257,10 +261,7 @@ impl Session {
             }
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
-            Method::Technique(t) => {
-                let suns = if self.shadows == Shadows::Lobe { Suns::Exact } else { self.suns };
-                link(*t, material, suns, under, task)?
-            }
+            Method::Technique(t) => link(*t, material, self.suns, under, task)?,
             Method::File(file) => {
                 view.light_rotation = file.turn;
                 (file.open()?, Direct::default(), LocalLights::default())
@@ -297,7 +298,7 @@ impl Session {
             material,
             method,
             bake,
-            OtherLights { direct, local, shadows, lobe: lobe.then(|| under.lights.environment.clone()) },
+            OtherLights { direct, local, shadows, lobe: lobe.then_some(under.lights) },
             &view,
         );
         let seconds = start.elapsed().as_secs_f64();
@@ -418,25 +419,31 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         #[cfg(any(feature = "gpu", feature = "web"))]
         local: None,
         shadowed: false,
+        lobe: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
     })
 }
 
-/// The reference of light that the mesh blocks: the integral of the environment, of which rays over the lobe say how much arrives,
-/// and suns shadowed by rays.
+/// The reference of light that the mesh blocks: the integral of all light without shadows, times the share of it that arrives.
 fn reference_behind(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
-    let (sky, direct) = split(under.lights, Suns::Exact);
-    let open = reference(material, Under { lights: &sky, ..under }, task)?;
-    let shader = Arc::new(LobeShadowShader {
-        open: open.surface.shader.clone(),
-        light: sky.environment.clone(),
-        reference: true,
-        direct,
-        brdf: material.brdf.clone(),
-        bvh: Arc::new(Bvh::build(&under.scene.mesh)),
-    });
-    Ok(Prepared { surface: surface(material, shader), shadowed: true, ..open })
+    let open = reference(material, under, task)?;
+    let bvh = Arc::new(Bvh::build(&under.scene.mesh));
+    let shader = behind(open.surface.shader.clone(), material, under.lights, bvh, true);
+    Ok(Prepared { surface: surface(material, shader), shadowed: true, lobe: true, ..open })
+}
+
+/// The shader of all of `lights` without shadows, with them.
+fn behind(
+    open: Arc<dyn Shader>,
+    material: &Material,
+    lights: &Lights,
+    bvh: Arc<Bvh>,
+    reference: bool,
+) -> Arc<dyn Shader> {
+    let (sky, direct) = split(lights, Suns::Exact);
+    let share = LobeShadow::new(sky.environment, direct, material.brdf.clone(), bvh, reference);
+    Arc::new(LobeShadowShader::new(open, share))
 }
 
 /// No radiance.
@@ -480,13 +487,13 @@ fn link(
 }
 
 /// Lights beside a bake, and what shadows them.
-struct OtherLights {
+struct OtherLights<'a> {
     direct: Direct,
     /// Those of a technique of their own.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
     shadows: Option<Arc<Bvh>>,
-    /// The environment, which the bake has, where rays over the lobe shadow it too.
-    lobe: Option<Option<Arc<Environment>>>,
+    /// All light, where rays over the lobe shadow what of it the bake has.
+    lobe: Option<&'a Lights>,
 }
 
 /// A bake in the view of a camera.
@@ -494,7 +501,7 @@ fn framed(
     material: &Material,
     method: &Method,
     mut bake: Box<dyn AnyBake>,
-    beside: OtherLights,
+    beside: OtherLights<'_>,
     view: &View,
 ) -> Prepared {
     bake.frame(view);
@@ -509,17 +516,18 @@ fn framed(
     }
     let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
-    let shadowed = shadows.is_some();
+    let (shadowed, by_lobe) = (shadows.is_some(), shadows.is_some() && lobe.is_some());
     let lit = !direct.is_empty() || local.is_some();
-    let shader: Arc<dyn Shader> = if let Some((light, bvh)) = lobe.zip(shadows.clone()) {
-        let (open, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
-        Arc::new(LobeShadowShader { open, light, reference: false, direct, brdf, bvh })
-    } else if lit {
+    let behind_mesh = lobe.zip(shadows.clone());
+    let mut shader: Arc<dyn Shader> = bake.clone();
+    if lit {
         let (bake, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
-        Arc::new(DirectShader { bake, direct, brdf, local: local.clone(), shadows })
-    } else {
-        bake.clone()
-    };
+        let shadows = shadows.filter(|_| lobe.is_none());
+        shader = Arc::new(DirectShader { bake, direct, brdf, local: local.clone(), shadows });
+    }
+    if let Some((lights, bvh)) = behind_mesh {
+        shader = behind(shader, material, lights, bvh, false);
+    }
     Prepared {
         material: material.clone(),
         method: method.clone(),
@@ -536,6 +544,7 @@ fn framed(
         #[cfg(any(feature = "gpu", feature = "web"))]
         local,
         shadowed,
+        lobe: by_lobe,
         bytes,
         seconds: 0.0,
     }

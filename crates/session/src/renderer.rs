@@ -51,10 +51,15 @@ impl Renderer {
         {
             return Ok((film, self.name()));
         }
-        // Shadows have edges inside surfaces.
-        let settings = match materials.iter().any(|m| m.shadowed) {
-            true => Settings { inner: settings.inner.max(2), share: false, interpolate: false, ..*settings },
-            false => *settings,
+        let any = |is: fn(&Prepared) -> bool| materials.iter().any(is);
+        let settings = if any(|m| m.lobe) {
+            // Rays over a lobe are many.
+            Settings { share: true, interpolate: true, ..*settings }
+        } else if any(|m| m.shadowed) {
+            // Shadows have edges inside surfaces.
+            Settings { inner: settings.inner.max(2), share: false, interpolate: false, ..*settings }
+        } else {
+            *settings
         };
         Ok((steradian_render::render(stage, &settings, &session.task)?, Self::Cpu.name()))
     }

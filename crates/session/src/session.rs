@@ -44,8 +44,8 @@ pub enum Shadows {
     /// Rays through the mesh.
     Ray,
     /// Rays through the mesh, and for the environment rays over the reflectance's lobe
-    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, and under the reference. Suns are shaded
-    /// exactly.
+    /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, whose data may hold suns, and under the
+    /// reference.
     Lobe,
 }
 

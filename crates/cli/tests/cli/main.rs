@@ -13,6 +13,7 @@ mod paths;
 mod polynomials;
 mod prefilter;
 mod probes;
+mod shadows;
 mod textures;
 mod transfer;
 mod verify;

@@ -40,6 +40,8 @@ pub struct Found {
     pub corners: [u32; 3],
     /// Weights of the second and third.
     pub weights: [f32; 2],
+    /// Small lights that it sees, a bit each ([`super::Shader::lights_seen`]).
+    pub lights: u64,
 }
 
 /// Smallest n·wo of a shading normal: interpolated normals that turn away from the viewer are bent back.
@@ -78,6 +80,7 @@ pub fn find(stage: &Stage<'_>, ray: &Ray) -> Option<Found> {
         uv_density,
         corners: mesh.triangles[hit.triangle as usize],
         weights: [hit.u, hit.v],
+        lights: 0,
     })
 }
 

@@ -14,7 +14,7 @@ mod shader;
 mod sparse;
 mod tile;
 
-pub use lobe_shadow::LobeShadowShader;
+pub use lobe_shadow::{LobeShadow, LobeShadowShader};
 pub use path::{PathShader, PathStage};
 pub use shader::{BakeShader, DirectShader, ReferenceShader, Shader};
 

@@ -24,6 +24,33 @@ pub trait Shader: Send + Sync {
     fn is_textured(&self) -> bool {
         false
     }
+
+    /// Two shaders of which this is the product, where each can be interpolated better than both together.
+    fn factors(&self) -> Option<[&dyn Shader; 2]> {
+        None
+    }
+
+    /// The largest relative difference that counts as none where radiance is interpolated: half a step of an 8-bit display at
+    /// mid-grey, and above what the reference's own error leaves between neighbours.
+    fn difference(&self) -> f32 {
+        4e-3
+    }
+
+    /// Which small lights each point sees, a bit each: between points that differ lies the edge of a shadow. Empty where there are
+    /// no such shadows.
+    fn lights_seen(&self, _: &Points<'_>) -> Vec<u64> {
+        Vec::new()
+    }
+}
+
+/// [`Shader::lights_seen`] of lights that are shaded one by one.
+pub(super) fn lights_seen(direct: &Direct, bvh: &Bvh, q: &Points<'_>) -> Vec<u64> {
+    if direct.is_empty() || q.p[0].len() != q.len() {
+        return Vec::new();
+    }
+    let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
+    let shadows = Shadows { bvh, offset: PathScene::OFFSET, reference: false };
+    (0..q.len()).map(|i| direct.seen_from(shadows, at(&q.p, i), at(&q.n, i).normalize_or_zero())).collect()
 }
 
 /// A technique's bake.
@@ -55,7 +82,8 @@ pub struct DirectShader {
 impl Shader for DirectShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         self.bake.shade(q, out, task)?;
-        let shadows = self.shadows.as_deref().map(|bvh| Shadows { bvh, offset: PathScene::OFFSET });
+        let shadows =
+            self.shadows.as_deref().map(|bvh| Shadows { bvh, offset: PathScene::OFFSET, reference: false });
         self.direct.add_behind(shadows, &*self.brdf, q, out);
         if let Some(local) = &self.local {
             local.add(shadows, q, out);
@@ -65,6 +93,10 @@ impl Shader for DirectShader {
 
     fn is_textured(&self) -> bool {
         self.local.as_ref().is_some_and(|l| l.is_textured())
+    }
+
+    fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {
+        self.shadows.as_deref().map(|bvh| lights_seen(&self.direct, bvh, q)).unwrap_or_default()
     }
 }
 

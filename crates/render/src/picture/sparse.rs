@@ -2,7 +2,7 @@
 //! changes slowly, and interpolated between.
 //!
 //! A square cell of 9 × 9 pixels is shaded at its corners and its centre. Where the corners' mean misses the centre by
-//! more than [`DIFFERENCE`], or the surface bends or ends within the cell, its quarters are tried; where they fail too,
+//! more than [`Seen::difference`], or the surface bends or ends within the cell, its quarters are tried; where they fail too,
 //! every pixel of theirs and of the cells around them is shaded.
 
 use glam::Vec3;
@@ -11,10 +11,6 @@ use steradian_techniques::PointsBuf;
 
 /// Pixels along the cells, the larger first.
 const SIDES: [usize; 2] = [8, 4];
-
-/// The largest difference that counts as none, of the largest channel: half a step of an 8-bit display at mid-grey, and
-/// above what the reference's own error leaves between neighbours.
-const DIFFERENCE: f32 = 4e-3;
 
 /// The cosine of the largest angle between the normals of a cell: 10°.
 const BENT: f32 = 0.985;
@@ -27,6 +23,12 @@ pub struct Seen<'a> {
     pub points: &'a PointsBuf,
     /// For each pixel the point that stands for the whole of it, where there is one.
     pub whole: &'a [Option<u32>],
+    /// Points that need no radiance.
+    pub spare: &'a [bool],
+    /// Small lights that each point sees, a bit each.
+    pub lights: &'a [u64],
+    /// The largest difference that counts as none, relative to the largest channel.
+    pub difference: f32,
 }
 
 /// A cell: its pixels are columns x[0] … x[1] and rows y[0] … y[1], both ends included.
@@ -68,7 +70,8 @@ impl Seen<'_> {
         &self,
         mut shade: impl FnMut(&PointsBuf) -> Result<[Vec<f32>; 3], Cancelled>,
     ) -> Result<[Vec<f32>; 3], Cancelled> {
-        let mut shaded = Shaded { rgb: vec![None; self.points.len()], wanted: vec![true; self.points.len()] };
+        let mut shaded =
+            Shaded { rgb: vec![None; self.points.len()], wanted: self.spare.iter().map(|s| !s).collect() };
         self.whole.iter().flatten().for_each(|p| shaded.wanted[*p as usize] = false);
         let width = self.size.0;
         let mut good = Vec::new();
@@ -115,8 +118,10 @@ impl Seen<'_> {
     /// Is the whole cell one smooth piece of the surface?
     fn is_even(&self, cell: Cell) -> bool {
         let normal = |p: u32| Vec3::from_array([0, 1, 2].map(|k| self.points.n[k][p as usize]));
-        let Some(first) = self.whole[cell.centre(self.size.0)].map(normal) else { return false };
-        cell.pixels(self.size.0).all(|i| self.whole[i].is_some_and(|p| normal(p).dot(first) > BENT))
+        let Some(first) = self.whole[cell.centre(self.size.0)] else { return false };
+        let (n, lights) = (normal(first), self.lights[first as usize]);
+        let like = |p: u32| normal(p).dot(n) > BENT && self.lights[p as usize] == lights;
+        cell.pixels(self.size.0).all(|i| self.whole[i].is_some_and(like))
     }
 
     fn want(&self, shaded: &mut Shaded, pixels: impl Iterator<Item = usize>) {
@@ -134,7 +139,7 @@ impl Seen<'_> {
             return false;
         };
         let largest = want.iter().fold(0.0, |m: f32, v| m.max(v.abs()));
-        (0..3).all(|c| (want[c] - got[c]).abs() <= DIFFERENCE * largest)
+        (0..3).all(|c| (want[c] - got[c]).abs() <= self.difference * largest)
     }
 
     /// The corners' weighted mean at a pixel.
@@ -201,7 +206,14 @@ mod tests {
         }
         let whole: Vec<Option<u32>> = (0..points.len() as u32).map(Some).collect();
         let mut shaded = 0;
-        let seen = Seen { size, points: &points, whole: &whole };
+        let seen = Seen {
+            size,
+            points: &points,
+            whole: &whole,
+            spare: &vec![false; points.len()],
+            lights: &vec![0; points.len()],
+            difference: 4e-3,
+        };
         let rgb = seen.radiance(|q| {
             shaded += q.len();
             let v: Vec<f32> = (0..q.len()).map(|i| f(q.p[0][i], q.p[1][i])).collect();
@@ -237,7 +249,14 @@ mod tests {
         let mut points = PointsBuf::default();
         (0..10).for_each(|k| points.push(Vec3::Z, Vec3::X, Vec3::Z, Vec3::splat(k as f32)));
         let whole: Vec<Option<u32>> = (0..9).map(|k| (k != 4).then_some(k)).collect();
-        let seen = Seen { size: (3, 3), points: &points, whole: &whole };
+        let seen = Seen {
+            size: (3, 3),
+            points: &points,
+            whole: &whole,
+            spare: &[false; 10],
+            lights: &[0; 10],
+            difference: 4e-3,
+        };
         let rgb = seen.radiance(|q| Ok([q.p[0].clone(), q.p[1].clone(), q.p[2].clone()])).expect("radiance");
         assert_eq!(rgb[0], (0..10).map(|k| k as f32).collect::<Vec<_>>());
     }

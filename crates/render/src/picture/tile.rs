@@ -39,6 +39,10 @@ struct Group {
     tint: Vec<[f32; 3]>,
     /// Emitted radiance; empty where the surface emits none.
     emission: Vec<[f32; 3]>,
+    /// Small lights that each point sees.
+    lights: Vec<u64>,
+    /// Of each point the first one that is like it but for these lights: of the same pixel, or itself.
+    twins: Vec<u32>,
     /// Sample and point.
     pairs: Vec<(u32, u32)>,
 }
@@ -48,6 +52,7 @@ struct Shared {
     surface: usize,
     point: u32,
     n: Vec3,
+    lights: u64,
 }
 
 /// A tile with a border of one pixel, which the filter reaches.
@@ -111,17 +116,20 @@ impl Job<'_> {
         let per = n * n;
         let pixels = self.width * self.height;
         let cast = |pixel: usize, k: usize| find(self.stage, &self.ray(pixel, position(k, n)));
-        let first: Vec<Option<Found>> = (0..pixels * per).map(|i| cast(i / per, i % per)).collect();
+        let mut first: Vec<Option<Found>> = (0..pixels * per).map(|i| cast(i / per, i % per)).collect();
+        self.see_lights(&mut first);
         let sharp = self.sharp_pixels(&first, per);
         let edge = self.settings.edge.max(n);
         for pixel in 0..pixels {
             let found = &first[pixel * per..(pixel + 1) * per];
             self.shared.clear();
             if sharp[pixel] && edge > n {
-                for k in 0..edge * edge {
-                    let at = position(k, edge);
-                    let hit = find(self.stage, &self.ray(pixel, at));
-                    self.add(pixel, at, 1.0 / (edge * edge) as f32, hit);
+                let at = |k: usize| position(k, edge);
+                let mut hits: Vec<Option<Found>> =
+                    (0..edge * edge).map(|k| find(self.stage, &self.ray(pixel, at(k)))).collect();
+                self.see_lights(&mut hits);
+                for (k, hit) in hits.into_iter().enumerate() {
+                    self.add(pixel, at(k), 1.0 / (edge * edge) as f32, hit);
                 }
             } else if found.iter().all(Option::is_none) {
                 self.add(pixel, (0.5, 0.5), 1.0, None);
@@ -129,6 +137,20 @@ impl Job<'_> {
                 for (k, f) in found.iter().enumerate() {
                     self.add(pixel, position(k, n), 1.0 / per as f32, *f);
                 }
+            }
+        }
+    }
+
+    /// Notes at points of shadowed surfaces which lights they see.
+    fn see_lights(&self, found: &mut [Option<Found>]) {
+        for (k, surface) in self.stage.surfaces.iter().enumerate() {
+            let own: Vec<usize> =
+                (0..found.len()).filter(|i| found[*i].is_some_and(|f| f.surface == k)).collect();
+            let mut points = PointsBuf::with_capacity(own.len());
+            own.iter().filter_map(|i| found[*i]).for_each(|f| points.push(f.n, f.tangent, f.wo, f.p));
+            let seen = surface.shader.lights_seen(&points.as_points());
+            for (i, lights) in own.into_iter().zip(seen) {
+                found[i].iter_mut().for_each(|f| f.lights = lights);
             }
         }
     }
@@ -195,14 +217,17 @@ impl Job<'_> {
     }
 
     fn gather(&mut self, f: Found, sample: u32, area: f32) {
-        let point = match self.shared.iter().find(|s| s.surface == f.surface && !creased(s.n, f.n)) {
-            Some(s) if self.settings.share && self.stage.surfaces[f.surface].is_even() => s.point,
-            _ => self.new_point(&f, area),
+        let even = self.settings.share && self.stage.surfaces[f.surface].is_even();
+        let like = |s: &&Shared| even && s.surface == f.surface && !creased(s.n, f.n);
+        let twin = self.shared.iter().find(like).map(|s| s.point);
+        let point = match self.shared.iter().filter(like).find(|s| s.lights == f.lights) {
+            Some(s) => s.point,
+            None => self.new_point(&f, area, twin),
         };
         self.groups[f.surface].pairs.push((sample, point));
     }
 
-    fn new_point(&mut self, f: &Found, area: f32) -> u32 {
+    fn new_point(&mut self, f: &Found, area: f32, twin: Option<u32>) -> u32 {
         let root = area.sqrt();
         // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
         let length = self.spacing(f.t) * root / f.ng.dot(f.wo).max(0.05).sqrt();
@@ -217,6 +242,8 @@ impl Job<'_> {
             let l = look(f, &surface.maps, side, length, angle);
             group.points.push_lobe([l.n, l.t, f.wo, f.p], l.lobe);
         }
+        group.lights.push(f.lights);
+        group.twins.push(twin.unwrap_or(point));
         group.points.locate(f.uv, f.corners, f.weights);
         group.points.chart(PointChart {
             n: f.n.to_array(),
@@ -229,18 +256,37 @@ impl Job<'_> {
             group.tint.push((texture.unwrap_or(Vec3::ONE) * f.colour).to_array());
         }
         group.emission.extend(surface.maps.emission.as_ref().map(|t| t.sample(f.uv.x, f.uv.y, side)));
-        self.shared.push(Shared { surface: f.surface, point, n: f.n });
+        self.shared.push(Shared { surface: f.surface, point, n: f.n, lights: f.lights });
         point
     }
 
     fn shade(&mut self, task: &Task) -> Result<(), Cancelled> {
         for (group, surface) in self.groups.iter().zip(self.stage.surfaces) {
-            let shade = |q: &PointsBuf| shade(&*surface.shader, q, task);
-            let mut rgb = if self.settings.share && self.settings.interpolate && surface.is_smooth() {
-                let (size, whole) = ((self.width, self.height), self.whole(group));
-                Seen { size, points: &group.points, whole: &whole }.radiance(shade)?
-            } else {
-                shade(&group.points)?
+            let even = self.settings.share && self.settings.interpolate && surface.is_smooth();
+            let size = (self.width, self.height);
+            let radiance = |shader: &dyn Shader, lit: &dyn Fn(u32) -> u32, lights: &[u64]| {
+                if !even {
+                    return shade(shader, &group.points, task);
+                }
+                let (points, whole) = (&group.points, &self.whole(group, lit));
+                let spare: Vec<bool> = (0..points.len() as u32).map(|p| lit(p) != p).collect();
+                let seen =
+                    Seen { size, points, whole, spare: &spare, lights, difference: shader.difference() };
+                let mut rgb = seen.radiance(|q| shade(shader, q, task))?;
+                for plane in &mut rgb {
+                    (0..points.len()).for_each(|p| plane[p] = plane[lit(p as u32) as usize]);
+                }
+                Ok(rgb)
+            };
+            let mut rgb = match surface.shader.factors() {
+                Some([open, share]) => {
+                    // The first knows no shadows.
+                    let mut rgb = radiance(open, &|p| group.twins[p as usize], &vec![0; group.points.len()])?;
+                    let share = radiance(share, &|p| p, &group.lights)?;
+                    rgb.iter_mut().flatten().zip(share.iter().flatten()).for_each(|(v, s)| *v *= s);
+                    rgb
+                }
+                None => radiance(&*surface.shader, &|p| p, &group.lights)?,
             };
             for (plane, c) in rgb.iter_mut().zip(0..3) {
                 plane.iter_mut().zip(&group.tint).for_each(|(v, t)| *v *= t[c]);
@@ -254,18 +300,19 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// For each pixel the point of a group that its one sample has.
-    fn whole(&self, group: &Group) -> Vec<Option<u32>> {
-        let mut samples = vec![0u32; self.width * self.height];
-        self.samples.iter().for_each(|s| samples[s.pixel as usize] += 1);
-        let mut out = vec![None; samples.len()];
+    /// For each pixel the point of a group that all its samples have, where `lit` is the point that stands for one.
+    fn whole(&self, group: &Group, lit: &dyn Fn(u32) -> u32) -> Vec<Option<u32>> {
+        let mut left = vec![0u32; self.width * self.height];
+        self.samples.iter().for_each(|s| left[s.pixel as usize] += 1);
+        let mut out = vec![None; left.len()];
         for &(sample, point) in &group.pairs {
             let pixel = self.samples[sample as usize].pixel as usize;
-            if samples[pixel] == 1 {
-                out[pixel] = Some(point);
+            let point = lit(point);
+            if *out[pixel].get_or_insert(point) == point {
+                left[pixel] -= 1;
             }
         }
-        out
+        out.into_iter().zip(left).map(|(point, left)| point.filter(|_| left == 0)).collect()
     }
 
     /// Every pixel of the tile as the weighted mean of the samples that the filter reaches.
@@ -313,7 +360,9 @@ fn shade(shader: &dyn Shader, points: &PointsBuf, task: &Task) -> Result<[Vec<f3
 fn differ(a: &Option<Found>, b: &Option<Found>, footprint: f32) -> bool {
     match (a, b) {
         (None, None) => false,
-        (Some(a), Some(b)) => a.surface != b.surface || creased(a.n, b.n) || apart(a, b, footprint),
+        (Some(a), Some(b)) => {
+            a.surface != b.surface || a.lights != b.lights || creased(a.n, b.n) || apart(a, b, footprint)
+        }
         _ => true,
     }
 }

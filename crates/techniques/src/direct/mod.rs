@@ -162,6 +162,23 @@ impl Direct {
         self.arriving(brdf, frame, wo, position, None)
     }
 
+    /// Which lights send their middle to a point of unit normal `normal`, a bit each of the first 64. Between points that differ
+    /// lies the edge of a shadow.
+    pub fn seen_from(&self, shadows: Shadows<'_>, position: DVec3, normal: DVec3) -> u64 {
+        let place = Place { shadows, position, normal };
+        let disks = self.disks.iter().map(|d| d.direction);
+        let cells = self.cells.iter().map(|c| c.inside(0.5, 0.5));
+        let distant = disks.chain(cells).chain(self.directionals.iter().map(|d| d.direction));
+        let distant = distant.map(|d| (d, f64::INFINITY));
+        let near = self.points.iter().map(|p| {
+            let to = p.position.as_dvec3() - position;
+            (to.normalize_or_zero(), to.length())
+        });
+        // At the horizon light fades out, without an edge.
+        let seen = |(d, distance): (DVec3, f64)| d.dot(normal) <= 0.0 || place.sees(d, distance);
+        distant.chain(near).take(64).enumerate().map(|(k, light)| u64::from(seen(light)) << k).sum()
+    }
+
     fn arriving(
         &self,
         brdf: &dyn Brdf,

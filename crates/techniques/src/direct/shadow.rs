@@ -13,6 +13,8 @@ pub struct Shadows<'a> {
     pub bvh: &'a Bvh,
     /// How far off the surface, along the normal, rays start, metres.
     pub offset: f64,
+    /// Are they those of a reference? Then more directions of a light are tried, none of them those of other shadows.
+    pub reference: bool,
 }
 
 impl Shadows<'_> {
@@ -24,6 +26,9 @@ impl Shadows<'_> {
 
 /// Directions of a light that are tried at first, and where these disagree.
 const RAYS: [usize; 2] = [8, 64];
+/// The same under a reference, and the first of them in their sequence.
+const REFERENCE_RAYS: [usize; 2] = [32, 256];
+const REFERENCE_FIRST: usize = 1 << 16;
 
 /// A point that is lit.
 #[derive(Debug, Clone, Copy)]
@@ -46,12 +51,16 @@ impl Place<'_> {
     /// over its solid angle for points that are so over the unit square.
     pub fn seen(&self, at: impl Fn(f64, f64) -> DVec3, f: impl Fn(DVec3) -> f64) -> f64 {
         let mut share = 1.0;
-        for n in RAYS {
+        let (rays, first) = match self.shadows.reference {
+            true => (REFERENCE_RAYS, REFERENCE_FIRST),
+            false => (RAYS, 1),
+        };
+        for n in rays {
             let (mut all, mut open, mut blocked) = (0.0, 0.0, false);
             for k in 0..n {
                 // The R2 sequence (Roberts 2018): the plastic number's powers.
                 let [x, y] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3]
-                    .map(|a: f64| (0.5 + a * (k + 1) as f64).fract());
+                    .map(|a: f64| (0.5 + a * (first + k) as f64).fract());
                 let d = at(x, y);
                 let value = f(d).abs();
                 all += value;
