@@ -38,11 +38,11 @@ fn local_techniques_shade_lamps_beside_a_global_one() {
     // The sphere's triangles are flat in what is interpolated between their corners.
     let of_corners = difference(&exact, &picture(d.path(), &["--local", "vertex_analytic"]));
     assert!((1e-5..0.02).contains(&of_corners), "{of_corners}");
-    // So is what they see of the lamp; of each other they see nothing.
+    // So is what they see of the lamp; a sphere sees nothing of itself.
     let alone = picture(d.path(), &["--local", "precomputed_visibility:bounces=0,shadow=none"]);
     assert!(difference(&exact, &alone) < 1e-6);
     let linked = difference(&exact, &picture(d.path(), &["--local", "precomputed_visibility:directions=16"]));
-    assert!((1e-6..0.02).contains(&linked), "{linked}");
+    assert!(linked < 0.02, "{linked}");
 }
 
 #[test]
