@@ -92,7 +92,7 @@ impl<'a> Sample<'a> {
         material: &Material,
     ) -> Result<Self, Error> {
         let mut sample = Self { scene, bvh, camera, truth: None };
-        // Of rays over the lobe there are none here: certificates decide.
+        // The sample is shaded without shadow rays, so that under `--shadows lobe` certificates decide.
         let shadowed = session.shadows == Shadows::Lobe;
         if shadowed || matches!(material.method, Some(Method::File(_) | Method::Reference)) {
             return Ok(sample);

@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "an example says what it found")]
 
 use steradian::base::Task;
-use steradian::brdf::Brdf;
+use steradian::brdf::{Brdf, Form};
 use steradian::light::Lights;
 use steradian::session::compare::Plan;
 use steradian::session::{Error, Method, Renderer, Scene, Session, coefficients};
@@ -35,7 +35,7 @@ impl Part for Four {
 }
 
 fn diffuse(brdf: &dyn Brdf) -> Result<(), String> {
-    if brdf.info().name == "lambert" { Ok(()) } else { Err("takes lambert only".into()) }
+    if matches!(brdf.form(), Form::Lambert { .. }) { Ok(()) } else { Err("takes lambert only".into()) }
 }
 
 impl Technique for TwoBands {

@@ -27,7 +27,7 @@ use clap::Subcommand;
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// The README's first picture: materials, skies and techniques beside the reference; needs no files
+    /// The README's first picture: split sum, reflection maps and the reference beside each other; needs no files
     Demo(demo::Options),
     /// Render a mesh, a built-in shape or a scene file under an environment
     Render(Box<render::Options>),

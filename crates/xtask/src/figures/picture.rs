@@ -128,7 +128,7 @@ pub fn baked(
     tolerance: Option<f64>,
 ) -> Result<Box<dyn AnyBake>> {
     let technique =
-        steradian_techniques::find(slug).with_context(|| format!("this build has no room {slug}"))?;
+        steradian_techniques::find(slug).with_context(|| format!("this build has no technique {slug}"))?;
     let mut values = ParamValues::default();
     for (name, value) in params {
         if technique.params().iter().any(|p| p.name == *name) {

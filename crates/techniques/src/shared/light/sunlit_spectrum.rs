@@ -2,8 +2,10 @@
 //!
 //! A sun has no end in frequency, and its outline counts where the horizon crosses it and where the lobe is not much wider
 //! than its texels. So what is small and bright is kept beside the spectrum of all, as it is: disks, directional lights, and
-//! the texels that make the suns and lamps of an image, constant over their cells. What of the others lies beyond the bands is known in the mean: images are made of edges, whose coefficients fall like l^−3 in
-//! the mean square, so that an energy E beyond band L is E/(2L²) for each coefficient there.
+//! the texels that make the suns and lamps of an image, constant over their cells.
+//!
+//! Of the rest of the light only the energy E beyond the highest band L is kept, to estimate the error of leaving it out. Images
+//! are made of edges, whose coefficients fall like l^−3 in the mean square, so that each coefficient beyond L has E/(2L²).
 
 use crate::direct::{self, CellLight, Suns};
 use crate::shared::light::spectrum::Spectrum;

@@ -69,7 +69,7 @@ fn techniques(side: usize) -> impl Iterator<Item = Technique> {
 }
 
 /// Every technique in the first such scene.
-fn first_rooms(side: usize) -> impl Iterator<Item = Technique> {
+fn in_first_scenes(side: usize) -> impl Iterator<Item = Technique> {
     let mut last = "";
     techniques(side)
         .filter(move |(_, _, bake)| std::mem::replace(&mut last, bake.card().slug) != bake.card().slug)
@@ -105,7 +105,7 @@ fn name(path: Path) -> String {
 fn measure(gpu: &Gpu, (width, height): (usize, usize)) -> Result<(), GpuError> {
     roofs(gpu, (width, height))?;
     println!("\nGPU ms at {width} x {height}, four samples a pixel, shaded once a pixel and triangle");
-    for (shape, case, bake) in first_rooms(height) {
+    for (shape, case, bake) in in_first_scenes(height) {
         for path in PATHS {
             let settings = Settings::interactive(width, height, path);
             let mut renderer = Renderer::new(gpu, scene(&case, bake.gpu()), &settings)?;
