@@ -107,7 +107,8 @@ fn splits<'a>(light: &Sampled, kernel: &'a dyn Zonal, texels: usize) -> Vec<(f64
             // χ has to change over more than a texel, or many nodes of each are needed.
             if split.reach() >= 2.0 * sums.size() {
                 let near = cost::near(&light.image, &split, sums.size() / kernel.width(), texels);
-                all.push((near + cost::series(order, texels), split));
+                let direct = cost::far_values(light.bright_texels(), &split, texels);
+                all.push((near + direct + cost::series(order, texels), split));
             }
         }
     }
