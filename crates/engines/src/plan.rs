@@ -90,11 +90,11 @@ fn single(o: &Request, given: Option<Kernel>) -> Result<Filter, EngineError> {
     let plain = |lobe| Ok(Filter { lobe: Some(Kernel::Lobe(lobe)), roughness: None });
     if let Some(n) = o.exponent.filter(|n| !(*n > 0.0 && *n <= MAX_EXPONENT)) {
         return Err(EngineError::Request(format!(
-            "--exponent {n}: a number above 0, {MAX_EXPONENT:e} at most"
+            "--exponent {n:e}: a number above 0, {MAX_EXPONENT:e} at most"
         )));
     }
     if let Some(s) = o.sigma.filter(|s| !(MIN_SIGMA_DEGREES..=180.0).contains(s)) {
-        return Err(EngineError::Request(format!("--sigma {s}: {MIN_SIGMA_DEGREES} to 180 degrees")));
+        return Err(EngineError::Request(format!("--sigma {s:e}: {MIN_SIGMA_DEGREES} to 180 degrees")));
     }
     match o.kernel.as_str() {
         "lambert" => plain(Lobe::lambert()),
