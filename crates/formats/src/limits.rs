@@ -3,7 +3,22 @@
 use crate::{FormatError, Limits, TextureLevels};
 use std::path::Path;
 
+/// Decoded bytes for each byte of a file that need no other ground: photographs come to 4 … 20, textures of few colours to 50.
+const BACKED: u64 = 64;
+/// Part of the memory limit that a file may fill whatever its size, such as a flat normal map: 512 MiB by default, which an
+/// image of 8192 x 4096 pixels stays below and which is decoded within 2 s.
+const UNBACKED_PART: u64 = 16;
+/// What that part is at least.
+const MIN_UNBACKED_BYTES: u64 = 64 << 20;
+
 impl Limits {
+    /// Bytes that a file of `file_bytes` may decode to within [`Limits::max_memory`]: much for a large file, little for a
+    /// short one that claims to be large.
+    pub(crate) fn decoded(&self, file_bytes: u64) -> u64 {
+        let unbacked = (self.max_memory / UNBACKED_PART).max(MIN_UNBACKED_BYTES);
+        self.max_memory.min(unbacked.max(file_bytes.saturating_mul(BACKED)))
+    }
+
     /// May an image of `width`·`height` pixels, `planes` planes of f32, be decoded from `file_bytes` bytes? Gives
     /// the pixel count. Refuses empty images, sides and memory beyond the limits, and files that are so much
     /// smaller than what they claim to hold that they must be truncated or hostile.
@@ -65,6 +80,16 @@ impl Limits {
             );
             return Err(FormatError::invalid(path, why));
         }
+        let most = self.decoded(file_bytes);
+        if bytes > u128::from(most) {
+            let why = format!(
+                "{file_bytes} bytes claim to hold {} MiB; more than {BACKED} times as many are decoded up to {} MiB alone \
+                 (--max-memory raises it)",
+                bytes >> 20,
+                most >> 20
+            );
+            return Err(FormatError::invalid(path, why));
+        }
         Ok(())
     }
 }
@@ -82,5 +107,9 @@ mod tests {
         assert!(why(1 << 31, 1 << 31, 9).contains("65536 pixels a side"));
         assert!(why(1 << 16, 1 << 16, 1 << 40).contains("--max-memory"));
         assert!(why(10_000, 10_000, 9).contains("truncated or damaged"));
+        // A flat image of 8k is decoded, one of 20k only where the limit was raised.
+        assert!(l.image(p, 8192, 4096, 3, 40_000).is_ok());
+        assert!(why(20_000, 20_000, 430_000).contains("up to 512 MiB alone"));
+        assert!(Limits { max_memory: 80 << 30, ..l }.image(p, 20_000, 20_000, 3, 430_000).is_ok());
     }
 }

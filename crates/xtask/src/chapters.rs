@@ -30,8 +30,8 @@ const LIGHTS: [&[(&str, &str)]; 2] = [
 
 /// What the errors are, and what their points are.
 const POINTS: [&str; 2] = [
-    "The points are those that certificates take: views uniform in solid angle, and as many that mirror suns and lamps.",
-    "The points are 256 of a ball, with views up to 80° from the normal; parameters are the defaults, or where these need a mesh others that need none.",
+    "The points are of the kinds that certificates take, others of them and as many as it takes for a standard error of 5 %: views uniform in solid angle, and as many that mirror suns and lamps.",
+    "The points are 4096 of a ball, with views up to the horizon; parameters are the defaults, or where these need a mesh others that need none.",
 ];
 
 /// What they are on bumps.
@@ -62,8 +62,8 @@ fn table(slug: &str, recorded: &str, local: usize) -> Result<String> {
     let mut specs = Vec::new();
     let mut cells = BTreeMap::new();
     for row in recorded.lines().skip(1) {
-        let [of, spec, light, found, stated] = row.split(" | ").collect::<Vec<_>>()[..] else {
-            bail!("{file}: {row:?} has not five columns");
+        let [of, spec, light, found, _, stated, _] = row.split(" | ").collect::<Vec<_>>()[..] else {
+            bail!("{file}: {row:?} has not seven columns");
         };
         if of != slug {
             continue;

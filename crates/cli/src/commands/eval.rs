@@ -153,9 +153,16 @@ fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Cont
     let rows = &answers.rows;
     // The last guard: light and reflectance are finite when they are read.
     if let Some(k) = rows.iter().position(|(rgb, err)| err.is_nan() || !rgb.iter().all(|x| x.is_finite())) {
-        let name = o.points.display();
-        let why = format!("{name}: the radiance of point {} is not finite: scale the light down", k + 1);
-        return Err(Failure::failed(why));
+        let (name, k) = (o.points.display(), k + 1);
+        return Err(match &o.bake {
+            Some(bake) => Failure::input(format!(
+                "{}: gives point {k} of {name} a radiance that is not finite: bake it again",
+                bake.display()
+            )),
+            None => Failure::failed(format!(
+                "{name}: the radiance of point {k} is not finite: scale the light down"
+            )),
+        });
     }
     let worst = rows.iter().map(|a| a.1).fold(0.0, f64::max);
     let certificate = answers.certificate.as_ref().map(|c| -> Value {

@@ -24,10 +24,10 @@ pub struct Source<'a> {
     folder: Option<&'a Path>,
     /// The limits of the whole read.
     pub limits: Limits,
-    /// What may still be decoded, by the bytes that were read.
-    budget: u64,
-    /// What may still be allocated, whatever is read.
-    memory: u64,
+    /// Bytes of the file and of what it refers to.
+    read: u64,
+    /// Bytes that were allocated.
+    spent: u64,
     notes: Vec<String>,
     /// Notes beyond [`MAX_NOTES`].
     more_notes: usize,
@@ -37,10 +37,7 @@ impl<'a> Source<'a> {
     /// A file of `len` bytes. Beside the memory limit, a decoded mesh may hold [`MAX_RATIO`] times its bytes, so
     /// that a short file with large counts allocates little.
     pub fn new(path: &'a Path, folder: Option<&'a Path>, len: usize, limits: &Limits) -> Self {
-        let ratio = limits.max_ratio.min(MAX_RATIO);
-        let budget = (len as u64).saturating_mul(ratio).max(SMALL);
-        let memory = limits.max_memory;
-        Self { path, folder, limits: *limits, budget, memory, notes: Vec::new(), more_notes: 0 }
+        Self { path, folder, limits: *limits, read: len as u64, spent: 0, notes: Vec::new(), more_notes: 0 }
     }
 
     /// Notes something that was left out or mended, once.
@@ -73,19 +70,28 @@ impl<'a> Source<'a> {
 
     /// Announces an allocation of `count` items of `size` bytes.
     pub fn spend(&mut self, count: u64, size: usize) -> Result<(), FormatError> {
-        let left = |of: u64| count.checked_mul(size as u64).and_then(|n| of.checked_sub(n));
-        match left(self.budget).zip(left(self.memory)) {
-            Some(left) => {
-                (self.budget, self.memory) = left;
+        match count.checked_mul(size as u64).filter(|n| *n <= self.left()) {
+            Some(bytes) => {
+                self.spent += bytes;
                 Ok(())
             }
-            None => Err(self.fault(format_args!("{count} items of {size} bytes exceed the memory limit"))),
+            None => Err(self.fault(format_args!(
+                "{count} items of {size} bytes exceed the memory limit of {} MiB for {} bytes (--max-memory raises it)",
+                self.most() >> 20,
+                self.read
+            ))),
         }
+    }
+
+    /// Bytes that may be allocated in all.
+    fn most(&self) -> u64 {
+        let ratio = self.limits.max_ratio.min(MAX_RATIO);
+        self.limits.decoded(self.read).min(self.read.saturating_mul(ratio).max(SMALL))
     }
 
     /// Bytes that may still be allocated.
     pub fn left(&self) -> u64 {
-        self.budget.min(self.memory)
+        self.most().saturating_sub(self.spent)
     }
 
     /// The content of a file that this one refers to, relative to its folder.
@@ -108,7 +114,7 @@ impl<'a> Source<'a> {
         if let Ok(found) = path.metadata()
             && found.is_file()
         {
-            self.budget = self.budget.saturating_add(found.len().saturating_mul(MAX_RATIO));
+            self.read = self.read.saturating_add(found.len());
             self.spend(found.len(), 1)?;
         }
         read_bytes(&path, &self.limits)

@@ -15,7 +15,8 @@ const REINSERTION: f32 = 0.05;
 /// Cost of a node in triangles, which decides how full leaves are: a block of eight costs what one triangle does.
 const TRAVERSAL_COST: f32 = 8.0;
 
-/// The tree of a mesh; triangles with a bad index or a corner that is not finite are left out.
+/// The tree of a mesh; triangles with a bad index or a corner that is not finite are left out, and of those with the same
+/// corners all but the first: no box parts them, so that every ray would visit each.
 pub fn build(mesh: &Mesh) -> Bvh {
     let corner = |i: u32| mesh.positions.get(i as usize).copied().unwrap_or(Vec3::NAN);
     let (mut ids, mut corners) = (Vec::new(), Vec::new());
@@ -26,6 +27,7 @@ pub fn build(mesh: &Mesh) -> Bvh {
             corners.push(t);
         }
     }
+    drop_repeated(&mut ids, &mut corners);
     if ids.is_empty() {
         return Bvh { nodes: vec![Node::EMPTY], blocks: vec![Block::EMPTY], stack: LANES };
     }
@@ -35,6 +37,28 @@ pub fn build(mesh: &Mesh) -> Bvh {
     let depth = maker.make();
     // Every level leaves at most seven siblings waiting.
     Bvh { nodes: maker.nodes, blocks: maker.blocks, stack: depth * (LANES - 1) + LANES }
+}
+
+/// Keeps the first of each set of triangles whose corners are the same bits in the same order.
+fn drop_repeated(ids: &mut Vec<u32>, corners: &mut Vec<[Vec3; 3]>) {
+    let bits = |k: u32| corners[k as usize].map(|p| p.to_array().map(f32::to_bits));
+    let hash = |k: u32| {
+        // FNV-1a (Fowler, Noll and Vo) by words; only equal corners are dropped, so that a collision costs nothing.
+        let step = |h: u64, b: u32| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3);
+        bits(k).into_iter().flatten().fold(0xcbf2_9ce4_8422_2325, step)
+    };
+    let mut order: Vec<(u64, u32)> = (0..corners.len() as u32).map(|k| (hash(k), k)).collect();
+    order.sort_unstable();
+    let mut keep = vec![true; corners.len()];
+    for w in order.windows(2) {
+        if w[0].0 == w[1].0 && bits(w[0].1) == bits(w[1].1) {
+            keep[w[1].1 as usize] = false;
+        }
+    }
+    let mut kept = keep.iter();
+    ids.retain(|_| *kept.next().expect("one of each"));
+    let mut kept = keep.iter();
+    corners.retain(|_| *kept.next().expect("one of each"));
 }
 
 /// The binary tree. Its boxes only shape it, so they are brought to the unit cube first: no square of an area

@@ -43,6 +43,18 @@ fn brute(mesh: &Mesh, ray: &Ray) -> Option<(f64, u32)> {
 }
 
 #[test]
+fn one_of_many_equal_triangles_is_enough() {
+    let mut mesh = shapes::icosphere(1);
+    let whole = Bvh::build(&mesh);
+    let first = mesh.triangles[0];
+    mesh.triangles.extend(std::iter::repeat_n(first, 20_000));
+    let bvh = Bvh::build(&mesh);
+    assert_eq!(bvh.blocks.len(), whole.blocks.len());
+    let ray = Ray { origin: Vec3::ZERO, direction: mesh.corners(0).iter().sum::<Vec3>().normalize() };
+    assert_eq!(bvh.closest(&ray, f32::INFINITY).expect("a hit").triangle, 0);
+}
+
+#[test]
 fn closest_and_any_hits_are_those_of_brute_force() {
     let mut random = Random(7);
     for mesh in [shapes::teapot(4, true), shapes::knot(2, 3, 0.6, 0.3, 0.1, 16), shapes::icosphere(0)] {

@@ -118,7 +118,7 @@ fn facts(image: &SphereImage, disks: Vec<DiskLight>, file: Option<Report>) -> En
     }
     let sh = spectrum(image, &disks);
     let bands = band_energy(&sh);
-    let integral = plus_disks(image.integral(), &disks, DiskLight::solid_angle);
+    let integral = plus_disks(s.integral, &disks, DiskLight::solid_angle);
     EnvironmentFacts {
         layout: image.layout,
         width: image.width,
@@ -128,7 +128,7 @@ fn facts(image: &SphereImage, disks: Vec<DiskLight>, file: Option<Report>) -> En
         negative: s.negative,
         mean: integral.map(|v| v / (4.0 * std::f64::consts::PI)),
         integral,
-        irradiance_up: plus_disks(floor(image), &disks, on_floor),
+        irradiance_up: plus_disks(s.floor, &disks, on_floor),
         stops: (s.brightest.0 / s.lowest_positive).log2(),
         brightest: (direction(image, s.brightest.1), s.brightest.0),
         dominant: inputs::dominant(&sh),
@@ -150,6 +150,10 @@ struct Sums {
     negative: u64,
     lowest_positive: f32,
     brightest: (f32, usize),
+    /// ∫ L dω.
+    integral: [f64; 3],
+    /// Irradiance on a floor, ∫ L ⟨d·y⟩₊ dω, by texel centres and exact solid angles.
+    floor: [f64; 3],
     /// Luminous energy and solid angle by luminance.
     bins: Vec<(f64, f64)>,
 }
@@ -162,12 +166,17 @@ impl Sums {
             negative: 0,
             lowest_positive: f32::INFINITY,
             brightest: (f32::NEG_INFINITY, 0),
+            integral: [0.0; 3],
+            floor: [0.0; 3],
             bins: vec![(0.0, 0.0); (2.0 * STOPS * BINS_PER_STOP) as usize],
         }
     }
 
-    fn add(&mut self, rgb: [f32; 3], omega: f64, index: usize) {
+    /// Texel `index` of solid angle `omega` in a direction whose cosine with the upward one is `up`.
+    fn add(&mut self, rgb: [f32; 3], omega: f64, up: f64, index: usize) {
         for c in 0..3 {
+            self.integral[c] += omega * f64::from(rgb[c]);
+            self.floor[c] += up.max(0.0) * omega * f64::from(rgb[c]);
             self.min[c] = self.min[c].min(rgb[c]);
             self.max[c] = self.max[c].max(rgb[c]);
             self.negative += u64::from(rgb[c] < 0.0);
@@ -187,6 +196,8 @@ impl Sums {
 
     fn merge(mut self, o: Self) -> Self {
         for c in 0..3 {
+            self.integral[c] += o.integral[c];
+            self.floor[c] += o.floor[c];
             self.min[c] = self.min[c].min(o.min[c]);
             self.max[c] = self.max[c].max(o.max[c]);
         }
@@ -231,7 +242,8 @@ fn sums(image: &SphereImage) -> Sums {
                 let omega = image.row_solid_angles(row / image.height, row % image.height);
                 for (i, &w) in omega.iter().enumerate().filter(|(_, w)| **w > 0.0) {
                     let k = row * image.width + i;
-                    s.add([image.planes[0][k], image.planes[1][k], image.planes[2][k]], w, k);
+                    let rgb = [image.planes[0][k], image.planes[1][k], image.planes[2][k]];
+                    s.add(rgb, w, direction(image, k).y, k);
                 }
             }
             s
@@ -249,26 +261,6 @@ fn direction(image: &SphereImage, k: usize) -> DVec3 {
         y: (row % image.height) as f64 + 0.5,
     };
     image.layout.direction(image.width, image.height, at).unwrap_or(DVec3::Y)
-}
-
-/// Irradiance on a floor under the image: ∫ L ⟨d·y⟩₊ dω by texel centres and exact solid angles.
-fn floor(image: &SphereImage) -> [f64; 3] {
-    let (w, h) = (image.width, image.height);
-    let row = |k: usize| {
-        let (face, j) = (k / h, k % h);
-        let mut sum = [0.0; 3];
-        for i in 0..w {
-            let up = image.layout.texel_direction(w, h, face, i, j).map_or(0.0, |d| d.y);
-            if up > 0.0 {
-                let weight = up * image.layout.solid_angle(w, h, face, i, j);
-                let texel = image.texel(face, i, j);
-                (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
-            }
-        }
-        sum
-    };
-    let rows: Vec<[f64; 3]> = (0..image.layout.faces() * h).into_par_iter().map(row).collect();
-    rows.iter().fold([0.0; 3], |a, b| std::array::from_fn(|c| a[c] + b[c]))
 }
 
 /// What a disk of unit radiance gives a floor, exact where it is wholly above the horizon: π sin²ρ sin(elevation).
@@ -348,7 +340,7 @@ mod tests {
         let bands = band_energy(&spectrum(&image, &[]));
         assert!((bands[0] - 12.0 * std::f64::consts::PI).abs() < 1e-4);
         assert!(bands[1..].iter().all(|b| *b < 1e-12 * bands[0]));
-        assert!((floor(&image)[0] - std::f64::consts::PI).abs() < 1e-2);
+        assert!((sums(&image).floor[0] - std::f64::consts::PI).abs() < 1e-2);
     }
 
     #[test]

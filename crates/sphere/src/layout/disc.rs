@@ -63,7 +63,7 @@ pub fn in_use(w: f64, h: f64, x: f64, y: f64, o: f64) -> bool {
 
 /// Do all corners lie in the disc?
 fn inside(x0: f64, x1: f64, y0: f64, y1: f64) -> bool {
-    x0.abs().max(x1.abs()).hypot(y0.abs().max(y1.abs())) <= 1.0
+    x0.abs().max(x1.abs()).powi(2) + y0.abs().max(y1.abs()).powi(2) <= 1.0
 }
 
 /// The four sides, counterclockwise.

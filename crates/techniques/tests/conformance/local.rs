@@ -127,8 +127,7 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
         {
             let got = shade(&*b, &local(&light), &View::default(), &q);
             let error = difference(&got, &judged(&light, spec, &points));
-            let line = table::Line::plain(t.card().slug, spec, name, error, b.certificate().error);
-            lines.push(line.doubted(|| {
+            lines.push(table::Line::new([t.card().slug, spec, name], error, b.certificate().error, || {
                 let points = to_the_horizon(4096);
                 let got = shade(&*b, &local(&light), &View::default(), &buffer(&points));
                 Found { error: difference(&got, &judged(&light, spec, &points)), sigma: 0.0 }
@@ -148,7 +147,13 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
                 t.planes().iter().copied().filter(|p| p.content == Content::Heights).collect();
             let b = bake_with(t, spec, &[("relief", RELIEF)], specimens::planes(&heights));
             let error = on_bumps(t, &*b, spec);
-            lines.push(table::Line::plain(t.card().slug, spec, "bumps", error, b.certificate().error));
+            let precise = || Found { error, sigma: 0.0 };
+            lines.push(table::Line::new(
+                [t.card().slug, spec, "bumps"],
+                error,
+                b.certificate().error,
+                precise,
+            ));
         }
     }
     table::compare_with("local_errors.txt", &lines);
