@@ -1,8 +1,9 @@
 //! The first picture, from nothing but formulas: one scene as engines shade it, as this library does, and as it is.
 
 use crate::compare::{Answer, Plan, Rendering};
-use crate::{Error, Material, Method, Renderer, Scene, Session};
+use crate::{Error, Material, Method, Renderer, Scene, Session, Shadows};
 use glam::{Affine3A, Vec3};
+use std::sync::Arc;
 use steradian_light::Lights;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Cell, Row, Settings, Sheet, ToneMapper};
@@ -33,7 +34,11 @@ impl Session {
         let methods: Vec<Method> =
             TECHNIQUES.iter().map(|(slug, _)| Method::find(slug)).collect::<Result<_, _>>()?;
         let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
-        Ok(Demo { answers: self.compare(&scene, &methods, &[Renderer::Cpu], &plan)? })
+        let shadows = std::mem::replace(&mut self.shadows, Shadows::Lobe);
+        self.common_shadows = Some(Arc::default());
+        let answers = self.compare(&scene, &methods, &[Renderer::Cpu], &plan);
+        (self.shadows, self.common_shadows) = (shadows, None);
+        Ok(Demo { answers: answers? })
     }
 }
 
@@ -83,7 +88,7 @@ fn sheet(answers: &[Answer]) -> Sheet {
     Sheet {
         title: "Steradian".into(),
         subtitle: "Any reflectance under any environment, prefiltered: a GGX floor of α = 0.25 and gold of α = 0.15 under \
-                   an unclipped sun six degrees high"
+                   an unclipped sun six degrees high; shadows by the same rays in all"
             .into(),
         columns: vec![String::new(); cells.len()],
         rows: vec![Row { label: Vec::new(), cells }],

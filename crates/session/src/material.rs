@@ -2,7 +2,8 @@
 
 use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 use steradian_base::{Cancelled, Certificate, ParamValues, Task};
 use steradian_brdf::{Form, SharedBrdf};
@@ -257,7 +258,15 @@ impl Session {
         let material = &bumpy;
         let (bake, direct, lights) = match method {
             Method::Reference if self.shadows == Shadows::Lobe => {
-                return reference_behind(material, under, task);
+                let open = reference(material, under, task)?;
+                let share = self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), true);
+                let shader = Arc::new(LobeShadowShader::new(open.surface.shader.clone(), share));
+                return Ok(Prepared {
+                    surface: surface(material, shader),
+                    shadowed: true,
+                    lobe: true,
+                    ..open
+                });
             }
             Method::Reference => return reference(material, under, task),
             Method::Path => return Err(Error::usage("path shades all materials of a scene, or none")),
@@ -284,6 +293,8 @@ impl Session {
             }
             _ => None,
         };
+        let share = |bvh: &Arc<Bvh>| self.share(material, under.lights, bvh.clone(), false);
+        let lobe = shadows.as_ref().filter(|_| lobe).map(share);
         let local = match baked.filter(|_| !lights.is_empty()) {
             Some(bake) => {
                 let view = View { eye: eye(under.camera), ..view };
@@ -294,13 +305,7 @@ impl Session {
             }
             None => None,
         };
-        let prepared = framed(
-            material,
-            method,
-            bake,
-            OtherLights { direct, local, shadows, lobe: lobe.then_some(under.lights) },
-            &view,
-        );
+        let prepared = framed(material, method, bake, OtherLights { direct, local, shadows, lobe }, &view);
         let seconds = start.elapsed().as_secs_f64();
         Ok(Prepared { seconds, material: asked.clone(), bumps, ..prepared })
     }
@@ -388,6 +393,17 @@ impl Session {
         materials.into_iter().map(again).collect()
     }
 
+    /// The share of all of `lights` that arrives where `bvh` blocks it.
+    fn share(&self, material: &Material, lights: &Lights, bvh: Arc<Bvh>, reference: bool) -> Arc<LobeShadow> {
+        let (sky, direct) = split(lights, Suns::Exact);
+        let make =
+            |reference: bool| LobeShadow::new(sky.environment, direct, material.brdf.clone(), bvh, reference);
+        match &self.common_shadows {
+            Some(common) => common.of(material.brdf.spec(), || make(true).remembering()),
+            None => Arc::new(make(reference)),
+        }
+    }
+
     /// Tells what of a material's maps its technique leaves out.
     pub(crate) fn tell_left_out(&self, p: &Prepared) {
         let what = p.left_out();
@@ -423,27 +439,6 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
     })
-}
-
-/// The reference of light that the mesh blocks: the integral of all light without shadows, times the share of it that arrives.
-fn reference_behind(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepared, Error> {
-    let open = reference(material, under, task)?;
-    let bvh = Arc::new(Bvh::build(&under.scene.mesh));
-    let shader = behind(open.surface.shader.clone(), material, under.lights, bvh, true);
-    Ok(Prepared { surface: surface(material, shader), shadowed: true, lobe: true, ..open })
-}
-
-/// The shader of all of `lights` without shadows, with them.
-fn behind(
-    open: Arc<dyn Shader>,
-    material: &Material,
-    lights: &Lights,
-    bvh: Arc<Bvh>,
-    reference: bool,
-) -> Arc<dyn Shader> {
-    let (sky, direct) = split(lights, Suns::Exact);
-    let share = LobeShadow::new(sky.environment, direct, material.brdf.clone(), bvh, reference);
-    Arc::new(LobeShadowShader::new(open, share))
 }
 
 /// No radiance.
@@ -486,14 +481,25 @@ fn link(
     }
 }
 
+/// Shadows of one scene in one light, by reflectance, that several pictures of it have in common.
+#[derive(Default)]
+pub(crate) struct CommonShadows(Mutex<BTreeMap<String, Arc<LobeShadow>>>);
+
+impl CommonShadows {
+    fn of(&self, spec: String, make: impl FnOnce() -> LobeShadow) -> Arc<LobeShadow> {
+        let mut made = self.0.lock().expect("nobody panics in between");
+        made.entry(spec).or_insert_with(|| Arc::new(make())).clone()
+    }
+}
+
 /// Lights beside a bake, and what shadows them.
-struct OtherLights<'a> {
+struct OtherLights {
     direct: Direct,
     /// Those of a technique of their own.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
     shadows: Option<Arc<Bvh>>,
-    /// All light, where rays over the lobe shadow what of it the bake has.
-    lobe: Option<&'a Lights>,
+    /// The share of all light that arrives, where rays over the lobe shadow what of it the bake has.
+    lobe: Option<Arc<LobeShadow>>,
 }
 
 /// A bake in the view of a camera.
@@ -501,7 +507,7 @@ fn framed(
     material: &Material,
     method: &Method,
     mut bake: Box<dyn AnyBake>,
-    beside: OtherLights<'_>,
+    beside: OtherLights,
     view: &View,
 ) -> Prepared {
     bake.frame(view);
@@ -516,17 +522,16 @@ fn framed(
     }
     let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
-    let (shadowed, by_lobe) = (shadows.is_some(), shadows.is_some() && lobe.is_some());
+    let (shadowed, by_lobe) = (shadows.is_some(), lobe.is_some());
     let lit = !direct.is_empty() || local.is_some();
-    let behind_mesh = lobe.zip(shadows.clone());
     let mut shader: Arc<dyn Shader> = bake.clone();
     if lit {
         let (bake, direct, brdf) = (bake.clone(), direct.clone(), material.brdf.clone());
         let shadows = shadows.filter(|_| lobe.is_none());
         shader = Arc::new(DirectShader { bake, direct, brdf, local: local.clone(), shadows });
     }
-    if let Some((lights, bvh)) = behind_mesh {
-        shader = behind(shader, material, lights, bvh, false);
+    if let Some(share) = lobe {
+        shader = Arc::new(LobeShadowShader::new(shader, share));
     }
     Prepared {
         material: material.clone(),

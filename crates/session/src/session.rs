@@ -80,6 +80,9 @@ pub struct Session {
     pub paths: Paths,
     /// What shadows lights beside a technique's data.
     pub shadows: Shadows,
+    /// Under [`Shadows::Lobe`]: what all pictures from now on have in common, of one scene in one light. Then techniques have the
+    /// reference's visibility.
+    pub(crate) common_shadows: Option<Arc<crate::material::CommonShadows>>,
     provenance: Provenance,
     notes: Vec<(String, String)>,
     listener: Option<Listener>,
@@ -102,6 +105,7 @@ impl Session {
             gpu_path: GpuPath::default(),
             paths: Paths::default(),
             shadows: Shadows::default(),
+            common_shadows: None,
             provenance: Provenance::new([]),
             notes: Vec::new(),
             listener: None,

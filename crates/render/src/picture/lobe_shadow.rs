@@ -16,33 +16,34 @@
 
 use super::Shader;
 use super::shader::lights_seen;
-use glam::{DVec2, DVec3};
-use std::sync::Arc;
+use glam::{DVec2, DVec3, Vec3};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
 use steradian_base::{Cancelled, Task};
-use steradian_brdf::SharedBrdf;
+use steradian_brdf::{Domain, SharedBrdf};
 use steradian_light::Environment;
 use steradian_reference::path::PathScene;
 use steradian_scene::{Bvh, Ray};
 use steradian_sphere::Frame;
 use steradian_sphere::sampling::{R2, SphereDistribution};
 use steradian_techniques::direct::{Direct, Shadows};
-use steradian_techniques::{Points, Radiance};
+use steradian_techniques::{Points, PointsBuf, Radiance};
 
 /// Directions at a point at first, and where one of these is blocked.
 const RAYS: [usize; 2] = [64, 128];
 /// The same under the reference, and the first of them in their sequence.
-const REFERENCE_RAYS: [usize; 2] = [64, 256];
+const REFERENCE_RAYS: [usize; 2] = [64, 512];
 const REFERENCE_FIRST: usize = 1 << 16;
 
 /// A shader of unshadowed light, behind what a mesh blocks.
 pub struct LobeShadowShader {
     open: Arc<dyn Shader>,
-    share: LobeShadow,
+    share: Arc<LobeShadow>,
 }
 
 impl LobeShadowShader {
     /// `open` times what `share` says.
-    pub fn new(open: Arc<dyn Shader>, share: LobeShadow) -> Self {
+    pub fn new(open: Arc<dyn Shader>, share: Arc<LobeShadow>) -> Self {
         Self { open, share }
     }
 }
@@ -55,13 +56,33 @@ pub struct LobeShadow {
     brdf: SharedBrdf,
     bvh: Arc<Bvh>,
     points: Vec<DVec2>,
+    /// What was found, where several pictures of the same points are made.
+    known: Option<Mutex<HashMap<Place, [f32; 3]>>>,
 }
+
+/// Position, normal and direction to the viewer, in bits.
+type Place = [[u32; 3]; 3];
 
 /// The environment, and directions that are drawn by its brightness.
 struct Sky {
     light: Arc<Environment>,
     density: SphereDistribution,
-    drawn: Vec<DVec3>,
+    drawn: Vec<Lit>,
+}
+
+/// A direction, the light from it, and the density of directions drawn by brightness.
+#[derive(Clone, Copy)]
+struct Lit {
+    d: DVec3,
+    light: [f64; 3],
+    density: f64,
+}
+
+impl Sky {
+    fn lit(light: &Environment, density: &SphereDistribution, d: DVec3) -> Lit {
+        let radiance = light.image.bilinear(d).map(|l| f64::from(l).max(0.0));
+        Lit { d, light: radiance, density: density.pdf(d) }
+    }
 }
 
 /// Means over directions, per channel.
@@ -75,9 +96,43 @@ struct Means {
 /// Directions of one point.
 #[derive(Default)]
 struct Batch {
+    /// In the local frame.
+    wi: Vec<DVec3>,
+    lit: Vec<Lit>,
+    /// Density of directions drawn by the reflectance.
+    own: Vec<f64>,
+    f_cos: Vec<[f64; 3]>,
     rays: Vec<Ray>,
     weights: Vec<[f64; 3]>,
     blocked: Vec<bool>,
+}
+
+impl Batch {
+    fn push(&mut self, wi: DVec3, lit: Lit, own: f64) {
+        self.wi.push(wi);
+        self.lit.push(lit);
+        self.own.push(own);
+    }
+
+    /// The weights and rays of what was pushed, and what blocks these.
+    fn cast(&mut self, brdf: &SharedBrdf, wo: DVec3, origin: DVec3, bvh: &Bvh) {
+        self.f_cos.resize(self.wi.len(), [0.0; 3]);
+        brdf.f_cos_batch(&self.wi, wo, &mut self.f_cos);
+        self.rays.clear();
+        self.weights.clear();
+        for ((f, lit), own) in self.f_cos.iter().zip(&self.lit).zip(&self.own) {
+            let density = 0.5 * (own + lit.density);
+            if *f != [0.0; 3] && density > 0.0 {
+                self.rays.push(Ray { origin: origin.as_vec3(), direction: lit.d.as_vec3().normalize() });
+                self.weights.push([0, 1, 2].map(|c| lit.light[c] * f[c].max(0.0) / density));
+            }
+        }
+        self.blocked.resize(self.rays.len(), false);
+        bvh.occluded_each(&self.rays, f32::INFINITY, &mut self.blocked);
+        self.wi.clear();
+        self.lit.clear();
+        self.own.clear();
+    }
 }
 
 impl LobeShadow {
@@ -102,14 +157,52 @@ impl LobeShadow {
         let points: Vec<DVec2> = (0..count).map(|k| R2::default().point((first + k) as u32)).collect();
         let sky = light.and_then(|light| {
             let density = SphereDistribution::new(&light.image)?;
-            let drawn = points.iter().map(|u| density.sample(*u).0).collect();
+            let drawn = points.iter().map(|u| Sky::lit(&light, &density, density.sample(*u).0)).collect();
             Some(Sky { light, density, drawn })
         });
-        Self { sky, reference, direct, brdf, bvh, points }
+        Self { sky, reference, direct, brdf, bvh, points, known: None }
+    }
+
+    /// The same for several pictures of the same points, which then cost no more than one.
+    pub fn remembering(mut self) -> Self {
+        self.known = Some(Mutex::default());
+        self
     }
 
     fn counts(&self) -> [usize; 2] {
         if self.reference { REFERENCE_RAYS } else { RAYS }
+    }
+
+    /// The share of each point, told to `set`.
+    fn shares(&self, q: &Points<'_>, mut set: impl FnMut(usize, [f32; 3])) {
+        let shadows = Shadows { bvh: &self.bvh, offset: PathScene::OFFSET, reference: self.reference };
+        // What suns and lamps give without shadows, and with them.
+        let direct = [None, Some(shadows)].map(|shadows| {
+            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+            self.direct.add_behind(shadows, &*self.brdf, q, &mut Radiance::of(&mut rgb));
+            rgb
+        });
+        let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
+        let mut batch = Batch::default();
+        for i in 0..q.len() {
+            set(i, [1.0; 3]);
+            let (n, wo) = (at(&q.n, i).normalize_or_zero(), at(&q.wo, i).normalize_or_zero());
+            if n.dot(wo) <= 0.0 {
+                continue;
+            }
+            let frame = match q.t[0].is_empty() {
+                true => Frame::from_normal(n),
+                false => Frame::from_normal_tangent(n, at(&q.t, i)),
+            };
+            let wanted = (0..3).any(|c| direct[0][c][i] != direct[1][c][i]);
+            let Some(m) = self.means(at(&q.p, i), &frame, wo, wanted, &mut batch) else { continue };
+            let share = |c: usize| {
+                let [open, behind] = [0, 1].map(|k| f64::from(direct[k][c][i]));
+                let all = m.all[c] + open;
+                if all > 0.0 { ((m.seen[c] + behind) / all) as f32 } else { 1.0 }
+            };
+            set(i, [0, 1, 2].map(share));
+        }
     }
 
     /// The means; `None` where nothing is blocked and they are not `wanted` all the same.
@@ -122,30 +215,22 @@ impl LobeShadow {
         batch: &mut Batch,
     ) -> Option<Means> {
         let local = frame.to_local(wo);
-        let origin = (position + frame.n * PathScene::OFFSET).as_vec3();
+        let origin = position + frame.n * PathScene::OFFSET;
         let (mut out, mut blocked, mut done) = (Means { all: [0.0; 3], seen: [0.0; 3] }, false, 0);
         let Some(sky) = &self.sky else { return wanted.then_some(out) };
         for n in self.counts() {
-            batch.rays.clear();
-            batch.weights.clear();
-            let mut push = |d: DVec3, wi: DVec3, own: f64| {
-                let (f, density) = (self.brdf.f_cos(wi, local), 0.5 * (own + sky.density.pdf(d)));
-                if f == [0.0; 3] || density <= 0.0 {
-                    return;
-                }
-                let light = sky.light.image.bilinear(d);
-                batch.rays.push(Ray { origin, direction: d.as_vec3().normalize() });
-                batch.weights.push([0, 1, 2].map(|c| f64::from(light[c]).max(0.0) * f[c].max(0.0) / density));
-            };
             for k in done / 2..n / 2 {
                 if let Some(s) = self.brdf.sample(local, self.points[k]) {
-                    push(frame.to_world(s.wi), s.wi, s.pdf);
+                    let lit = Sky::lit(&sky.light, &sky.density, frame.to_world(s.wi));
+                    batch.push(s.wi, lit, s.pdf);
                 }
-                let wi = frame.to_local(sky.drawn[k]);
-                push(sky.drawn[k], wi, self.brdf.pdf(wi, local));
+                let drawn = sky.drawn[k];
+                let wi = frame.to_local(drawn.d);
+                if wi.z > 0.0 || self.brdf.domain() == Domain::Sphere {
+                    batch.push(wi, drawn, self.brdf.pdf(wi, local));
+                }
             }
-            batch.blocked.resize(batch.rays.len(), false);
-            self.bvh.occluded_each(&batch.rays, f32::INFINITY, &mut batch.blocked);
+            batch.cast(&self.brdf, local, origin, &self.bvh);
             for (weight, hidden) in batch.weights.iter().zip(&batch.blocked) {
                 blocked |= hidden;
                 for c in 0..3 {
@@ -166,39 +251,43 @@ impl LobeShadow {
 impl Shader for LobeShadow {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         task.check()?;
-        let shadows = Shadows { bvh: &self.bvh, offset: PathScene::OFFSET, reference: self.reference };
-        // What suns and lamps give without shadows, and with them.
-        let direct = [None, Some(shadows)].map(|shadows| {
-            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
-            self.direct.add_behind(shadows, &*self.brdf, q, &mut Radiance::of(&mut rgb));
-            rgb
-        });
-        let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
-        let mut batch = Batch::default();
-        for i in 0..q.len() {
-            out.rgb.iter_mut().for_each(|plane| plane[i] = 1.0);
-            let (n, wo) = (at(&q.n, i).normalize_or_zero(), at(&q.wo, i).normalize_or_zero());
-            if n.dot(wo) <= 0.0 {
-                continue;
+        let Some(known) = &self.known else {
+            self.shares(q, |i, share| (0..3).for_each(|c| out.rgb[c][i] = share[c]));
+            return Ok(());
+        };
+        let place = |i: usize| [&q.p, &q.n, &q.wo].map(|v| v.map(|x| x[i].to_bits()));
+        let mut new = Vec::new();
+        let mut set = |i: usize, share: [f32; 3]| (0..3).for_each(|c| out.rgb[c][i] = share[c]);
+        {
+            let known = known.lock().expect("nobody panics in between");
+            for i in 0..q.len() {
+                match known.get(&place(i)) {
+                    Some(share) => set(i, *share),
+                    None => new.push(i),
+                }
             }
-            let frame = match q.t[0].is_empty() {
-                true => Frame::from_normal(n),
-                false => Frame::from_normal_tangent(n, at(&q.t, i)),
-            };
-            let wanted = (0..3).any(|c| direct[0][c][i] != direct[1][c][i]);
-            let Some(m) = self.means(at(&q.p, i), &frame, wo, wanted, &mut batch) else { continue };
-            for c in 0..3 {
-                let [open, behind] = [0, 1].map(|k| f64::from(direct[k][c][i]));
-                let all = m.all[c] + open;
-                out.rgb[c][i] = if all > 0.0 { ((m.seen[c] + behind) / all) as f32 } else { 1.0 };
-            }
+        }
+        let mut points = PointsBuf::with_capacity(new.len());
+        for &i in &new {
+            let at = |v: &[&[f32]; 3]| Vec3::from_array(v.map(|c| c[i]));
+            let n = at(&q.n);
+            let t = if q.t[0].is_empty() { Frame::from_normal(n.as_dvec3()).t.as_vec3() } else { at(&q.t) };
+            points.push(n, t, at(&q.wo), at(&q.p));
+        }
+        let mut found = vec![[1.0; 3]; new.len()];
+        self.shares(&points.as_points(), |k, share| found[k] = share);
+        let mut known = known.lock().expect("nobody panics in between");
+        for (&i, share) in new.iter().zip(found) {
+            set(i, share);
+            known.insert(place(i), share);
         }
         Ok(())
     }
 
-    /// One direction's.
-    fn difference(&self) -> f32 {
-        0.5 / self.points.len() as f32
+    /// A step of an 8-bit display at mid-grey, and of dark shadows what that is to a quarter of the light; not less than one
+    /// direction's share.
+    fn difference(&self) -> [f32; 2] {
+        [(0.5 / self.points.len() as f32).max(1e-2), 0.25]
     }
 }
 
@@ -222,7 +311,7 @@ impl Shader for LobeShadowShader {
     }
 
     fn factors(&self) -> Option<[&dyn Shader; 2]> {
-        Some([&*self.open, &self.share])
+        Some([&*self.open, &*self.share])
     }
 }
 
@@ -230,12 +319,11 @@ impl Shader for LobeShadowShader {
 mod tests {
     use super::*;
     use crate::ReferenceShader;
-    use glam::{Affine3A, Vec3};
+    use glam::Affine3A;
     use steradian_light::Lights;
     use steradian_reference::path::{PathOptions, PathPoint, PathScene, trace_points};
     use steradian_reference::{Lookup, Reference};
     use steradian_scene::{Mesh, shapes};
-    use steradian_techniques::PointsBuf;
     use steradian_techniques::direct::{Suns, split};
 
     /// A ball on a floor.
@@ -276,7 +364,7 @@ mod tests {
         let quadrature = Reference::new(lights, Lookup::Bilinear, &Task::quiet()).expect("light");
         let open: Arc<dyn Shader> = Arc::new(ReferenceShader::new(Arc::new(quadrature), brdf.clone(), 1e-3));
         let share = LobeShadow::new(sky.environment, direct, brdf, Arc::new(Bvh::build(mesh)), reference);
-        (open.clone(), LobeShadowShader::new(open, share))
+        (open.clone(), LobeShadowShader::new(open, Arc::new(share.remembering())))
     }
 
     #[test]
@@ -335,6 +423,9 @@ mod tests {
             assert_eq!(shaded(&*open, &q), shaded(&shadowed, &q));
             let (_, shadowed) = shader("ggx:alpha=0.3", &inside, &lights, reference);
             assert!(shaded(&shadowed, &q).iter().flatten().all(|v| *v == 0.0));
+            // A second picture of the same points is the first one.
+            let (_, shadowed) = shader("ggx:alpha=0.3", &mesh(), &lights, reference);
+            assert_eq!(shaded(&shadowed, &q), shaded(&shadowed, &q));
         }
     }
 }

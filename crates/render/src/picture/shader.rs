@@ -30,10 +30,11 @@ pub trait Shader: Send + Sync {
         None
     }
 
-    /// The largest relative difference that counts as none where radiance is interpolated: half a step of an 8-bit display at
-    /// mid-grey, and above what the reference's own error leaves between neighbours.
-    fn difference(&self) -> f32 {
-        4e-3
+    /// The largest difference that counts as none where radiance is interpolated, relative to the largest channel, and what it
+    /// is relative to where that channel is below. Half a step of an 8-bit display at mid-grey, and above what the reference's
+    /// own error leaves between neighbours.
+    fn difference(&self) -> [f32; 2] {
+        [4e-3, 0.0]
     }
 
     /// Which small lights each point sees, a bit each: between points that differ lies the edge of a shadow. Empty where there are

@@ -29,6 +29,8 @@ pub struct Seen<'a> {
     pub lights: &'a [u64],
     /// The largest difference that counts as none, relative to the largest channel.
     pub difference: f32,
+    /// What that is relative to where the largest channel is below.
+    pub least: f32,
 }
 
 /// A cell: its pixels are columns x[0] … x[1] and rows y[0] … y[1], both ends included.
@@ -138,7 +140,7 @@ impl Seen<'_> {
         else {
             return false;
         };
-        let largest = want.iter().fold(0.0, |m: f32, v| m.max(v.abs()));
+        let largest = want.iter().fold(self.least, |m: f32, v| m.max(v.abs()));
         (0..3).all(|c| (want[c] - got[c]).abs() <= self.difference * largest)
     }
 
@@ -213,6 +215,7 @@ mod tests {
             spare: &vec![false; points.len()],
             lights: &vec![0; points.len()],
             difference: 4e-3,
+            least: 0.0,
         };
         let rgb = seen.radiance(|q| {
             shaded += q.len();
@@ -256,6 +259,7 @@ mod tests {
             spare: &[false; 10],
             lights: &[0; 10],
             difference: 4e-3,
+            least: 0.0,
         };
         let rgb = seen.radiance(|q| Ok([q.p[0].clone(), q.p[1].clone(), q.p[2].clone()])).expect("radiance");
         assert_eq!(rgb[0], (0..10).map(|k| k as f32).collect::<Vec<_>>());

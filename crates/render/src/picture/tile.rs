@@ -270,8 +270,8 @@ impl Job<'_> {
                 }
                 let (points, whole) = (&group.points, &self.whole(group, lit));
                 let spare: Vec<bool> = (0..points.len() as u32).map(|p| lit(p) != p).collect();
-                let seen =
-                    Seen { size, points, whole, spare: &spare, lights, difference: shader.difference() };
+                let [difference, least] = shader.difference();
+                let seen = Seen { size, points, whole, spare: &spare, lights, difference, least };
                 let mut rgb = seen.radiance(|q| shade(shader, q, task))?;
                 for plane in &mut rgb {
                     (0..points.len()).for_each(|p| plane[p] = plane[lit(p as u32) as usize]);
