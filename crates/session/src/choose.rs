@@ -1,37 +1,29 @@
-//! The choice of a technique: the smallest error within a few seconds, among those that honour the material.
+//! The choice of a technique: the smallest error within a few processor seconds, among those that honour the material.
 
+use crate::choice::{Choice, Trial, Verdict};
+use crate::effort::{processor_seconds, within};
 use crate::material::Under;
-use crate::{Backend, Error, Kind, Local, Material, Method, Notice, Prepared, Scene, Session, Shadows};
-use std::collections::BTreeSet;
+use crate::sample::Sample;
+use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
+use glam::DVec3;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 use steradian_base::{Evidence, Task};
-use steradian_brdf::Brdf;
-use steradian_reference::{Lookup, Reference};
-use steradian_render::{
-    Background, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, errors, render,
-};
+use steradian_brdf::{Brdf, Lobe};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
 
-/// Time of a single bake and of all among which a technique is chosen: a bake that takes longer gives the others their
-/// turn, and where none is good enough those that were stopped get more.
-const BUDGETS: [[Duration; 2]; 2] =
-    [[Duration::from_secs(2), Duration::from_secs(4)], [Duration::from_secs(10), Duration::from_secs(15)]];
-/// Seconds for the reference to look at a few hundred points of a picture.
-const LOOK: Duration = Duration::from_secs(3);
-/// Pixels a side of the sample of a picture: some hundred points, of which the object covers a part.
-const SAMPLE: usize = 24;
-/// Relative error of the reference at these points: far below the errors that are compared.
-const SAMPLE_TOLERANCE: f64 = 1e-2;
-/// Evaluations of the reflectance at one of them.
-const SAMPLE_EVALUATIONS: u64 = 100_000;
+/// Processor seconds of all bakes among which a technique is chosen, where one of them is good, and where none is.
+const BUDGETS: [f64; 2] = [6.0, 15.0];
+/// A technique that takes so many processor seconds at most is tried for its cheapness.
+const CHEAP: f64 = 1.0;
 /// An error that no picture shows: the first technique to reach it is taken.
-const INVISIBLE: f64 = 5e-3;
+const INVISIBLE: f64 = 0.01;
 /// Techniques of a larger error need a specimen like the material, where no tolerance is given.
 const USEFUL: f64 = 0.25;
-/// An error from which on the reference is worth a hint.
+/// An error from which on the reference is worth a hint, and more time is spent on better techniques.
 const VISIBLE: f64 = 0.05;
+/// Widths of lobes that differ by this factor at most are alike.
+const ALIKE: f64 = 10.0;
 
 /// Which technique a material got, and how far it is off.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +42,8 @@ pub struct Chosen {
     pub beside: bool,
     /// Relative RMS error over points of this picture, where it was measured.
     pub picture: Option<f64>,
+    /// Why it was not, where it would have been.
+    pub unmeasured: Option<&'static str>,
     /// Was it the session that chose?
     pub automatic: bool,
 }
@@ -58,10 +52,14 @@ impl std::error::Error for Chosen {}
 
 impl std::fmt::Display for Chosen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { technique, brdf, error, sites, known, beside, picture, automatic } = self;
+        let Self { technique, brdf, error, sites, known, beside, picture, unmeasured, automatic } = self;
         write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
-        if let Some(p) = picture {
-            write!(f, "{:.2} % in this picture (at a sample of its points), ", 100.0 * p)?;
+        match (picture, unmeasured) {
+            (Some(p), _) => {
+                write!(f, "{:.2} % in this picture (at a sample of its points), ", 100.0 * p)?;
+            }
+            (None, Some(why)) => write!(f, "not measured in this picture ({why}), ")?,
+            (None, None) => {}
         }
         let over =
             if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
@@ -74,93 +72,12 @@ impl std::fmt::Display for Chosen {
     }
 }
 
-/// A sample of a picture's points, and the reference's radiance there.
-pub(crate) struct Sample<'a> {
-    scene: &'a Scene,
-    bvh: &'a Bvh,
-    camera: Camera,
-    truth: Option<Film>,
-}
-
-impl<'a> Sample<'a> {
-    /// The points of `scene` with the reference's radiance of `material`; none where that takes too long.
-    fn new(
-        session: &Session,
-        scene: &'a Scene,
-        bvh: &'a Bvh,
-        camera: Camera,
-        material: &Material,
-    ) -> Result<Self, Error> {
-        let mut sample = Self { scene, bvh, camera, truth: None };
-        // The sample is shaded without shadow rays, so that under `--shadows lobe` certificates decide.
-        let shadowed = session.shadows == Shadows::Lobe;
-        if shadowed || matches!(material.method, Some(Method::File(_) | Method::Reference)) {
-            return Ok(sample);
-        }
-        let task = session.task.clone().without_progress().with_deadline(Instant::now() + LOOK);
-        let truth = Reference::new(&scene.lights, Lookup::Bilinear, &task).map_err(Error::from).and_then(
-            |reference| {
-                let reference = Arc::new(reference.with_budget(SAMPLE_EVALUATIONS));
-                let shader =
-                    Arc::new(ReferenceShader::new(reference, material.brdf.clone(), SAMPLE_TOLERANCE));
-                sample.film(&Surface { shader, base_colour: None, maps: SurfaceMaps::default() }, &task)
-            },
-        );
-        sample.truth = match truth {
-            Ok(film) => Some(film),
-            Err(e) if e.is_cancelled() => {
-                session.check()?;
-                None
-            }
-            Err(e) => return Err(e),
-        };
-        Ok(sample)
-    }
-
-    /// Radiance of a surface at the points, without its textures: the reference knows no maps.
-    fn film(&self, surface: &Surface, task: &Task) -> Result<Film, Error> {
-        let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
-        let s = &self.scene.settings;
-        let longest = s.width.max(s.height).max(1);
-        let side = |n: usize| (n * SAMPLE).div_ceil(longest).max(1);
-        let settings = Settings { inner: 1, edge: 1, ..Settings::new(side(s.width), side(s.height)) };
-        let background = Background::Colour([0.0; 3]);
-        let stage = Stage {
-            mesh: &self.scene.mesh,
-            bvh: self.bvh,
-            surfaces: &[plain],
-            background: &background,
-            camera: self.camera,
-        };
-        Ok(render(&stage, &settings, task)?)
-    }
-
-    /// The relative RMS error of `prepared` at the points.
-    fn error(&self, prepared: &Prepared, task: &Task) -> Result<Option<f64>, Error> {
-        let Some(truth) = &self.truth else { return Ok(None) };
-        // The reference sees no shadows, and knows nothing of data per texel.
-        let m = &prepared.material;
-        if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
-            return Ok(None);
-        }
-        let far = matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params));
-        if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
-            return Ok(None);
-        }
-        let film = self.film(&prepared.surface, &task.clone().without_progress())?;
-        let e = errors(&film, truth, |i| truth.alpha[i] > 0.999);
-        Ok((e.pixels > 0 && e.relative_rms.is_finite()).then_some(e.relative_rms))
-    }
-}
-
 /// What came of a technique.
 enum Tried {
     /// It may be taken.
     Fits(Box<Candidate>),
-    /// It refuses, or is not good enough.
-    Unfit,
-    /// It took too long.
-    Stopped,
+    /// It refuses, or is not good enough, or took too long.
+    Unfit(Verdict),
 }
 
 /// A technique that was baked.
@@ -211,7 +128,7 @@ impl Session {
         let sample = Sample::new(self, scene, bvh, camera, m)?;
         let Some(method) = &m.method else { return self.choose(m, under, &sample) };
         let mut p = self.prepare(m, method, under, &self.task)?;
-        p.picture_error = sample.error(&p, &self.task)?;
+        sample.judge(&mut p, &self.task)?;
         Ok(p)
     }
 
@@ -225,68 +142,102 @@ impl Session {
             known: c.known,
             beside: p.lit,
             picture: p.picture_error,
+            unmeasured: p.picture_unmeasured,
             automatic: p.material.method.is_none(),
         }));
+        if let Some(choice) = &p.choice {
+            self.say(choice);
+        }
     }
 
     /// Without a tolerance the technique of the smallest error in this picture, with one the smallest data that meet it;
-    /// else the reference. Techniques that leave out what the material gives come last.
+    /// else the reference. Techniques that leave out what the material gives come last. The error over all views is measured
+    /// of the one that is taken alone, where the picture's decides.
     fn choose(&self, m: &Material, under: Under<'_>, sample: &Sample<'_>) -> Result<Prepared, Error> {
-        let mut found: Vec<Candidate> = Vec::new();
-        let mut left = candidates(&*m.brdf);
-        // With a tolerance all that is found meets it.
-        let below = |found: &[Candidate], error: f64| {
-            found.iter().any(|c| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error))
+        let start = processor_seconds();
+        let mut best: Option<Candidate> = None;
+        let (mut trials, mut spent, mut usual) = (Vec::new(), 0.0, 0.0);
+        for t in candidates(m) {
+            // With a tolerance all that is found meets it.
+            let below = |error: f64| {
+                let fits = |c: &Candidate| !c.rank.0 && (under.tolerance.is_some() || c.rank.1 <= error);
+                best.as_ref().is_some_and(fits)
+            };
+            let left = BUDGETS[usize::from(!below(VISIBLE))] - spent;
+            let spared = match under.tolerance {
+                None if below(INVISIBLE) => Some(Verdict::Unneeded),
+                // Reflectance that takes long to evaluate makes all of them dearer than usual.
+                _ if t.effort() * f64::max(1.0, spent / f64::max(usual, f64::MIN_POSITIVE)) > left => {
+                    Some(Verdict::TooDear)
+                }
+                _ => None,
+            };
+            let mut trial = Trial::new(t.card().slug);
+            let tried = match spared {
+                Some(verdict) => Tried::Unfit(verdict),
+                None => {
+                    let (tried, seconds) =
+                        within(&self.task, left, |task| self.candidate(t, m, under, sample, task));
+                    spent += seconds;
+                    usual += t.effort();
+                    trial.seconds = seconds;
+                    tried?
+                }
+            };
+            match tried {
+                Tried::Unfit(verdict) => trial.verdict = verdict,
+                Tried::Fits(c) => {
+                    trial.error =
+                        c.prepared.picture_error.or(c.prepared.certificate.as_ref().map(|c| c.error));
+                    let better =
+                        |b: &Candidate| b.rank.0.cmp(&c.rank.0).then(b.rank.1.total_cmp(&c.rank.1)).is_le();
+                    if !best.as_ref().is_some_and(better) {
+                        best = Some(*c);
+                    }
+                }
+            }
+            trials.push(trial);
+        }
+        let Some(Candidate { mut prepared, .. }) = best else {
+            let choice = Choice { seconds: sample.seconds + processor_seconds() - start, trials };
+            return Ok(Prepared {
+                choice: Some(Arc::new(choice.clone())),
+                ..self.fall_back(m, under, &choice)?
+            });
         };
-        for [limit, all] in BUDGETS {
-            let (end, mut stopped) = (Instant::now() + all, Vec::new());
-            for t in left {
-                let now = Instant::now();
-                let invisible = under.tolerance.is_none() && below(&found, INVISIBLE);
-                if invisible || (now >= end && below(&found, USEFUL)) {
-                    break;
-                }
-                match self.candidate(t, m, under, sample, now + limit)? {
-                    Tried::Fits(c) => found.push(*c),
-                    Tried::Unfit => {}
-                    Tried::Stopped => stopped.push(t),
-                }
-            }
-            left = stopped;
-            if below(&found, USEFUL) {
-                break;
-            }
-        }
-        let best =
-            found.into_iter().min_by(|a, b| a.rank.0.cmp(&b.rank.0).then(a.rank.1.total_cmp(&b.rank.1)));
-        match best {
-            Some(c) => Ok(c.prepared),
-            None => self.fall_back(m, under),
-        }
+        let taken = prepared.method.slug();
+        trials.iter_mut().filter(|t| t.technique == taken).for_each(|t| t.verdict = Verdict::Taken);
+        prepared.certify(under, &self.task)?;
+        let seconds = processor_seconds() - start;
+        let choice = Choice { seconds: sample.seconds + seconds, trials };
+        prepared.choice = Some(Arc::new(choice));
+        Ok(prepared)
     }
 
-    /// `t` baked and looked at.
+    /// `t` baked and looked at; its error over all views is measured where the picture's does not decide.
     fn candidate(
         &self,
         t: &'static dyn AnyTechnique,
         m: &Material,
         under: Under<'_>,
         sample: &Sample<'_>,
-        deadline: Instant,
+        task: &Task,
     ) -> Result<Tried, Error> {
-        let task = self.task.clone().with_deadline(deadline);
-        let done = self.prepare(m, &Method::Technique(t), under, &task).and_then(|mut p| {
-            p.picture_error = sample.error(&p, &task)?;
+        let done = self.draft(m, &Method::Technique(t), under, task).and_then(|mut p| {
+            sample.judge(&mut p, task)?;
+            if under.tolerance.is_some() || p.picture_error.is_none() {
+                p.certify(under, task)?;
+            }
             Ok(p)
         });
         let mut prepared = match done {
             Ok(p) => p,
             Err(e) if e.is_cancelled() => {
                 self.check()?;
-                return Ok(Tried::Stopped);
+                return Ok(Tried::Unfit(Verdict::Stopped));
             }
             // These lights or parameters are not for it.
-            Err(e) if e.kind() == Kind::Usage => return Ok(Tried::Unfit),
+            Err(e) if e.kind() == Kind::Usage => return Ok(Tried::Unfit(Verdict::Refused(e.to_string()))),
             Err(e) => return Err(e),
         };
         prepared.material.method = None;
@@ -295,45 +246,151 @@ impl Session {
             Some(t) => prepared.error() <= t,
             None => error <= USEFUL || stands_for(t.card(), &*m.brdf),
         };
+        if !fits {
+            return Ok(Tried::Unfit(Verdict::Missed(error)));
+        }
         let cost = if under.tolerance.is_some() { prepared.bytes as f64 } else { error };
         let rank = (!prepared.left_out().is_empty(), cost);
-        Ok(if fits { Tried::Fits(Box::new(Candidate { prepared, rank })) } else { Tried::Unfit })
+        Ok(Tried::Fits(Box::new(Candidate { prepared, rank })))
     }
 
-    fn fall_back(&self, m: &Material, under: Under<'_>) -> Result<Prepared, Error> {
+    fn fall_back(&self, m: &Material, under: Under<'_>, choice: &Choice) -> Result<Prepared, Error> {
         let spec = m.brdf.spec();
         let why = match under.tolerance {
             Some(t) => format!("no technique takes {spec} to an error of {t}"),
-            None => format!("no technique is made for {spec}"),
+            None => format!("no technique is ready and good enough for {spec} in time"),
         };
         if self.backend == Backend::Gpu {
             return Err(Error::usage(format!(
                 "{why}: name a technique, or use --backend cpu for the reference"
             )));
         }
+        self.say(choice);
         self.tell(Notice::Reference { why });
         self.prepare(m, &Method::Reference, under, &self.task)
     }
 }
 
-/// The techniques that take a reflectance, in the order in which they are tried: those made for its model (specimens of
-/// two models at most) as they are listed, then those for any, the last of the list first, which err least.
-fn candidates(brdf: &dyn Brdf) -> Vec<&'static dyn AnyTechnique> {
-    let takes = |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(brdf).is_ok();
+/// The techniques that take a material, in the order in which they are tried: those made for its reflectance as they are
+/// listed; the cheapest of the others that errs least; then all, the last of the list first, which err least. Where nothing
+/// varies over the surface those made for the reflectance have to be cheap as well.
+fn candidates(m: &Material) -> Vec<&'static dyn AnyTechnique> {
+    let takes =
+        |t: &&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&*m.brdf).is_ok();
     let all = steradian_techniques::registry().iter().copied().filter(takes);
+    let plain = m.maps.is_empty();
     let made_for = |t: &&'static dyn AnyTechnique| {
-        let model = |s: &&'static str| s.split(':').next().unwrap_or(s);
-        let models: BTreeSet<&str> = t.card().specimens.iter().map(model).collect();
-        models.len() <= 2 && stands_for(t.card(), brdf)
+        (!plain || t.effort() <= CHEAP) && is_special(t.card()) && stands_for(t.card(), &*m.brdf)
     };
-    let (mut first, any): (Vec<_>, Vec<_>) = all.partition(made_for);
-    first.extend(any.into_iter().rev());
+    let (mut first, mut any): (Vec<_>, Vec<_>) = all.partition(made_for);
+    any.reverse();
+    if let Some(k) = any.iter().position(|t| t.effort() <= CHEAP) {
+        first.push(any.remove(k));
+    }
+    first.extend(any);
     first
 }
 
-/// Is one of the technique's specimens of the same model, and as isotropic? Otherwise it takes the material as something
-/// else, a mirror for example.
+/// Is it made for reflectances of two models at most?
+fn is_special(card: &Card) -> bool {
+    let specimens: Vec<_> = card.specimens.iter().filter_map(|s| steradian_brdf::parse(s).ok()).collect();
+    let mut models: Vec<&dyn Brdf> = Vec::new();
+    for s in &specimens {
+        if !models.iter().any(|m| same_model(*m, &**s)) {
+            models.push(&**s);
+        }
+    }
+    models.len() <= 2
+}
+
+/// Is one of the technique's specimens of the same model, as isotropic, and about as sharp? Otherwise it takes the material as
+/// something else, a mirror for example.
 fn stands_for(card: &Card, brdf: &dyn Brdf) -> bool {
-    let like = |b: &dyn Brdf| b.info().name == brdf.info().name && b.is_isotropic() == brdf.is_isotropic();
+    let like = |b: &dyn Brdf| {
+        let (a, b_) = (narrowest(b), narrowest(brdf));
+        same_model(b, brdf) && b.is_isotropic() == brdf.is_isotropic() && a <= ALIKE * b_ && b_ <= ALIKE * a
+    };
     card.specimens.iter().any(|s| steradian_brdf::parse(s).is_ok_and(|b| like(&*b)))
+}
+
+/// Do both have one page?
+fn same_model(a: &dyn Brdf, b: &dyn Brdf) -> bool {
+    std::ptr::eq(a.info(), b.info())
+}
+
+/// Width of the narrowest lobe at normal view, radians; π of what has none.
+fn narrowest(brdf: &dyn Brdf) -> f64 {
+    let width = |l: Lobe| match l {
+        Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
+    };
+    brdf.lobes(DVec3::Z).into_iter().map(width).fold(std::f64::consts::PI, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Shadows;
+    use std::sync::Mutex;
+    use steradian_render::Settings;
+
+    /// A sphere of a reflectance under a small sky.
+    fn scene(session: &mut Session, spec: &str) -> Scene {
+        let mesh = session.mesh("sphere").expect("a shape");
+        let material = Material::new(session.brdf(spec).expect("a spec"));
+        let lights = session.light("studio", &crate::Adjust::default()).expect("a sky");
+        Scene { settings: Settings::new(24, 24), ..Scene::new(mesh, vec![material], lights) }
+    }
+
+    #[test]
+    fn the_choice_says_what_was_tried_and_takes_the_least_error() {
+        let mut session = Session::new();
+        let scene = scene(&mut session, "lambert:albedo=0.6");
+        let (picture, _) = session.render(&scene).expect("a picture").even_if_missed();
+        let p = &picture.materials[0];
+        let choice = p.choice.as_ref().expect("the session chose");
+        let taken: Vec<&Trial> = choice.trials.iter().filter(|t| t.verdict == Verdict::Taken).collect();
+        assert_eq!(taken.len(), 1, "{choice}");
+        assert_eq!(taken[0].technique, p.method.slug());
+        assert!(taken[0].error == p.picture_error && p.picture_error.is_some(), "{choice}");
+        let least = choice.trials.iter().filter_map(|t| t.error).fold(f64::INFINITY, f64::min);
+        assert_eq!(p.picture_error, Some(least), "{choice}");
+        // The one that is taken is certified, whatever the others are.
+        let certificate = p.certificate.as_ref().expect("a technique");
+        assert!(certificate.error < 0.1 && certificate.known == Evidence::Measured, "{certificate:?}");
+        let spent: f64 = choice.trials.iter().map(|t| t.seconds).sum();
+        assert!(spent <= choice.seconds && p.sample_seconds <= choice.seconds, "{choice:?}");
+        assert!(choice.to_string().contains(&format!("of: {}", choice.trials[0].technique)), "{choice}");
+    }
+
+    #[test]
+    fn what_the_sample_cannot_measure_is_said() {
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let heard = told.clone();
+        let mut session = Session::new().with_listener(move |n| {
+            heard.lock().expect("nobody panics").push(n.to_string());
+        });
+        session.shadows = Shadows::Lobe;
+        let mut scene = scene(&mut session, "lambert:albedo=0.6");
+        scene.materials[0].method = Some(Method::find("diffuse_map").expect("a technique"));
+        let (picture, _) = session.render(&scene).expect("a picture").even_if_missed();
+        assert!(picture.materials[0].picture_error.is_none() && picture.materials[0].choice.is_none());
+        assert_eq!(picture.materials[0].picture_unmeasured, Some("its sample knows no shadows"));
+        let told = told.lock().expect("nobody panics").join("\n");
+        assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
+    }
+
+    /// Mirrors stand for what is as sharp as a mirror, and not for every width of the same model.
+    #[test]
+    fn specimens_stand_for_reflectance_of_their_model_and_sharpness() {
+        let brdf = |spec: &str| steradian_brdf::parse(spec).expect(spec);
+        let slugs = |spec: &str| -> Vec<&str> {
+            candidates(&Material::new(brdf(spec))).iter().map(|t| t.card().slug).collect()
+        };
+        assert_eq!(slugs("ggx:alpha=0.004")[0], "mirror_map");
+        let rough = slugs("ggx:alpha=0.3");
+        assert!(rough[0] != "mirror_map" && rough.contains(&"mirror_map"), "{rough:?}");
+        // A factor before a reflectance leaves its model as it is.
+        assert!(same_model(&*brdf("ggx:alpha=0.3,scale=0.5"), &*brdf("ggx:alpha=0.1")));
+        assert!(!same_model(&*brdf("sgd:chrome-steel"), &*brdf("abc:black-obsidian")));
+    }
 }

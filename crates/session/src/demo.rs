@@ -98,7 +98,7 @@ fn sheet(answers: &[Answer]) -> Sheet {
 
 fn panel(r: &Rendering, heading: String) -> Cell {
     let number = match &r.errors {
-        Some((e, flip)) => format!("FLIP {flip:.3}, {:.2} stops off in the mean", e.stops),
+        Some((e, _)) => format!("{:.2} stops off in the mean", e.stops),
         None => format!("adaptive quadrature to {} %", 100.0 * TOLERANCE),
     };
     Cell { picture: r.picture.clone(), caption: vec![heading, number] }

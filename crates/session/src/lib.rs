@@ -19,11 +19,13 @@
 
 pub mod atlas;
 pub mod bake;
+mod choice;
 mod choose;
 pub mod compare;
 pub mod comparison;
 pub mod demo;
 mod destinations;
+mod effort;
 mod error;
 pub mod eval;
 pub mod fit;
@@ -48,6 +50,7 @@ pub mod prefiltered;
 pub mod probes;
 mod relief;
 mod renderer;
+mod sample;
 mod saved;
 mod scene;
 mod scene_file;
@@ -57,6 +60,7 @@ mod tabulate;
 pub mod transfer;
 pub mod web;
 
+pub use choice::{Choice, Trial, Verdict};
 pub use choose::Chosen;
 pub use destinations::{Destinations, LIGHT_KEY, check_replaced, light_mark};
 pub use error::{Error, Kind};

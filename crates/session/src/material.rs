@@ -1,6 +1,6 @@
 //! Materials: as they are asked for, and ready to shade.
 
-use crate::{Error, Local, Method, Notice, Session, Shadows};
+use crate::{Choice, Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -82,6 +82,12 @@ pub struct Prepared {
     pub lit: bool,
     /// Relative RMS error over points of the picture, against the reference, where that was measured.
     pub picture_error: Option<f64>,
+    /// Why it was not, where it would have been.
+    pub picture_unmeasured: Option<&'static str>,
+    /// Processor seconds that this measurement's reference took.
+    pub sample_seconds: f64,
+    /// How the session came to choose the technique, where it did.
+    pub choice: Option<Arc<Choice>>,
     /// The normals of its technique for directional and point lights, which all other light is shaded with where the material
     /// has none.
     pub(crate) bumps: Option<Arc<NormalMap>>,
@@ -101,6 +107,30 @@ pub struct Prepared {
     pub bytes: usize,
     /// Seconds that the bake took.
     pub seconds: f64,
+    /// What its certificate covers beside the bake's.
+    pub(crate) beside: Beside,
+}
+
+/// What a certificate covers beside that of the bake.
+#[derive(Clone, Default)]
+pub(crate) struct Beside {
+    /// Are lights shaded exactly?
+    exact: bool,
+    /// The certificate of a technique for directional and point lights.
+    local: Option<Certificate>,
+}
+
+impl Beside {
+    /// The certificate of all shading.
+    fn join(&self, mut of_bake: Certificate) -> Certificate {
+        if self.exact {
+            of_bake = of_bake.beside_exact_lights();
+        }
+        match &self.local {
+            Some(local) => crate::local::joint(of_bake, local),
+            None => of_bake,
+        }
+    }
 }
 
 impl Prepared {
@@ -122,6 +152,9 @@ impl Prepared {
             varies: Varies::NONE,
             lit: false,
             picture_error: None,
+            picture_unmeasured: None,
+            sample_seconds: 0.0,
+            choice: None,
             bumps: None,
             bake: None,
             #[cfg(any(feature = "gpu", feature = "web"))]
@@ -132,7 +165,18 @@ impl Prepared {
             lobe: false,
             bytes: 0,
             seconds: 0.0,
+            beside: Beside::default(),
         }
+    }
+
+    /// Measures the error of what was baked as a draft.
+    pub(crate) fn certify(&mut self, under: Under<'_>, task: &Task) -> Result<(), Error> {
+        let Some(bake) = &self.bake else { return Ok(()) };
+        let start = Instant::now();
+        bake.0.certify(&task.clone().with_tolerance(under.tolerance))?;
+        self.certificate = Some(self.beside.join(bake.0.certificate().clone()));
+        self.seconds += start.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// How the error is known.
@@ -157,6 +201,8 @@ impl Prepared {
             surface: Surface { shader: self.surface.shader.clone(), base_colour, maps },
             bytes: 0,
             seconds: 0.0,
+            sample_seconds: 0.0,
+            choice: None,
             ..self.clone()
         }
     }
@@ -242,6 +288,19 @@ impl Under<'_> {
 impl Session {
     /// Bakes a material by `method`, opens its bake, or makes the reference its shader.
     pub(crate) fn prepare(
+        &self,
+        material: &Material,
+        method: &Method,
+        under: Under<'_>,
+        task: &Task,
+    ) -> Result<Prepared, Error> {
+        let mut prepared = self.draft(material, method, under, task)?;
+        prepared.certify(under, task)?;
+        Ok(prepared)
+    }
+
+    /// [`Session::prepare`] without the measurement of a technique's error, which [`Prepared::certify`] makes good.
+    pub(crate) fn draft(
         &self,
         material: &Material,
         method: &Method,
@@ -428,6 +487,9 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         varies: shader.varies(),
         lit: false,
         picture_error: None,
+        picture_unmeasured: None,
+        sample_seconds: 0.0,
+        choice: None,
         bumps: None,
         bake: None,
         #[cfg(any(feature = "gpu", feature = "web"))]
@@ -438,6 +500,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         lobe: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
+        beside: Beside::default(),
     })
 }
 
@@ -451,7 +514,7 @@ impl Shader for Black {
     }
 }
 
-/// A technique's bake, and the lights that are no part of it.
+/// A draft of a technique's bake, and the lights that are no part of it.
 fn link(
     technique: &'static dyn AnyTechnique,
     material: &Material,
@@ -472,7 +535,7 @@ fn link(
                 (baked, direct, LocalLights::default())
             }
         };
-        let bake = technique.bake(&baked, &of, geometry.as_ref(), &material.params, &task);
+        let bake = technique.draft(&baked, &of, geometry.as_ref(), &material.params, &task);
         bake.map(|b| (b, direct, local))
     };
     match with(suns) {
@@ -512,14 +575,10 @@ fn framed(
 ) -> Prepared {
     bake.frame(view);
     let OtherLights { direct, local, shadows, lobe } = beside;
-    let (mut certificate, mut bytes, varies) = (bake.certificate().clone(), bake.bytes(), bake.varies());
-    if !direct.is_empty() {
-        certificate = certificate.beside_exact_lights();
-    }
-    if let Some((tables, shading)) = &local {
-        bytes += tables.bytes();
-        certificate = crate::local::joint(certificate, shading.certificate());
-    }
+    let beside =
+        Beside { exact: !direct.is_empty(), local: local.as_ref().map(|l| l.1.certificate().clone()) };
+    let (certificate, varies) = (beside.join(bake.certificate().clone()), bake.varies());
+    let bytes = bake.bytes() + local.as_ref().map_or(0, |l| l.0.bytes());
     let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
     let (shadowed, by_lobe) = (shadows.is_some(), lobe.is_some());
@@ -542,6 +601,9 @@ fn framed(
         varies,
         lit,
         picture_error: None,
+        picture_unmeasured: None,
+        sample_seconds: 0.0,
+        choice: None,
         bumps: None,
         bake: Some(bake),
         #[cfg(any(feature = "gpu", feature = "web"))]
@@ -552,6 +614,7 @@ fn framed(
         lobe: by_lobe,
         bytes,
         seconds: 0.0,
+        beside,
     }
 }
 

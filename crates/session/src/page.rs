@@ -9,6 +9,9 @@ use steradian_render::plot::Drawing;
 /// A page in the making.
 pub struct Page(String);
 
+/// Bytes of a picture that is read again.
+const MAX_DECODED: usize = 256 << 20;
+
 const STYLE: &str = "body{font:15px/1.5 sans-serif;margin:2em;max-width:75em}table{border-collapse:collapse}\
     td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left}\
     figure{display:inline-block;margin:0 1em 1em 0;vertical-align:top}figcaption{font-size:13px}";
@@ -95,9 +98,32 @@ pub(crate) fn encoded(picture: &Display) -> Result<Vec<u8>, Error> {
     Ok(out)
 }
 
+/// What [`encoded`] made; `None` of anything else.
+pub(crate) fn decoded(bytes: &[u8]) -> Option<Display> {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_limits(png::Limits { bytes: MAX_DECODED });
+    let mut reader = decoder.read_info().ok()?;
+    let (kind, info) = (reader.output_color_type(), reader.info());
+    let (width, height) = (info.width as usize, info.height as usize);
+    let size = reader.output_buffer_size().filter(|n| *n <= MAX_DECODED && *n == 3 * width * height)?;
+    let mut rgb = vec![0; size];
+    reader.next_frame(&mut rgb).ok()?;
+    (kind == (png::ColorType::Rgb, png::BitDepth::Eight)).then_some(Display { width, height, rgb })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pictures_are_read_as_they_were_written() {
+        let mut picture = Display::filled(3, 2, [7, 0, 255]);
+        picture.blend(1, 1, [255, 9, 1], 1.0);
+        let bytes = encoded(&picture).expect("it is small");
+        let again = decoded(&bytes).expect("a picture");
+        assert_eq!((again.width, again.height, again.rgb), (3, 2, picture.rgb));
+        assert!(decoded(&bytes[..bytes.len() / 2]).is_none() && decoded(b"no picture").is_none());
+    }
 
     #[test]
     fn nothing_that_a_user_names_is_markup() {

@@ -7,6 +7,7 @@ use super::rule::{self, Node, POINTS};
 use super::theta::Polar;
 use crate::adaptive::graded;
 use crate::{Brdf, Domain};
+use steradian_base::{Cancelled, Task};
 
 /// What [`slice`] is held to.
 #[derive(Debug, Clone, Copy)]
@@ -46,8 +47,15 @@ struct Panel {
     thetas: [f64; POINTS],
 }
 
-/// The coefficients of one slice.
-pub(super) fn slice(brdf: &dyn Brdf, slice: &Slice, request: &Request, polar: &Polar) -> Kernel {
+/// The coefficients of one slice. Tabulated data asks for thousands of circles of thousands of evaluations: the task is asked
+/// between panels.
+pub(super) fn slice(
+    brdf: &dyn Brdf,
+    slice: &Slice,
+    request: &Request,
+    polar: &Polar,
+    task: &Task,
+) -> Result<Kernel, Cancelled> {
     let hemisphere = brdf.domain() == Domain::Hemisphere;
     let mut rings = Rings::new(brdf, slice, request.q, request.two_sided, 0.3 * request.tolerance);
     let mut panels: Vec<Panel> = Vec::new();
@@ -55,9 +63,12 @@ pub(super) fn slice(brdf: &dyn Brdf, slice: &Slice, request: &Request, polar: &P
         let breaks = graded(ends[0], ends[1], &centres(&rings, zone, slice));
         let slope = if let Zone::Band { gamma, .. } = zone { gamma } else { 1.0 };
         let longest = PHASE / (request.f.max(1) as f64 * slope);
-        panels.extend(rule::split(&breaks, longest).into_iter().map(|ends| sample(&mut rings, zone, ends)));
+        for ends in rule::split(&breaks, longest) {
+            task.check()?;
+            panels.push(sample(&mut rings, zone, ends));
+        }
     }
-    refine(panels, &mut rings, request, polar)
+    refine(panels, &mut rings, request, polar, task)
 }
 
 /// Where lobes and the horizon ask for short panels: (parameter, width).
@@ -89,7 +100,13 @@ fn sample(rings: &mut Rings, zone: Zone, ends: [f64; 2]) -> Panel {
 }
 
 /// Rounds of bisection until the estimated error is small.
-fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &Polar) -> Kernel {
+fn refine(
+    mut panels: Vec<Panel>,
+    rings: &mut Rings,
+    request: &Request,
+    polar: &Polar,
+    task: &Task,
+) -> Result<Kernel, Cancelled> {
     let n = width(request.q);
     let tail = 3 * (request.q + 1);
     let total: f64 = panels.iter().map(|p| integral(p, n, tail..tail + 3)).sum();
@@ -103,6 +120,7 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
     while !panels.is_empty() {
         let mut next = Vec::new();
         for panel in panels {
+            task.check()?;
             // An error of the energy weighs as half of it on the norm.
             let of_energy = 0.5 * missed(&panel, n, tail) / total.sqrt().max(f64::MIN_POSITIVE);
             let error = project(&mut bands, &panel, n, tail).max(of_energy);
@@ -125,7 +143,7 @@ fn refine(mut panels: Vec<Panel>, rings: &mut Rings, request: &Request, polar: &
     kernel.k = bands.rows(&k);
     let energy: f64 = kernel.energy.iter().sum();
     kernel.accuracy = if energy > 0.0 { (square_error / energy).sqrt() } else { 0.0 };
-    kernel
+    Ok(kernel)
 }
 
 /// Panels that an order needs before any refinement.

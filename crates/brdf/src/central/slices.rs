@@ -46,8 +46,21 @@ impl Slices {
         q: usize,
         task: &Task,
     ) -> Result<Self, CentralError> {
+        Self::to(brdf, centre, slices, [f, q], TOLERANCE, task)
+    }
+
+    /// [`Slices::new`] to another RMS error of f_cos, relative to its norm, than 1e-6: measurements, whose tables have a kink
+    /// per cell, take minutes to that.
+    pub fn to(
+        brdf: &dyn Brdf,
+        centre: Centre,
+        slices: Vec<Slice>,
+        [f, q]: [usize; 2],
+        tolerance: f64,
+        task: &Task,
+    ) -> Result<Self, CentralError> {
         slices.iter().try_for_each(|s| s.check(centre))?;
-        let setup = Setup::new(brdf, centre, (f, q), TOLERANCE)?;
+        let setup = Setup::new(brdf, centre, (f, q), tolerance.max(TOLERANCE))?;
         task.begin("BRDF slices", slices.len() as u64);
         let kernels = setup.kernels(&slices, task);
         task.end();
@@ -157,8 +170,7 @@ impl<'a> Setup<'a> {
     /// The slices, on all cores; the same whatever their number.
     pub fn kernels(&self, slices: &[Slice], task: &Task) -> Result<Vec<Kernel>, CentralError> {
         let one = |slice: &Slice| {
-            task.check()?;
-            let kernel = kernel::slice(self.brdf, slice, &self.request, &self.polar);
+            let kernel = kernel::slice(self.brdf, slice, &self.request, &self.polar, task)?;
             task.advance(1);
             if kernel.energy.iter().chain(&kernel.cosine).all(|e| e.is_finite()) {
                 return Ok(kernel);

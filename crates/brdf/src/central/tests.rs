@@ -4,6 +4,8 @@ use super::*;
 use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, parse};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use steradian_base::Task;
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_sphere::sh::{self, zonal};
@@ -166,7 +168,7 @@ fn refinement_changes_no_more_than_is_said() {
             let slice = Slice::reflection(theta_v);
             let run = |tolerance: f64| {
                 let request = kernel::Request { f: 24, q: 6, tolerance, two_sided: false };
-                kernel::slice(&*b, &slice, &request, &polar)
+                kernel::slice(&*b, &slice, &request, &polar, &Task::quiet()).expect("nobody cancels")
             };
             let fine = run(1e-11);
             let norm = fine.energy.iter().sum::<f64>().sqrt();
@@ -369,4 +371,56 @@ fn threads_and_cancellation() {
     let task = Task::quiet().with_cancel(std::sync::Arc::new(true.into()));
     let stopped = Lpq::project(&*brdf("ggx:alpha=0.3"), Centre::Reflection, 8, 2, &task);
     assert!(matches!(stopped, Err(CentralError::Cancelled(_))));
+}
+
+/// Stops its task when it is looked at for the hundredth time.
+#[derive(Debug)]
+struct Stopping {
+    of: SharedBrdf,
+    stop: Arc<AtomicBool>,
+    looks: AtomicU64,
+}
+
+impl Brdf for Stopping {
+    fn info(&self) -> &'static Info {
+        self.of.info()
+    }
+
+    fn spec(&self) -> String {
+        self.of.spec()
+    }
+
+    fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if self.looks.fetch_add(1, Ordering::Relaxed) == 100 {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.of.eval(wi, wo)
+    }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        self.of.lobes(wo)
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
+        self.of.sample(wo, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.of.pdf(wi, wo)
+    }
+}
+
+/// One slice of measurements may take minutes: it ends soon after its task is stopped.
+#[test]
+fn a_slice_ends_when_its_task_is_stopped() {
+    let looks = |stopped: bool| {
+        let stop = Arc::new(AtomicBool::new(false));
+        let b = Stopping { of: brdf("ggx:alpha=0.1"), stop: stop.clone(), looks: AtomicU64::new(0) };
+        let task = if stopped { Task::quiet().with_cancel(stop) } else { Task::quiet() };
+        let made = Slices::new(&b, Centre::Reflection, vec![Slice::reflection(0.8)], 64, 16, &task);
+        assert_eq!(made.is_err(), stopped);
+        b.looks.load(Ordering::Relaxed)
+    };
+    let (whole, part) = (looks(false), looks(true));
+    assert!(10 * part < whole, "{part} of {whole}");
 }

@@ -75,6 +75,10 @@ impl Channel {
     }
 
     fn g1(&self, theta: f64) -> f64 {
+        // 0^k is 0: nothing is masked up to θ₀.
+        if theta <= self.theta0 {
+            return 1.0;
+        }
         let beyond = (theta - self.theta0).max(0.0).powf(self.k);
         (1.0 - self.lambda * (self.c * beyond).exp_m1()).clamp(0.0, 1.0)
     }

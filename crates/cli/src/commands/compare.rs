@@ -73,8 +73,8 @@ pub struct Options {
     #[arg(long, value_name = "OUT.svg|OUT.png", requires = "sweep")]
     plot: Option<PathBuf>,
     /// File that keeps the numbers of each finished row, by a digest of inputs, specs, options and version; rows that it
-    /// holds are not computed again. It holds no pictures: not with --output and --html
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["output", "html"])]
+    /// holds are not computed again. With --output or --html their pictures are kept too, in the folder FILE.json.pictures
+    #[arg(long, value_name = "FILE.json")]
     resume: Option<PathBuf>,
     /// Size of each picture, pixels
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
@@ -156,7 +156,8 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
         meshes(o, &bakes, context)?
     };
     let field = o.probes.as_deref().map(|path| context.probes(path)).transpose()?.map(Arc::new);
-    let mut kept = o.resume.as_deref().map(Kept::open).transpose()?;
+    let pictured = o.output.is_some() || o.html.is_some();
+    let mut kept = o.resume.as_deref().map(|path| Kept::open(path, pictured)).transpose()?;
     let (mut findings, mut reused) = (Vec::new(), 0);
     for Case { environment, brdf, base, value, mark, mut scene } in scenes {
         scene.probes = field.clone().or(scene.probes);
@@ -177,7 +178,7 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
         let answers = context.compare(&scene, &methods, &renderers, &plan)?;
         let finding = Finding { environment, brdf, base, value, answers };
         if let Some(kept) = &mut kept {
-            kept.add(finding.results(&keys))?;
+            kept.add(&finding, &keys)?;
         }
         findings.push(finding);
     }

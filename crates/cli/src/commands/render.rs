@@ -14,8 +14,9 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{NormalFiltering, SurfaceMaps, ToneMapper};
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    ANIMATION, Backend, DEFAULT_SKY, FOV, FRAME_RATE, Local, Material, Method, Model, Picture, Prepared,
-    Renderer, Scene, SceneOverrides, Shadows, check_output, for_any_mesh, is_animation, make_tangents,
+    ANIMATION, Backend, Choice, DEFAULT_SKY, FOV, FRAME_RATE, Local, Material, Method, Model, Picture,
+    Prepared, Renderer, Scene, SceneOverrides, Shadows, Trial, check_output, for_any_mesh, is_animation,
+    make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -41,8 +42,8 @@ pub struct Options {
     /// the file says, else lambert:albedo=0.6]
     #[arg(short, long, value_name = "SPEC")]
     pub brdf: Option<String>,
-    /// Technique, or reference, which integrates at every point and takes longer [default: the technique of the
-    /// smallest certified error; with --tolerance the smallest that meets it]
+    /// Technique, or reference, which integrates at every point and takes longer [default: the technique of the smallest
+    /// error in this picture that some processor seconds find; with --tolerance the smallest that meets it]
     #[arg(short, long, value_name = "SLUG")]
     pub technique: Option<String>,
     /// Parameter of the named technique
@@ -534,9 +535,15 @@ fn report(o: &Options, scene: &Scene, picture: &Picture, context: &Context) -> O
         }));
     }
     let bake: f64 = materials.iter().map(|m| m.seconds).sum();
+    let choice: f64 = materials.iter().filter_map(|m| m.choice.as_ref()).map(|c| c.seconds).sum();
+    let samples = materials.iter().filter(|m| m.choice.is_none()).map(|m| m.sample_seconds).sum();
+    let taken = |what: &str, seconds: f64| {
+        if seconds > 0.0 { format!("{what} {seconds:.2} processor s, ") } else { String::new() }
+    };
+    let looked = taken("choice", choice) + &taken("error in the picture", samples);
     let path = o.output.display();
     context.say(format_args!(
-        "{path}: {w} x {h}, bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"
+        "{path}: {w} x {h}, {looked}bake {bake:.2} s, render {seconds:.2} s, exposure {ev:+.2} EV"
     ));
     Ok(())
 }
@@ -551,5 +558,23 @@ fn material_json(m: &Prepared) -> Value {
         "error": m.error(),
         "error_known": m.known(),
         "picture_error": m.picture_error,
+        "picture_unmeasured": m.picture_unmeasured,
+        "sample_processor_seconds": m.sample_seconds,
+        "choice": m.choice.as_deref().map(choice_json),
+    })
+}
+
+fn choice_json(c: &Choice) -> Value {
+    let trial = |t: &Trial| {
+        json!({
+            "technique": t.technique,
+            "processor_seconds": t.seconds,
+            "error": t.error,
+            "verdict": t.verdict.word(),
+        })
+    };
+    json!({
+        "processor_seconds": c.seconds,
+        "trials": c.trials.iter().map(trial).collect::<Vec<_>>(),
     })
 }

@@ -207,6 +207,15 @@ fn sweeps_are_rows_and_charts_and_go_on() {
     // Three values in three panels.
     assert_eq!(svg.matches("<circle").count(), 9, "{svg}");
     assert!(dir.join("chart.png").metadata().expect("a chart").len() > 1000);
+    // Rows without their pictures are computed again where these are asked for, and then their pictures are kept too.
+    let (_, said) = run("2", &["-o", "sheet.png", "--html", "report.html"]);
+    assert!(!said.contains("rows are those"), "{said}");
+    let sheet = std::fs::read(dir.join("sheet.png")).expect("a sheet");
+    let report = std::fs::read_to_string(dir.join("report.html")).expect("a report");
+    let (_, said) = run("2", &["-o", "sheet.png", "--html", "report.html"]);
+    assert!(said.contains("2 of 2 rows are those of kept.json"), "{said}");
+    assert_eq!(std::fs::read(dir.join("sheet.png")).expect("a sheet"), sheet);
+    assert_eq!(std::fs::read_to_string(dir.join("report.html")).expect("a report"), report);
     // Another size is another result.
     let (_, said) = run("2", &["--size", "10"]);
     assert!(!said.contains("rows are those"), "{said}");

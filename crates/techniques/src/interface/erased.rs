@@ -9,8 +9,8 @@ use crate::{
     Varies, View,
 };
 use std::marker::PhantomData;
-use std::sync::Arc;
-use steradian_base::{Certificate, ParamInfo, ParamValues, Params, Task};
+use std::sync::{Arc, OnceLock};
+use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
 use steradian_light::Lights;
 
 /// A technique without its types.
@@ -34,7 +34,23 @@ pub trait AnyTechnique: Send + Sync {
         geometry: Option<&Geometry>,
         params: &ParamValues,
         task: &Task,
+    ) -> Result<Box<dyn AnyBake>, BakeError> {
+        let bake = self.draft(lights, material, geometry, params, task)?;
+        bake.certify(task)?;
+        Ok(bake)
+    }
+    /// [`AnyTechnique::bake`], of which no error is measured yet: the certificate says an infinite one, estimated, until
+    /// [`AnyBake::certify`]. For whoever bakes several to keep one.
+    fn draft(
+        &self,
+        lights: &Lights,
+        material: &Material,
+        geometry: Option<&Geometry>,
+        params: &ParamValues,
+        task: &Task,
     ) -> Result<Box<dyn AnyBake>, BakeError>;
+    /// Processor seconds of a bake with default parameters, about ([`Technique::EFFORT`]).
+    fn effort(&self) -> f64;
     /// A bake that [`AnyBake::save`] wrote.
     fn load(&self, t: &TensorFile) -> Result<Box<dyn AnyBake>, BakeError>;
 }
@@ -45,6 +61,9 @@ pub trait AnyBake: Send + Sync {
     fn card(&self) -> &'static Card;
     /// The error reached.
     fn certificate(&self) -> &Certificate;
+    /// Measures the error of a draft ([`AnyTechnique::draft`]), for [`AnyBake::certificate`]; nothing happens where it is
+    /// known. Views of the draft ([`AnyBake::with_view`]) that were made before do not learn of it.
+    fn certify(&self, task: &Task) -> Result<(), BakeError>;
     /// The parameters it was made with.
     fn params(&self) -> ParamValues;
     /// Bytes that shading reads.
@@ -135,7 +154,11 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         T::SPACING
     }
 
-    fn bake(
+    fn effort(&self) -> f64 {
+        T::EFFORT
+    }
+
+    fn draft(
         &self,
         lights: &Lights,
         material: &Material,
@@ -156,8 +179,9 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         let transfer = transfer::<T>(geometry, &material, &params, task)?;
         let factors =
             Factors { light: Arc::new(light), material: Arc::new(material), transfer: Arc::new(transfer) };
-        let bake = factors.link(params, &given, task)?;
-        Ok(Baked::<T>::boxed(bake, View::default(), geometry.cloned(), given))
+        let (bake, report) = factors.uncertified(params, task)?;
+        let bake = Baked::<T>::new(bake, View::default(), geometry.cloned(), given);
+        Ok(Box::new(Baked { report: Some(report), ..bake }))
     }
 
     fn load(&self, t: &TensorFile) -> Result<Box<dyn AnyBake>, BakeError> {
@@ -197,7 +221,8 @@ impl<T: Technique> Factors<T> {
         let Self { light, material, transfer } = self;
         let parts = Parts::<T> { light: &light, material: &material, transfer: &transfer };
         let (linked, report): (T::Linked, Report) = T::link(parts, &params, task)?;
-        Ok((Bake { params, light, material, transfer, linked, certificate: Certificate::exact() }, report))
+        let certificate = Certificate::new(f64::INFINITY, Evidence::Estimated);
+        Ok((Bake { params, light, material, transfer, linked, certificate }, report))
     }
 
     /// Links them and certifies the result.
@@ -214,19 +239,26 @@ struct Baked<T: Technique> {
     view: View,
     geometry: Option<Geometry>,
     given: Given,
+    /// What a draft says of itself, and its certificate once that is measured.
+    report: Option<Report>,
+    measured: OnceLock<Certificate>,
 }
 
 impl<T: Technique> Baked<T> {
+    fn new(bake: impl Into<Arc<Bake<T>>>, view: View, geometry: Option<Geometry>, given: Given) -> Self {
+        let bake = bake.into();
+        let mut frame = T::Frame::default();
+        T::frame(&bake, &view, &mut frame);
+        Self { bake, frame, view, geometry, given, report: None, measured: OnceLock::new() }
+    }
+
     fn boxed(
         bake: impl Into<Arc<Bake<T>>>,
         view: View,
         geometry: Option<Geometry>,
         given: Given,
     ) -> Box<dyn AnyBake> {
-        let bake = bake.into();
-        let mut frame = T::Frame::default();
-        T::frame(&bake, &view, &mut frame);
-        Box::new(Self { bake, frame, view, geometry, given })
+        Box::new(Self::new(bake, view, geometry, given))
     }
 
     /// The factors with those baked again that another light or another reflectance changes, and what they are made of.
@@ -274,7 +306,15 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn certificate(&self) -> &Certificate {
-        &self.bake.certificate
+        self.measured.get().unwrap_or(&self.bake.certificate)
+    }
+
+    fn certify(&self, task: &Task) -> Result<(), BakeError> {
+        if let (Some(report), None) = (&self.report, self.measured.get()) {
+            let certificate = self.given.certificate(&self.bake, report, task)?;
+            self.measured.get_or_init(|| certificate);
+        }
+        Ok(())
     }
 
     fn params(&self) -> ParamValues {
@@ -301,7 +341,7 @@ impl<T: Technique> AnyBake for Baked<T> {
     fn save(&self) -> TensorFile {
         let b = &self.bake;
         let mut t = TensorFile::default();
-        tensors::put_head(&mut t, T::CARD.slug, &b.params.to_values(), &b.certificate);
+        tensors::put_head(&mut t, T::CARD.slug, &b.params.to_values(), self.certificate());
         b.light.save(&mut t, "light");
         b.material.save(&mut t, "material");
         b.transfer.save(&mut t, "transfer");
@@ -326,7 +366,8 @@ impl<T: Technique> AnyBake for Baked<T> {
     }
 
     fn with_view(&self, v: &View) -> Box<dyn AnyBake> {
-        Self::boxed(self.bake.clone(), *v, self.geometry.clone(), self.given.clone())
+        let seen = Self::new(self.bake.clone(), *v, self.geometry.clone(), self.given.clone());
+        Box::new(Self { report: self.report.clone(), measured: self.measured.clone(), ..seen })
     }
 
     fn with_light(&self, lights: &Lights, task: &Task) -> Result<Box<dyn AnyBake>, BakeError> {
@@ -347,7 +388,7 @@ impl<T: Technique> AnyBake for Baked<T> {
     ) -> Result<Box<dyn AnyBake>, BakeError> {
         let (factors, given) = self.changed(lights, material, task)?;
         let (mut bake, _) = factors.uncertified(self.bake.params.clone(), task)?;
-        bake.certificate = self.bake.certificate.clone();
+        bake.certificate = self.certificate().clone();
         Ok(Self::boxed(bake, self.view, self.geometry.clone(), given))
     }
 

@@ -44,6 +44,10 @@ pub trait Technique: Send + Sync + 'static {
     /// For techniques with sites: length of edges near an object, over its diagonal, above which a mesh should be divided,
     /// whatever varies over it, because what is shaded is interpolated between vertices.
     const SPACING: f32 = 1.0 / 12.0;
+    /// Processor seconds of a bake with default parameters, without its certificate, under a photograph of 1024 × 512 texels,
+    /// about, in a build that is optimised: whoever looks for the best technique within a time goes by it. The reflectance
+    /// makes it several times as long where it takes long to evaluate.
+    const EFFORT: f64 = 0.5;
     /// Bakes the geometry; called with `None` only where [`Technique::needs_sites`] is false.
     fn transfer(
         g: Option<&Geometry>,

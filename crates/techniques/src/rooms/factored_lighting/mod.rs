@@ -93,6 +93,7 @@ impl Technique for FactoredLighting {
     type Transfer = ();
     type Linked = Factors;
     type Frame = LightRotation;
+    const EFFORT: f64 = 2.2;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)

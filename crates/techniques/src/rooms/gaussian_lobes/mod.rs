@@ -99,6 +99,7 @@ impl Technique for GaussianLobes {
     type Transfer = Blocked;
     type Linked = Views;
     type Frame = Frame;
+    const EFFORT: f64 = 2.0;
 
     fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)

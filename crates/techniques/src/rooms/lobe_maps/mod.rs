@@ -106,6 +106,7 @@ impl Technique for LobeMaps {
     type Transfer = ();
     type Linked = LobeChains;
     type Frame = LightRotation;
+    const EFFORT: f64 = 8.0;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)

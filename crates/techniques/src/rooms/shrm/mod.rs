@@ -93,6 +93,7 @@ impl Technique for Shrm {
     type Transfer = ();
     type Linked = ReflectionMaps;
     type Frame = TurnedSuns;
+    const EFFORT: f64 = 0.7;
 
     fn light(l: &Lights, _: &Orders, task: &Task) -> Result<SunlitSpectrum, BakeError> {
         SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)

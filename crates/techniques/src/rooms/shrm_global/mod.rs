@@ -82,6 +82,7 @@ impl Technique for ShrmGlobal {
     type Transfer = ();
     type Linked = Cubes;
     type Frame = Now;
+    const EFFORT: f64 = 0.8;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<SunlitSpectrum, BakeError> {
         SunlitSpectrum::bake(Self::CARD.slug, l, ORDER, task)

@@ -1,6 +1,6 @@
 //! The reflectance's slices at all elevations that may become nodes.
 
-use crate::shared::material::kernels::{Kernels, refused};
+use crate::shared::material::kernels::{COARSE, Kernels, refused};
 use crate::{BakeError, Material};
 use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_base::{ParamInfo, Task, params};
@@ -75,7 +75,7 @@ fn centres(brdf: &dyn Brdf, task: &Task) -> Result<Vec<f64>, CentralError> {
         let gamma = |m: &Slice| (m.theta_v + lean * (m.gamma - m.theta_v)).clamp(0.0, FRAC_PI_2);
         let gammas: Vec<f64> = middles.iter().map(gamma).collect();
         let slices = middles.iter().zip(&gammas).map(|(m, g)| Slice { theta_v: m.theta_v, gamma: *g });
-        let s = Slices::new(brdf, Centre::Reflection, slices.collect(), TRIAL[0], TRIAL[1], task)?;
+        let s = Slices::to(brdf, Centre::Reflection, slices.collect(), TRIAL, COARSE, task)?;
         let beyond = (0..CENTRES).map(|i| beyond(&s, i)).sum::<f64>();
         if beyond < best.0 {
             best = (beyond, gammas);

@@ -110,6 +110,7 @@ impl Technique for SplitSum {
     type Transfer = ();
     type Linked = Specular;
     type Frame = (LightRotation, Quadric);
+    const EFFORT: f64 = 1.7;
 
     fn light(l: &Lights, p: &Params, task: &Task) -> Result<Light, BakeError> {
         Light::bake(l, p, task)

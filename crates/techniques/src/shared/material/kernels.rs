@@ -10,6 +10,13 @@ use steradian_brdf::central::{CentralError, Centre, MAX_ORDER, Slice, Slices};
 use steradian_brdf::model::strand::Kind;
 use steradian_brdf::{Brdf, Files, Form, SharedBrdf, parse_with};
 
+/// Error of the integrals, over the error that orders may leave.
+const QUADRATURE: f64 = 0.01;
+/// RMS error to which reflectance is integrated where centres are compared.
+pub const COARSE: f64 = 1e-3;
+/// One in so many elevations is looked at for the orders that are needed.
+const EVERY: usize = 8;
+
 /// Slices of one reflectance.
 #[derive(Debug, Clone)]
 pub struct Kernels {
@@ -41,7 +48,8 @@ pub fn materials(brdf: &dyn Brdf) -> Result<(), String> {
 
 impl Kernels {
     /// Slices at `elevations` up to the first of `orders` (F and Q, ascending) that hold each elevation up to `views`
-    /// radians but for `share` of its energy, else up to the last.
+    /// radians but for `share` of its energy, else up to the last. Orders that every eighth elevation finds too low are
+    /// computed at no others.
     pub fn new(
         material: &Material,
         centre: Centre,
@@ -51,15 +59,29 @@ impl Kernels {
         share: f64,
         task: &Task,
     ) -> Result<Self, CentralError> {
-        let made = |[f, q]: [usize; 2]| Slices::new(&*material.brdf, centre, elevations.to_vec(), f, q, task);
-        let mut now = orders[0];
-        let mut slices = made(now)?;
-        for &[f, q] in &orders[1..] {
-            let [more_f, more_q] = missing(&slices, views, share);
-            let next = [if more_f { f } else { now[0] }, if more_q { q } else { now[1] }];
-            if next != now {
-                now = next;
-                slices = made(now)?;
+        let tolerance = QUADRATURE * share.sqrt();
+        let made = |of: &[Slice], orders: [usize; 2]| {
+            Slices::to(&*material.brdf, centre, of.to_vec(), orders, tolerance, task)
+        };
+        let raised = |s: &Slices, now: [usize; 2], next: [usize; 2]| {
+            let more = missing(s, views, share);
+            std::array::from_fn(|i| if more[i] { next[i] } else { now[i] })
+        };
+        let few: Vec<Slice> = elevations.iter().step_by(EVERY).copied().collect();
+        let (mut now, mut higher) = (orders[0], &orders[1..]);
+        while let [next, others @ ..] = higher {
+            let raised = raised(&made(&few, now)?, now, *next);
+            if raised == now {
+                break;
+            }
+            (now, higher) = (raised, others);
+        }
+        let mut slices = made(elevations, now)?;
+        for next in higher {
+            let raised = raised(&slices, now, *next);
+            if raised != now {
+                now = raised;
+                slices = made(elevations, now)?;
             }
         }
         Ok(Self { slices, brdf: nameable(&material.brdf) })

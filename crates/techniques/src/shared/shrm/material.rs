@@ -1,7 +1,7 @@
 //! The reflectance's slices, evenly spaced in elevation.
 
 use super::{Orders, TOLERANCE};
-use crate::shared::material::kernels::{Kernels, refused};
+use crate::shared::material::kernels::{COARSE, Kernels, refused};
 use crate::{BakeError, Material};
 use steradian_base::Task;
 use steradian_brdf::Brdf;
@@ -32,7 +32,7 @@ fn best_centre(brdf: &dyn Brdf, task: &Task) -> Result<Centre, CentralError> {
         return Ok(Centre::Tangent);
     }
     let share = |centre| {
-        let slices = Slices::new(brdf, centre, elevations(centre, TRIAL.0), TRIAL.1, TRIAL.1, task)?;
+        let slices = Slices::to(brdf, centre, elevations(centre, TRIAL.0), [TRIAL.1; 2], COARSE, task)?;
         let fit = Lpq::fit(&slices, Argument::View, TRIAL.2, &|_| 1.0, false)?;
         Ok::<_, CentralError>(fit.share(TRIAL.1, TRIAL.2))
     };

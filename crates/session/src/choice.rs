@@ -1,0 +1,97 @@
+//! What was tried before a technique was chosen, and what came of it.
+
+use std::fmt::{Display, Formatter, Result};
+
+/// How a session came to its choice of a technique.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Processor seconds of everything: the sample, all trials, and the certificate of what is taken.
+    pub seconds: f64,
+    /// The techniques that take the reflectance, in the order in which they had their turn.
+    pub trials: Vec<Trial>,
+}
+
+/// A technique that might have been chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Its slug.
+    pub technique: &'static str,
+    /// Processor seconds that were spent on it.
+    pub seconds: f64,
+    /// Relative RMS error, in the picture where that was measured, else as certified.
+    pub error: Option<f64>,
+    /// What came of it.
+    pub verdict: Verdict,
+}
+
+/// What came of a technique that might have been chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// It is taken.
+    Taken,
+    /// Another errs less, or, where a tolerance is given, takes less memory.
+    Beaten,
+    /// Its error is too large: this one.
+    Missed(f64),
+    /// It refuses the light or the parameters.
+    Refused(String),
+    /// Its time ran out.
+    Stopped,
+    /// It was not tried: it takes longer than what time was left.
+    TooDear,
+    /// It was not tried: what was found before errs less than a picture shows.
+    Unneeded,
+}
+
+impl Trial {
+    pub(crate) fn new(technique: &'static str) -> Self {
+        Self { technique, seconds: 0.0, error: None, verdict: Verdict::Beaten }
+    }
+}
+
+impl Verdict {
+    /// One word, for reports.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Taken => "taken",
+            Self::Beaten => "beaten",
+            Self::Missed(_) => "missed",
+            Self::Refused(_) => "refused",
+            Self::Stopped => "stopped",
+            Self::TooDear => "too-dear",
+            Self::Unneeded => "unneeded",
+        }
+    }
+}
+
+impl Display for Trial {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let Self { technique, seconds, error, verdict } = self;
+        write!(f, "{technique} ")?;
+        match verdict {
+            Verdict::Taken | Verdict::Beaten => write!(f, "{:.2} %", 100.0 * error.unwrap_or(f64::NAN))?,
+            Verdict::Missed(e) => write!(f, "{:.2} %, too large", 100.0 * e)?,
+            Verdict::Refused(_) => write!(f, "refuses")?,
+            Verdict::Stopped => write!(f, "stopped")?,
+            Verdict::TooDear | Verdict::Unneeded => return Ok(()),
+        }
+        write!(f, " ({seconds:.1} s)")
+    }
+}
+
+impl Display for Choice {
+    /// One line: what was tried, and what was not for want of time.
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let tried = |t: &&Trial| !matches!(t.verdict, Verdict::TooDear | Verdict::Unneeded);
+        let list = |l: Vec<String>| l.join(", ");
+        write!(f, "chosen in {:.1} processor seconds", self.seconds)?;
+        write!(f, " of: {}", list(self.trials.iter().filter(tried).map(Trial::to_string).collect()))?;
+        let dear: Vec<String> = (self.trials.iter().filter(|t| t.verdict == Verdict::TooDear))
+            .map(|t| t.technique.to_string())
+            .collect();
+        if !dear.is_empty() {
+            write!(f, "; for want of time not of: {}", list(dear))?;
+        }
+        Ok(())
+    }
+}

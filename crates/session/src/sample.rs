@@ -1,0 +1,129 @@
+//! The error of a technique in a picture: at a sample of its points, against the reference.
+
+use crate::effort::{processor_seconds, within};
+use crate::{Error, Local, Material, Method, Prepared, Scene, Session, Shadows};
+use std::sync::Arc;
+use steradian_base::Task;
+use steradian_reference::{Lookup, Reference};
+use steradian_render::{
+    Background, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, errors, render,
+};
+use steradian_scene::{Bvh, Camera};
+
+/// Processor seconds for the reference to look at the points of a picture, beside those for its hierarchy of the light.
+const LOOK: f64 = 1.0;
+/// Pixels a side of samples of a picture, of which the object covers a part: the first is taken, and the second where the
+/// first tells that there is time for it.
+const SIDES: [usize; 2] = [8, 24];
+/// Relative error of the reference at these points: far below the errors that are compared.
+const TOLERANCE: f64 = 1e-2;
+/// Evaluations of the reflectance at one of them.
+const EVALUATIONS: u64 = 100_000;
+
+/// Why the error in a picture is not measured.
+const SHADOWED: &str = "its sample knows no shadows";
+const TEXTURED: &str = "its sample knows no data per texel";
+const TOO_LONG: &str = "the reference takes too long at its points";
+const NOTHING: &str = "no point of its sample shows the surface";
+
+/// A sample of a picture's points, and the reference's radiance there.
+pub(crate) struct Sample<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    camera: Camera,
+    /// Pixels a side, and the reference's picture; or why there is none.
+    truth: Result<(usize, Film), Option<&'static str>>,
+    /// Processor seconds that it took.
+    pub seconds: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// The points of `scene` with the reference's radiance of `material`; none where that takes too long.
+    pub fn new(
+        session: &Session,
+        scene: &'a Scene,
+        bvh: &'a Bvh,
+        camera: Camera,
+        material: &Material,
+    ) -> Result<Self, Error> {
+        let mut sample = Self { scene, bvh, camera, truth: Err(None), seconds: 0.0 };
+        if matches!(material.method, Some(Method::File(_) | Method::Reference)) {
+            return Ok(sample);
+        }
+        // The sample is shaded without shadow rays, so that under `--shadows lobe` certificates decide.
+        if session.shadows == Shadows::Lobe {
+            sample.truth = Err(Some(SHADOWED));
+            return Ok(sample);
+        }
+        let task = session.task.clone().without_progress();
+        let start = processor_seconds();
+        let reference = Reference::new(&scene.lights, Lookup::Bilinear, &task)?.with_budget(EVALUATIONS);
+        let shader = Arc::new(ReferenceShader::new(Arc::new(reference), material.brdf.clone(), TOLERANCE));
+        let surface = Surface { shader, base_colour: None, maps: SurfaceMaps::default() };
+        for side in SIDES {
+            let (film, seconds) = within(&task, LOOK, |task| sample.film(&surface, side, task));
+            match film {
+                Ok(film) => sample.truth = Ok((side, film)),
+                Err(e) if e.is_cancelled() => session.check()?,
+                Err(e) => return Err(e),
+            }
+            let [first, next] = SIDES;
+            if seconds * (next * next) as f64 > LOOK * (first * first) as f64 {
+                break;
+            }
+        }
+        sample.seconds = processor_seconds() - start;
+        if matches!(sample.truth, Err(None)) {
+            sample.truth = Err(Some(TOO_LONG));
+        }
+        Ok(sample)
+    }
+
+    /// Radiance of a surface at the points, without its textures: the reference knows no maps.
+    fn film(&self, surface: &Surface, points: usize, task: &Task) -> Result<Film, Error> {
+        let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
+        let s = &self.scene.settings;
+        let longest = s.width.max(s.height).max(1);
+        let side = |n: usize| (n * points).div_ceil(longest).max(1);
+        let settings = Settings { inner: 1, edge: 1, ..Settings::new(side(s.width), side(s.height)) };
+        let background = Background::Colour([0.0; 3]);
+        let stage = Stage {
+            mesh: &self.scene.mesh,
+            bvh: self.bvh,
+            surfaces: &[plain],
+            background: &background,
+            camera: self.camera,
+        };
+        Ok(render(&stage, &settings, task)?)
+    }
+
+    /// Notes the relative RMS error of `prepared` at the points, or why it is not known.
+    pub fn judge(&self, prepared: &mut Prepared, task: &Task) -> Result<(), Error> {
+        prepared.sample_seconds = self.seconds;
+        (prepared.picture_error, prepared.picture_unmeasured) = match self.error(prepared, task)? {
+            Ok(error) => (Some(error), None),
+            Err(why) => (None, why),
+        };
+        Ok(())
+    }
+
+    fn error(&self, prepared: &Prepared, task: &Task) -> Result<Result<f64, Option<&'static str>>, Error> {
+        let (side, truth) = match &self.truth {
+            Ok((side, film)) => (*side, film),
+            Err(why) => return Ok(Err(*why)),
+        };
+        // The reference sees no shadows, and knows nothing of data per texel.
+        let m = &prepared.material;
+        if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
+            return Ok(Err(Some(TEXTURED)));
+        }
+        let far = matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params));
+        if far || m.local.as_ref().is_some_and(Local::knows_mesh) {
+            return Ok(Err(Some(SHADOWED)));
+        }
+        let film = self.film(&prepared.surface, side, &task.clone().without_progress())?;
+        let e = errors(&film, truth, |i| truth.alpha[i] > 0.999);
+        let measured = e.pixels > 0 && e.relative_rms.is_finite();
+        Ok(if measured { Ok(e.relative_rms) } else { Err(Some(NOTHING)) })
+    }
+}
