@@ -368,7 +368,7 @@ fn threads_and_cancellation() {
         pool.install(|| project("ggx:alpha=0.3", Centre::Reflection, 8, 2).rho)
     };
     assert_eq!(run(1), run(3));
-    let task = Task::quiet().with_cancel(std::sync::Arc::new(true.into()));
+    let task = Task::quiet().with_cancel(Arc::new(true.into()));
     let stopped = Lpq::project(&*brdf("ggx:alpha=0.3"), Centre::Reflection, 8, 2, &task);
     assert!(matches!(stopped, Err(CentralError::Cancelled(_))));
 }
