@@ -171,7 +171,7 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     let params: ParamValues = choice.into_iter().collect();
     let mesh = ring();
     let points = points(Some(&mesh));
-    let material = Material::new(steradian_brdf::parse(spec)?).with_textures(specimens::planes(t.planes()));
+    let material = specimens::material(steradian_brdf::parse(spec)?, t.planes());
     let bake = t.bake(&material, Some(&mesh), &params, &Task::quiet())?;
     let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
     let view = View { eye: Vec3::new(3.0, 2.0, 1.0), light_rotation, ..View::default() };

@@ -440,6 +440,8 @@ impl Session {
                 one(Texture::new(w, h, &planes).map(Arc::new).ok_or_else(empty)?)
             }
             Content::Polynomials => self.polynomial_planes(path)?,
+            // No texture: [`Session::open_local`] reads it.
+            Content::Bidirectional => Vec::new(),
         })
     }
 

@@ -19,6 +19,7 @@
 
 pub mod atlas;
 pub mod bake;
+pub mod btf;
 mod choice;
 mod choose;
 pub mod compare;

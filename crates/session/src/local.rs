@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
 use steradian_brdf::SharedBrdf;
+use steradian_relight::btf::Btf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
 use steradian_techniques::Geometry;
@@ -20,6 +21,8 @@ pub struct Local {
     pub params: ParamValues,
     /// What the files hold that its parameters name ([`Session::open_local`]).
     planes: Planes,
+    /// The bidirectional texture function that one of them names.
+    apparent: Option<Arc<Btf>>,
     made: Arc<Mutex<Option<Made>>>,
 }
 
@@ -50,7 +53,7 @@ impl Local {
         let params = ParamValues::parse(body, technique.params());
         let params = params.map_err(|e| Error::usage(format!("{spec}: {e}")))?;
         let (planes, made) = (Planes::default(), Arc::default());
-        Ok(Some(Self { technique, params, planes, made }))
+        Ok(Some(Self { technique, params, planes, apparent: None, made }))
     }
 
     /// Every name that [`Local::parse`] knows, `exact` first.
@@ -93,9 +96,17 @@ impl Local {
         Self { planes, made: Arc::default(), ..self }
     }
 
+    /// The same with a bidirectional texture function that no file holds.
+    pub fn with_apparent(self, apparent: Arc<Btf>) -> Self {
+        Self { apparent: Some(apparent), made: Arc::default(), ..self }
+    }
+
     /// Does it shade with data per texel, of its own or of the material's normals?
     pub fn is_textured(&self, normals: bool) -> bool {
-        self.files().next().is_some() || !self.planes.is_empty() || (normals && self.reads_normals())
+        self.files().next().is_some()
+            || !self.planes.is_empty()
+            || self.apparent.is_some()
+            || (normals && self.reads_normals())
     }
 
     /// Does it take the material's normal map where it has no file of normals or heights?
@@ -121,7 +132,11 @@ impl Local {
         geometry: Option<Geometry>,
         task: &Task,
     ) -> Result<Arc<dyn LocalBake>, Error> {
-        if let Some((plane, _)) = self.files().find(|f| !self.planes.has(f.0.name)) {
+        let opened = |p: &Plane| match p.content {
+            Content::Bidirectional => self.apparent.is_some(),
+            _ => self.planes.has(p.name),
+        };
+        if let Some((plane, _)) = self.files().find(|f| !opened(f.0)) {
             return Err(Error::failed(format!("the file of '{}' was not opened", plane.name)));
         }
         let normals = normals.filter(|_| self.planes.is_empty() && self.reads_normals());
@@ -140,7 +155,10 @@ impl Local {
         {
             planes = planes.with(p.name, Arc::new(map.mean().clone()));
         }
-        let material = steradian_techniques::Material::new(brdf.clone()).with_textures(planes);
+        let mut material = steradian_techniques::Material::new(brdf.clone()).with_textures(planes);
+        if let Some(apparent) = &self.apparent {
+            material = material.with_apparent(apparent.clone());
+        }
         let bake: Arc<dyn LocalBake> =
             self.technique.bake(&material, geometry.as_ref(), &self.params, task)?.into();
         *made = Some(Made { key, mesh, bake: bake.clone() });
@@ -151,12 +169,15 @@ impl Local {
 impl Session {
     /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
-        let mut planes = Planes::default();
+        let (mut planes, mut apparent) = (Planes::default(), None);
         for (plane, path) in local.files() {
             let file = match folder {
                 Some(folder) => below(folder, &path.to_string_lossy())?,
                 None => path.to_path_buf(),
             };
+            if plane.content == Content::Bidirectional {
+                apparent = Some(Arc::new(self.btf(&file)?));
+            }
             for (suffix, texture) in self.plane(&file, plane.content)? {
                 if let Some(([i, j], x)) = plane.beyond(&texture) {
                     let ([least, most], name) = (plane.range, plane.name);
@@ -166,7 +187,7 @@ impl Session {
                 planes = planes.with(&format!("{}{suffix}", plane.name), texture);
             }
         }
-        Ok(Local { planes, made: Arc::default(), ..local.clone() })
+        Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
     }
 }
 

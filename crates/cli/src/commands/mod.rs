@@ -2,6 +2,7 @@
 
 mod atlas;
 mod bake;
+mod capture;
 mod compare;
 mod convert;
 mod demo;
@@ -50,6 +51,9 @@ pub enum Command {
     /// Mesh to self-shadowing and interreflection: ambient occlusion, visibility and transfer of light, per vertex, texel
     /// or given point
     Transfer(transfer::Options),
+    /// Photographs of a height field from many views under many lights, by the path tracer: a bidirectional texture function, and the
+    /// light positions and polynomial texture map of the view from above
+    Capture(Box<capture::Options>),
     /// Incident light at many places of a scene, for objects that move through it
     Probes(Box<probes::Options>),
     /// A static web page of a scene that the browser shades (needs the feature `web`)
@@ -94,6 +98,7 @@ impl Command {
             Self::View(o) => view::run(o, context),
             Self::Transfer(o) => transfer::run(o, context),
             Self::Probes(o) => probes::run(*o, context),
+            Self::Capture(o) => capture::run(*o, context),
         }
     }
 

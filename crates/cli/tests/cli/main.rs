@@ -4,6 +4,7 @@ mod common;
 
 mod bake;
 mod batches;
+mod btf;
 mod command;
 mod fit;
 mod lights;

@@ -6,11 +6,13 @@
 //! mean comes with the variance of that mean. Texels are constant over their exact lat-long cells. Surfaces
 //! seen from behind (n·wo ≤ 0) are black.
 
+mod photograph;
 mod probes;
 mod random;
 mod sampler;
 mod tracer;
 
+pub use photograph::{Patch, Photographs, photograph};
 pub use probes::{ProbeEstimate, ProbeImage, trace_environments, trace_probes};
 
 use glam::DVec3;

@@ -8,11 +8,13 @@
 
 mod ellipse;
 mod horizon;
+mod pattern;
 mod scatter;
 mod walk;
 
 pub use ellipse::{Ellipse, Ellipses};
 pub use horizon::Horizons;
+pub use pattern::Pattern;
 pub use scatter::{Caster, Scattering};
 
 use glam::{DVec3, Vec3};

@@ -211,3 +211,19 @@ fn real_height_maps_are_lit_where_rays_light_them() {
         }
     }
 }
+
+/// Patterns repeat, stay between 0 and 1 and reach both, nearly.
+#[test]
+fn patterns_repeat() {
+    for p in Pattern::ALL {
+        assert_eq!(Pattern::of_name(p.name()), Some(p));
+        let z = p.heights(96);
+        let (low, high) = z.iter().fold((1.0f32, 0.0f32), |(a, b), z| (a.min(*z), b.max(*z)));
+        assert!((0.0..0.1).contains(&low) && high <= 1.0 + 1e-6 && high > 0.9, "{p:?}: {low} {high}");
+        for k in 0..200u32 {
+            let (x, y) = ((f64::from(k) * 0.7549).fract(), (f64::from(k) * 0.5698).fract());
+            assert!((p.height(x, y) - p.height(x + 1.0, y - 2.0)).abs() < 1e-9, "{p:?}");
+        }
+    }
+    assert_eq!(Pattern::of_name("waves"), None);
+}

@@ -271,15 +271,19 @@ impl Session {
         let card = technique.card();
         let spec = usual_specimen(card);
         let planes = specimens::planes(technique.planes());
+        let bidirectional = specimens::is_bidirectional(technique.planes());
         let stage = match scatters(technique) {
             true => Stage::Scattered,
-            false if planes.is_empty() => Stage::Local,
+            false if planes.is_empty() && !bidirectional => Stage::Local,
             false => Stage::Textured,
         };
         self.paths = Paths { bounces: SCATTERED, noise: plan.noise };
         let mut scene = self.knot(plan, spec)?;
         scene.lights = three_lights();
-        let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
+        let mut local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
+        if bidirectional {
+            local = local.map(|l| l.with_apparent(specimens::apparent()));
+        }
         scene.materials.iter_mut().for_each(|m| m.local.clone_from(&local));
         // What stands beside it has no light to shade.
         let brdf = &scene.materials[0].brdf;

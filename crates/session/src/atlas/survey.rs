@@ -43,6 +43,8 @@ pub fn published(slug: &str) -> Option<&'static str> {
         "homomorphic" => "x··xx····xx",
         // Malzbender et al. 2001.
         "polynomial_texture_map" => "x·····xxxxx",
+        // Suykens et al. 2003, Sattler et al. 2003 and Müller et al. 2003.
+        "btf_pca" => "x··xxxxxxxx",
         // McAllister et al. 2002, for local light.
         "lafortune_svbrdf" => "x·x··xpsixx",
         // Heidrich and Seidel 1999, for environments.

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
 use steradian_brdf::SharedBrdf;
+use steradian_relight::btf::Btf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::Planes;
 
@@ -16,18 +17,26 @@ pub struct Material {
     /// Parameters of the reflectance that vary over the surface, for techniques that bake from textures; empty for a
     /// homogeneous surface.
     pub textures: Planes,
+    /// What the surface shows from every view under every light, for techniques that shade with it.
+    pub apparent: Option<Arc<Btf>>,
 }
 
 impl Material {
     /// The material of one reflectance.
     pub fn new(brdf: SharedBrdf) -> Self {
-        Self { brdf, textures: Planes::default() }
+        Self { brdf, textures: Planes::default(), apparent: None }
     }
 
     /// The material with parameters that vary over the surface.
     #[must_use]
     pub fn with_textures(self, textures: Planes) -> Self {
         Self { textures, ..self }
+    }
+
+    /// The material with a bidirectional texture function.
+    #[must_use]
+    pub fn with_apparent(self, apparent: Arc<Btf>) -> Self {
+        Self { apparent: Some(apparent), ..self }
     }
 }
 

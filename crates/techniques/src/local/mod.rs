@@ -23,8 +23,9 @@ pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
 use crate::rooms::{
-    analytic_decomposition, banks_table, bump_blinn_phong, bump_horizon, homomorphic, lafortune_svbrdf,
-    polynomial_texture_map, precomputed_visibility, separable_svd, shift_variant, vertex_analytic,
+    analytic_decomposition, banks_table, btf_pca, bump_blinn_phong, bump_horizon, homomorphic,
+    lafortune_svbrdf, polynomial_texture_map, precomputed_visibility, separable_svd, shift_variant,
+    vertex_analytic,
 };
 use crate::shared;
 use crate::{
@@ -49,6 +50,7 @@ const LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
     &ErasedLocal::<precomputed_visibility::PrecomputedVisibility>::new(),
     &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
+    &ErasedLocal::<btf_pca::BtfPca>::new(),
     &ErasedLocal::<lafortune_svbrdf::LafortuneSvbrdf>::new(),
     &ErasedLocal::<shift_variant::ShiftVariant>::new(),
 ];

@@ -30,6 +30,8 @@ pub enum Content {
     /// A polynomial texture map: six planes, called NAME.0 to NAME.5, of the coefficients of u², v², uv, u, v and 1 in red,
     /// green and blue; white is 1.
     Polynomials,
+    /// The pictures of a bidirectional texture function, which is the material's [`Material::apparent`].
+    Bidirectional,
 }
 
 /// A file that a technique reads: a parameter of the same name says which, and [`Material::textures`] has what it holds under

@@ -4,6 +4,7 @@ pub mod ambient;
 pub mod analytic_decomposition;
 pub mod banks_env;
 pub mod banks_table;
+pub mod btf_pca;
 pub mod bump_blinn_phong;
 pub mod bump_horizon;
 pub mod clustered_pca;

@@ -138,6 +138,8 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
                 _ if t.card().waived(Check::ExactWhen).is_some() => f64::INFINITY,
                 "separable_svd" => 1e-2,
                 "homomorphic" => 0.5,
+                // Between directions 15° apart.
+                "btf_pca" if spec != "lambert:albedo=0.6" => 0.2,
                 _ => 1e-3,
             };
             assert!(error <= within, "{}: {spec}: {name}: {error:.2e}", t.card().slug);
@@ -255,6 +257,7 @@ fn many_directional_lights_are_a_furnace() {
         ("bump_blinn_phong", "blinn-phong-gl:kd=0.5,ks=0.3,n=8", 5e-3),
         ("bump_horizon", "lambert:albedo=0.7", 2e-3),
         ("polynomial_texture_map", "lambert:albedo=0.7", 1e-2),
+        ("btf_pca", "lambert:albedo=0.7", 2e-3),
         ("lafortune_svbrdf", "lafortune:cx=-0.9,cy=-0.8,cz=0.9,n=4,ks=0.3,kd=0.3", 5e-3),
         ("shift_variant", "ward:ax=0.4,ay=0.6,rs=0.4,rd=0.4", 1e-2),
         ("analytic_decomposition", "ggx:alpha=0.6,f0=0.9/0.6/0.3", 5e-3),
@@ -353,7 +356,12 @@ fn local_shaders_are_valid_and_bakes_repeat() {
         &[],
     );
     for (t, spec) in each() {
-        let again = || bake_with(t, spec, t.per_point(), specimens::planes(t.planes()));
+        let again = || {
+            let params: ParamValues = t.per_point().iter().copied().collect();
+            let brdf = material(spec).brdf;
+            let m = specimens::material(brdf, t.planes());
+            t.bake(&m, None, &params, &Task::quiet()).expect("a bake that the Card promises")
+        };
         let (one, two) = (again(), again());
         let l = local(&lights::near_point());
         let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };

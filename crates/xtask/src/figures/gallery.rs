@@ -79,13 +79,17 @@ fn local(o: &Options, technique: &'static dyn AnyLocal) -> Result<Vec<Row>> {
     let mut scene = scene("knot", spec, &mut session)?;
     scene.lights = three_lights();
     let planes = specimens::planes(technique.planes());
+    let bidirectional = specimens::is_bidirectional(technique.planes());
     session.paths = Paths { bounces: SCATTERED, noise: NOISE };
     let beside = match scatters(technique) {
         true => ComparedWith::Paths,
-        false if planes.is_empty() => ComparedWith::Reference,
+        false if planes.is_empty() && !bidirectional => ComparedWith::Reference,
         false => ComparedWith::Plain,
     };
-    let local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
+    let mut local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
+    if bidirectional {
+        local = local.map(|l| l.with_apparent(specimens::apparent()));
+    }
     scene.materials.iter_mut().for_each(|m| m.local.clone_from(&local));
     let takes = |t: &&&'static dyn AnyTechnique| {
         let brdf = &scene.materials[0].brdf;

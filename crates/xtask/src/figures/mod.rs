@@ -3,13 +3,14 @@
 //! Durand 2007 (`gkd07-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures gallery|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
 //! Tables go to standard output, pictures to DIR (by default the current folder). Real lights and materials come from
 //! the data folder (`STERADIAN_DATA`); without it a studio stands in and says so.
 
+mod btf;
 mod chart;
 mod elevations;
 mod energy;
@@ -41,7 +42,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures gallery|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -66,6 +67,7 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "5.8" => velvet::run(&o),
         "5.9" => grazing::run(&o),
         "elevations" => elevations::run(&o),
+        "btf" => btf::run(&o),
         "gallery" => gallery::run(&o),
         "gkd07-4" => gaussians::run(&o),
         "gkd07-5" => occluded::widths(&o),

@@ -2,6 +2,7 @@
 
 mod bake;
 mod brdf;
+mod btf;
 mod light;
 mod mesh;
 mod probes;
@@ -20,7 +21,7 @@ use steradian_session::inspect::{is_bake, is_lp, is_mesh, is_ptm};
 #[derive(Debug, Args)]
 pub struct Options {
     /// Environment, sky spec, mesh, saved bake (.safetensors, the folder of one, or its .ktx2), transfer or probes (.safetensors), polynomial
-    /// texture map (.ptm), light positions of photographs (.lp), brdf:SPEC, or brdf: for the list of models
+    /// texture map (.ptm), light positions of photographs (.lp), pictures of a bidirectional texture function (.csv), brdf:SPEC, or brdf: for the list of models
     #[arg(value_name = "FILE|SKY|brdf:SPEC")]
     what: String,
     #[command(flatten)]
@@ -54,6 +55,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         rti::ptm(&o.what, context)?
     } else if is_lp(&o.what) {
         rti::lp(&o.what, context)?
+    } else if let Some(report) = btf::report(&o.what, context)? {
+        report
     } else if let Some(report) = transfer::report(&o.what, context)? {
         report
     } else if let Some(report) = probes::report(&o.what, context)? {

@@ -1,8 +1,12 @@
 //! What the files of techniques with data per texel hold in checks of techniques: small textures by formula.
 
+use crate::Material;
 use crate::local::{Content, Plane};
+use glam::DVec3;
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use steradian_brdf::SharedBrdf;
+use steradian_relight::btf::{Btf, spread};
 use steradian_scene::surface::{Planes, Texture};
 
 /// Texels a side.
@@ -32,6 +36,38 @@ pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 6] {
     shape.map(|s| colour.map(|c| c * s))
 }
 
+/// A bidirectional texture function of 24 texels a side from 21 views under 21 lights: coloured bumps that shift with the view, with a
+/// highlight.
+pub fn apparent() -> Arc<Btf> {
+    const TEXELS: usize = SIDE / 2;
+    let all = spread(21);
+    let of = |x: usize, v: usize, l: usize| {
+        let (v, l) = (all[v], all[l]);
+        let place = |k: usize, d: f64| (2 * k + SIDE) as isize + (4.0 * d / v.z).round() as isize;
+        let side = SIDE as isize;
+        let (i, j) = (place(x % TEXELS, v.x).rem_euclid(side), place(x / TEXELS, -v.y).rem_euclid(side));
+        let (i, j) = (i as usize, j as usize);
+        let z = |a: usize, b: usize| 6.0 * height((i + a) % SIDE, (j + b) % SIDE);
+        let n = DVec3::new(z(SIDE - 1, 0) - z(1, 0), z(0, 1) - z(0, SIDE - 1), 2.0).normalize();
+        let lit = n.dot(l).max(0.0);
+        let shine = lit * n.dot((v + l).normalize()).max(0.0).powi(16);
+        colour(i, j).map(|c| (2.0 * c * lit + shine) as f32)
+    };
+    let made = Btf::of((TEXELS, TEXELS), &all, &all, of);
+    Arc::new(made.unwrap_or_else(|e| unreachable!("texels and directions above the surface: {e}")))
+}
+
+/// The material of a reflectance with what a technique reads beside it.
+pub fn material(brdf: SharedBrdf, read: &[Plane]) -> Material {
+    let m = Material::new(brdf).with_textures(planes(read));
+    if is_bidirectional(read) { m.with_apparent(apparent()) } else { m }
+}
+
+/// Does a technique read a bidirectional texture function?
+pub fn is_bidirectional(read: &[Plane]) -> bool {
+    read.iter().any(|p| p.content == Content::Bidirectional)
+}
+
 /// Colours between 0.1 and 0.5.
 fn colour(i: usize, j: usize) -> [f64; 3] {
     let wave = |a: usize, b: usize| 0.3 + 0.2 * (TAU * (a * i + b * j) as f64 / SIDE as f64).sin();
@@ -51,10 +87,10 @@ fn numbers(name: &str, i: usize, j: usize) -> [f64; 3] {
 
 /// Direction `k` of many over the hemisphere, n·d at least `low`.
 #[cfg(test)]
-pub(crate) fn direction(k: u32, low: f64) -> glam::DVec3 {
+pub(crate) fn direction(k: u32, low: f64) -> DVec3 {
     let (z, phi) = (low + (1.0 - low) * (f64::from(k) * 0.618_034).fract(), f64::from(k) * 2.4);
     let s = (1.0 - z * z).sqrt();
-    glam::DVec3::new(s * phi.cos(), s * phi.sin(), z)
+    DVec3::new(s * phi.cos(), s * phi.sin(), z)
 }
 
 /// Mean irradiance over a wall of a groove whose walls make an angle of cosine `c` and are evenly lit with irradiance 1, after 0, 1, 2 …
@@ -78,7 +114,7 @@ pub(crate) fn groove(c: f64) -> [f64; 5] {
 
 /// In single precision.
 #[cfg(test)]
-pub(crate) fn single(d: glam::DVec3) -> [f32; 3] {
+pub(crate) fn single(d: DVec3) -> [f32; 3] {
     d.as_vec3().to_array()
 }
 
@@ -86,7 +122,7 @@ pub(crate) fn single(d: glam::DVec3) -> [f32; 3] {
 #[cfg(test)]
 pub(crate) fn bake(slug: &str, spec: &str, textures: Planes) -> Box<dyn crate::local::LocalBake> {
     let t = crate::local::find_local(slug).expect("a technique");
-    let material = crate::Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(textures);
+    let material = Material::new(steradian_brdf::parse(spec).expect("a spec")).with_textures(textures);
     t.bake(&material, None, &Default::default(), &steradian_base::Task::quiet()).expect("bakes")
 }
 

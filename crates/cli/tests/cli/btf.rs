@@ -1,0 +1,253 @@
+//! Surfaces are photographed, and their pictures become bidirectional texture functions.
+
+use super::common::{done, fails, json, run, stderr, well};
+use std::fs;
+use std::path::Path;
+use std::time::SystemTime;
+use steradian_formats::{
+    Limits, Raster, WriteOptions, read_btf, read_image, read_lp, read_ptm, write_btf, write_image,
+};
+
+/// A small capture: eight texels a side, five views, seven lights.
+const SMALL: [&str; 12] = [
+    "capture",
+    "weave",
+    "--size",
+    "8",
+    "--lights",
+    "7",
+    "--views",
+    "5",
+    "--brdf",
+    "lambert:albedo=0.8/0.5/0.2",
+    "-o",
+    "out",
+];
+
+fn planes(path: &Path) -> [Vec<f32>; 3] {
+    read_image(path, &Limits::default()).expect("an image").into_rgb().expect("colour")
+}
+
+/// Pictures of all formats: complete, marked as computed, and those of a plane what the reflectance says.
+#[test]
+fn captures_are_complete_and_say_that_they_are_synthetic() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    done(dir, &[&SMALL[..], &["--relief", "0", "--seed", "3"]].concat());
+    let list = read_btf(&dir.join("out/btf.csv"), &Limits::default()).expect("a list");
+    assert_eq!((list.pictures.len(), list.source.as_deref(), list.seed), (35, Some("synthetic"), Some(3)));
+    for p in &list.pictures {
+        assert_eq!(p.variance, Some(0.0));
+        let [r, g, b] = planes(&dir.join("out").join(&p.file));
+        let z = p.light[0].to_radians().cos() as f32;
+        for (plane, albedo) in [(r, 0.8), (g, 0.5), (b, 0.2)] {
+            assert!(plane.len() == 64 && plane.iter().all(|x| (x - albedo * z).abs() < 1e-3), "{p:?}");
+        }
+    }
+    let bytes = fs::read(dir.join("out/view_000/light_000.exr")).expect("a picture");
+    assert!(bytes.windows(9).any(|w| w == b"synthetic"));
+    // The view along the normal, under all lights.
+    let lights = read_lp(&dir.join("out/rti.lp"), &Limits::default()).expect("lights");
+    assert_eq!((lights.len(), lights[0].file.as_str()), (7, "view_000/light_000.exr"));
+    let map = read_ptm(&dir.join("out/rti.ptm"), &Limits::default()).expect("a map");
+    assert_eq!((map.width, map.height), (8, 8));
+    let v = json(dir, &["inspect", "out/btf.csv", "--json"]);
+    let of = |k: &str| v[k].as_u64().expect("a number");
+    assert_eq!(["pictures", "views", "lights", "width", "height"].map(of), [35, 5, 7, 8, 8]);
+    assert_eq!(
+        (v["source"].as_str(), v["seed"].as_u64(), v["variance"].as_f64()),
+        (Some("synthetic"), Some(3), Some(0.0))
+    );
+    assert!((v["largest_view_angle"].as_f64().expect("degrees") - 75.0).abs() < 1e-6);
+    let text = well(dir, &["inspect", "out/btf.csv"]);
+    assert!(text.contains("synthetic") && text.contains("5 views under 7 lights"), "{text}");
+}
+
+fn times(dir: &Path) -> Vec<SystemTime> {
+    let of = |k: usize| fs::metadata(dir.join(format!("out/view_00{k}/light_003.exr")));
+    (0..5).map(|k| of(k).and_then(|m| m.modified()).expect("a picture")).collect()
+}
+
+/// What is there is kept, what is missing comes back with the same numbers, another capture is refused; reflections, which are random, have the
+/// same bits whatever the number of threads, and a variance.
+#[test]
+fn captures_go_on_where_they_stopped() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let all = [&SMALL[..], &["--bounces", "2", "--samples", "4"]].concat();
+    done(dir, &[&all[..], &["--threads", "1"]].concat());
+    let picture = dir.join("out/view_002/light_003.exr");
+    let (before, whole) = (times(dir), planes(&picture));
+    let list = fs::read_to_string(dir.join("out/btf.csv")).expect("a list");
+    fs::remove_file(&picture).expect("removed");
+    fs::remove_file(dir.join("out/btf.csv")).expect("removed");
+    let v = json(dir, &[&all[..], &["--json", "--threads", "2"]].concat());
+    assert_eq!((v["views"].as_u64(), v["views_kept"].as_u64()), (Some(5), Some(4)));
+    assert!(v["variance"].as_f64().is_some_and(|x| x > 0.0) && v["source"] == "synthetic");
+    assert_eq!(planes(&picture), whole);
+    assert_eq!(fs::read_to_string(dir.join("out/btf.csv")).expect("a list"), list);
+    let after = times(dir);
+    assert!((0..5).all(|k| (after[k] == before[k]) == (k != 2)), "{before:?} {after:?}");
+    fails(dir, 2, "another capture (relief", &[&all[..], &["--relief", "0.2"]].concat());
+    fs::write(dir.join("out/capture.json"), "{}").expect("written");
+    fails(dir, 3, "no record of a capture", &all);
+    let loose: Vec<_> = fs::read_dir(dir.join("out/view_002")).expect("a folder").collect();
+    assert_eq!(loose.len(), 7, "nothing half-written");
+}
+
+#[test]
+fn what_cannot_be_captured_is_refused() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let with = |more: &[&'static str]| [&["capture", "grooves", "-o", "out"][..], more].concat();
+    fails(dir, 2, "--views 0", &with(&["--views", "0", "--size", "4"]));
+    fails(dir, 2, "--lights 5000", &with(&["--lights", "5000", "--size", "4"]));
+    fails(dir, 2, "needs --samples 2", &with(&["--bounces", "2", "--samples", "1"]));
+    fails(dir, 2, "--relief", &with(&["--relief", "-1"]));
+    fails(dir, 2, "--relief", &with(&["--relief", "inf"]));
+    fails(dir, 2, "'tga' is not", &with(&["--format", "tga"]));
+    fails(dir, 2, "nothing", &with(&["--brdf", "nothing"]));
+    fails(dir, 3, "none.png", &["capture", "none.png", "-o", "out"]);
+    fails(dir, 3, "none.png", &with(&["--base-color-texture", "none.png", "--size", "4"]));
+    fails(dir, 2, "--size", &["capture", "none.png", "--size", "8", "-o", "out"]);
+    fails(dir, 1, "does not exist", &["capture", "weave", "--size", "4", "-o", "none/out"]);
+    assert!(!dir.join("out").exists());
+}
+
+/// An image of heights that repeats, and a base colour: seen from above under a light from above the colour times the reflectance of its slopes.
+#[test]
+fn images_are_heights_and_base_colours() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let image = |name: &str, f: &dyn Fn(usize) -> [f32; 3]| {
+        let planes = [0, 1, 2].map(|c| (0..64).map(|k| f(k)[c]).collect());
+        write_image(&dir.join(name), &Raster::rgb(8, 8, planes), &WriteOptions::default()).expect("written");
+    };
+    // A ridge along the columns: up over four texels, down over four.
+    image("ridge.pfm", &|k| [(4.0 - (k % 8) as f32).abs() / 8.0; 3]);
+    image("colour.pfm", &|k| if k < 32 { [1.0, 0.5, 0.25] } else { [0.5; 3] });
+    let made = [
+        "capture",
+        "ridge.pfm",
+        "--relief",
+        "1",
+        "--base-color-texture",
+        "colour.pfm",
+        "--brdf",
+        "lambert:albedo=0.8",
+    ];
+    done(dir, &[&made[..], &["--lights", "6", "--views", "1", "-o", "out"]].concat());
+    let [r, g, _] = planes(&dir.join("out/view_000/light_000.exr"));
+    for k in 0..64 {
+        let level = k % 8 == 0 || k % 8 == 4;
+        let z = if level { 1.0 } else { std::f32::consts::FRAC_1_SQRT_2 };
+        let colour = if k < 32 { [1.0, 0.5] } else { [0.5; 2] };
+        // A thousandth of a texel beside the middle, where normals are between two texels'.
+        assert!(
+            (r[k] - 0.8 * colour[0] * z).abs() < 4e-3 && (g[k] - 0.8 * colour[1] * z).abs() < 4e-3,
+            "{k}: {}",
+            r[k]
+        );
+    }
+}
+
+/// Pictures that are shaded with, by every method, and those that are refused: in one line, by name, with exit code 3.
+#[test]
+fn pictures_are_shaded_or_refused() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    done(dir, &[&SMALL[..], &["--relief", "0", "--format", "png"]].concat());
+    let black = vec![0.0; 8 * 4];
+    let dark = Raster::rgb(8, 4, [black.clone(), black.clone(), black]);
+    write_image(&dir.join("dark.pfm"), &dark, &WriteOptions::default()).expect("written");
+    let rows =
+        "u,v,nx,ny,nz,tx,ty,tz,vx,vy,vz\n0.25,0.25,0,0,1,1,0,0,0,0,1\n0.75,0.75,0,0,1,1,0,0,0.6,0,0.8\n";
+    fs::write(dir.join("points.csv"), rows).expect("written");
+    let light = "directional:direction=0.6/0/0.8,irradiance=1/1/1";
+    let made = [
+        "eval",
+        "-p",
+        "points.csv",
+        "-e",
+        "dark.pfm",
+        "--light",
+        light,
+        "--quiet",
+        "-b",
+        "lambert",
+        "-t",
+        "sh-irradiance",
+    ];
+    for method in ["local,clusters=2", "view", "chained"] {
+        let local = format!("btf_pca:map=out/btf.csv,method={method}");
+        let text = well(dir, &[&made[..], &["--local", &local]].concat());
+        for row in text.lines().skip(1) {
+            let all: Vec<f64> = row.split(',').filter_map(|x| x.parse().ok()).collect();
+            for (got, albedo) in all[11..14].iter().zip([0.8, 0.5, 0.2]) {
+                // Steps of 8 bits over the cosine of 75°.
+                let want = albedo * 0.8 / std::f64::consts::PI;
+                assert!((got - want).abs() < 4e-3, "{method}: {row}: {got} {want}");
+            }
+        }
+    }
+    let refused = |why: &str| {
+        let local = ["--local", "btf_pca:map=out/btf.csv"];
+        fails(
+            dir,
+            3,
+            why,
+            &[
+                &["render", "plane", "-b", "lambert", "-o", "x.pfm", "-t", "sh-irradiance", "--light", light],
+                &local[..],
+            ]
+            .concat(),
+        );
+        assert!(!dir.join("x.pfm").exists());
+    };
+    let path = dir.join("out/btf.csv");
+    let text = fs::read_to_string(&path).expect("a list");
+    let put = |text: &str| fs::write(&path, text).expect("written");
+    // A view lacks a light.
+    let last = text.trim_end().rfind('\n').expect("lines");
+    put(&text[..=last]);
+    refused("each view must have each light (1 of 35");
+    fails(dir, 3, "each view must have each light", &["inspect", "out/btf.csv"]);
+    put(&text.replacen("75,", "95,", 1));
+    refused("the light must be above the surface");
+    put(&format!("{text}{}\n", text.lines().nth(1).expect("a row")));
+    refused("are of the same view and light");
+    put(&text.replace("view_002/light_003.png", "../outside.png"));
+    refused("../outside.png");
+    put("theta_i,phi_i,theta_o,phi_o\n0,0,0,0\n");
+    refused("there is no column 'file'");
+    put(&text);
+    let picture = dir.join("out/view_002/light_003.png");
+    let whole = fs::read(&picture).expect("a picture");
+    let small = Raster::rgb(1, 1, [vec![0.5], vec![0.5], vec![0.5]]);
+    write_image(&picture, &small, &WriteOptions::default()).expect("written");
+    refused("light_003.png: is 1 x 1 where view_000/light_000.png is 8 x 8");
+    fs::remove_file(&picture).expect("removed");
+    refused("light_003.png");
+    fails(dir, 3, "light_003.png", &["inspect", "out/btf.csv"]);
+    fs::write(&picture, whole).expect("written");
+    // A number that is not finite.
+    let mut list = read_btf(&path, &Limits::default()).expect("a list");
+    list.pictures[9].file = "nan.pfm".into();
+    write_btf(&path, &list).expect("written");
+    write_image(
+        &dir.join("out/nan.pfm"),
+        &Raster::rgb(8, 8, [0, 1, 2].map(|_| vec![0.5; 64])),
+        &WriteOptions::default(),
+    )
+    .expect("written");
+    let mut bytes = fs::read(dir.join("out/nan.pfm")).expect("a picture");
+    let end = bytes.len() - 4;
+    bytes[end..].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(dir.join("out/nan.pfm"), bytes).expect("written");
+    refused("nan.pfm: pixel");
+    // A file of another kind.
+    fs::write(&path, b"\xff\xfe").expect("written");
+    refused("btf.csv");
+    let o = run(dir, &["inspect", "none.csv"]);
+    assert_eq!((o.status.code(), stderr(&o).lines().count()), (Some(3), 1));
+}

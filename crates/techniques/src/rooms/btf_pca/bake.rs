@@ -1,0 +1,172 @@
+//! The function of a map or of a reflectance, made small and rounded to half precision.
+
+use super::shade;
+use crate::local::{FileName, Place, error_at, texel, texel_at};
+use crate::{BakeError, Material};
+use glam::DVec3;
+use half::f16;
+use std::f64::consts::PI;
+use steradian_base::{Cancelled, ParamInfo, Task, params};
+use steradian_brdf::Brdf;
+use steradian_relight::btf::{Btf, BtfError, Compressed, Method, Model, Net, bonn};
+
+/// The plane of the function.
+pub const MAP: &str = "map";
+/// Components of a method at most.
+pub const MOST: usize = 16;
+/// Cells of difference vectors.
+const DIFFERENCES: usize = 64;
+/// Methods in the order of the parameter.
+const METHODS: [&str; 3] = ["local", "view", "chained"];
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// The map.
+        pub map: Option<FileName> = ParamInfo::file("map", "pictures of a bidirectional texture function (.csv), as capture writes them; auto: the reflectance").auto(f64::NAN),
+        /// What stands for it.
+        pub method: usize = ParamInfo::choice("method", &METHODS, "principal components of clusters of texels, or of each view's pictures, or a chain of sums of products over half vector and difference, and light").preset("local"),
+        /// Clusters of texels.
+        pub clusters: usize = ParamInfo::whole("clusters", [1.0, 256.0], 32.0, "clusters of texels of method=local"),
+        /// Components beside means, or products.
+        pub components: usize = ParamInfo::whole("components", [0.0, MOST as f64], 8.0, "components beside the mean of each cluster or view, or products of method=chained (1 at least)"),
+        /// Cells of half vectors.
+        pub halves: usize = ParamInfo::whole("halves", [1.0, 64.0], 21.0, "cells of half vectors of method=chained"),
+    }
+}
+
+impl Params {
+    fn method(&self) -> Method {
+        let components = self.components;
+        match METHODS[self.method] {
+            "local" => Method::Local { clusters: self.clusters, components },
+            "view" => Method::View { components },
+            _ => Method::Chained { terms: components.max(1), halves: self.halves, differences: DIFFERENCES },
+        }
+    }
+}
+
+/// The small function.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    /// Its numbers, over [`Tables::scale`], of half precision.
+    pub small: Compressed,
+    /// Triangles of views.
+    pub views: Net,
+    /// Triangles of lights.
+    pub lights: Net,
+    /// n·l of the lights.
+    pub cosines: Vec<f32>,
+    /// The largest number over π.
+    pub scale: f32,
+}
+
+pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
+    let own = match &m.apparent {
+        Some(_) => None,
+        None => Some(of_reflectance(&*m.brdf).map_err(|_| BakeError::NotFinite { slug: "btf_pca" })?),
+    };
+    let Some(btf) = m.apparent.as_deref().or(own.as_ref()) else {
+        return Err(BakeError::NotFinite { slug: "btf_pca" });
+    };
+    task.begin("compression", 1);
+    let go_on = || task.check().is_ok();
+    let mut small = Compressed::new(btf, p.method(), &go_on).ok_or(Cancelled)?;
+    task.end();
+    let largest = btf.largest();
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+    rounded(&mut small.model, scale);
+    Ok(Tables {
+        views: Net::new(&small.views),
+        lights: Net::new(&small.lights),
+        cosines: small.lights.iter().map(|l| l.z as f32).collect(),
+        scale: (f64::from(scale) / PI) as f32,
+        small,
+    })
+}
+
+/// The function of a reflectance: one texel.
+fn of_reflectance(brdf: &dyn Brdf) -> Result<Btf, BtfError> {
+    let all = bonn();
+    Btf::of((1, 1), &all, &all, |_, v, l| brdf.f_cos(all[l], all[v]).map(|x| (PI * x) as f32))
+}
+
+fn half(x: f32) -> f32 {
+    f16::from_f32(x).to_f32()
+}
+
+/// Largest absolute number, 1 where there is none.
+fn largest<'a>(all: impl Iterator<Item = &'a f32>) -> f32 {
+    let m = all.fold(0.0f32, |m, x| m.max(x.abs()));
+    if m > 0.0 { m } else { 1.0 }
+}
+
+/// Numbers of the function over `scale`, and those of tables over the largest of each, in half precision.
+fn rounded(model: &mut Model, scale: f32) {
+    match model {
+        Model::View(m) => {
+            m.pictures.iter_mut().for_each(|x| *x = half(*x / scale));
+            m.weights.iter_mut().for_each(|x| *x = half(*x));
+        }
+        Model::Local(m) => {
+            let (d, c) = (m.dimension, m.components);
+            let mut sizes = Vec::with_capacity(m.len() * c);
+            for table in m.tables.chunks_exact_mut((c + 1) * d) {
+                let (mean, rest) = table.split_at_mut(d);
+                mean.iter_mut().for_each(|x| *x = half(*x / scale));
+                for e in rest.chunks_exact_mut(d) {
+                    let size = largest(e.iter());
+                    e.iter_mut().for_each(|x| *x = half(*x / size));
+                    sizes.push(size / scale);
+                }
+            }
+            for (k, w) in m.cluster.iter().zip(m.weights.chunks_exact_mut(c.max(1))) {
+                w.iter_mut().zip(&sizes[*k as usize * c..]).for_each(|(w, s)| *w = half(*w * s));
+            }
+        }
+        Model::Chained(m) => {
+            let terms = m.terms;
+            let light = largest(m.light.iter());
+            m.light.iter_mut().for_each(|x| *x = half(*x / light));
+            for j in 0..terms {
+                let size = largest(m.differences.iter().skip(j).step_by(terms));
+                m.differences.iter_mut().skip(j).step_by(terms).for_each(|x| *x = half(*x / size));
+                let by = size * light / scale;
+                for p in m.texels.chunks_exact_mut(3).skip(j).step_by(terms) {
+                    p.iter_mut().for_each(|x| *x = half(*x * by));
+                }
+            }
+        }
+    }
+}
+
+/// Bytes on a GPU.
+pub(super) fn bytes(t: &Tables) -> usize {
+    2 * shade::halves(&t.small.model).iter().map(|h| h.len()).sum::<usize>()
+        + 4 * shade::singles(t).iter().map(Vec::len).sum::<usize>()
+}
+
+pub(super) fn error(t: &Tables, m: &Material) -> f64 {
+    let (width, height, _) = t.small.levels.level(0);
+    let size = (width, height);
+    let place = |k| texel(k, size).0;
+    let shaded = |at, wi, wo| shade::f_cos(t, &shade::texel(t, at, wo), wi);
+    let Some(btf) = &m.apparent else {
+        return error_at(&*m.brdf, place, |_, wi, wo| m.brdf.f_cos(wi, wo), shaded);
+    };
+    let exact = |at: Place, wi: DVec3, wo: DVec3| {
+        let [i, j] = texel_at(at, size);
+        let single = |d: DVec3| d.as_vec3().to_array();
+        let ((v, a), (l, b)) = (t.views.around(single(wo)), t.lights.around(single(wi)));
+        let mut sum = [0.0; 3];
+        for p in 0..9 {
+            let (p, q) = (p / 3, p % 3);
+            let by = f64::from(a[p]) * f64::from(b[q]) * wi.z / (PI * btf.lights()[l[q] as usize].z);
+            let value = btf.value(j * width + i, v[p] as usize, l[q] as usize);
+            (0..3).for_each(|c| sum[c] += by * f64::from(value[c]));
+        }
+        sum
+    };
+    error_at(&*m.brdf, place, exact, shaded)
+}

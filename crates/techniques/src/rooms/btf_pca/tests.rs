@@ -1,0 +1,92 @@
+use crate::Material;
+use crate::local::{LocalBake, Place, find_local};
+use crate::shared::trials::specimens::{self, direction, single};
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+use steradian_base::{ParamValues, Task};
+use steradian_relight::btf::{Btf, bonn, spread};
+
+fn bake(spec: &str, map: Option<Btf>, parameters: &str) -> Box<dyn LocalBake> {
+    let t = find_local("btf_pca").expect("a technique");
+    let params = ParamValues::parse(parameters, t.params()).expect("parameters");
+    let mut material = Material::new(steradian_brdf::parse(spec).expect("a spec"));
+    if let Some(map) = map {
+        material = material.with_apparent(Arc::new(map));
+    }
+    t.bake(&material, None, &params, &Task::quiet()).expect("bakes")
+}
+
+/// Every method keeps a function of as many components as it has: at the directions of the map and the middles of texels the number itself
+/// over π, between lights the cosine, between texels and directions what lies between; nothing from below.
+#[test]
+fn maps_are_shaded_as_they_are() {
+    let all = spread(6);
+    let lights = all.clone();
+    let f = move |x: usize, v: usize, l: usize| {
+        [0, 1, 2]
+            .map(|c| (lights[l].z * (0.2 + 0.1 * (x % 3) as f64 + 0.05 * v as f64 + 0.1 * c as f64)) as f32)
+    };
+    let map = Btf::of((3, 2), &all, &all, f.clone()).expect("a function");
+    for method in ["method=local,clusters=1", "method=view", "method=chained,components=6,halves=64"] {
+        let b = bake("lambert", Some(map.clone()), method);
+        // A chain sorts pairs into cells.
+        let within = if method.contains("chained") { 0.06 } else { 1e-3 };
+        assert!(b.certificate().error < within, "{method}: {}", b.certificate().error);
+        for k in 0..6 * 36 {
+            let (x, v, l) = (k / 36, k / 6 % 6, k % 6);
+            let uv = [(x % 3) as f32 / 3.0 + 1.0 / 6.0, (x / 3) as f32 / 2.0 + 0.25];
+            let got = b.f_cos_at(Place { uv, footprint: 0.0 }, single(all[l]), single(all[v]));
+            let want = f(x, v, l);
+            for c in 0..3 {
+                let off = (f64::from(got[c]) * PI - f64::from(want[c])).abs();
+                assert!(off < within * 0.7, "{method}: {k}: {got:?} {want:?}");
+            }
+        }
+        let lit = |z: f64| {
+            let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+            b.f_cos_at(Place::default(), single(wi), [0.0, 0.0, 1.0])[1]
+        };
+        if !method.contains("chained") {
+            assert!((lit(0.6) / lit(0.9) - 0.6 / 0.9).abs() < 2e-3);
+            assert!((lit(0.05) / lit(0.9) - 0.05 / 0.9).abs() < 2e-3);
+        }
+        assert_eq!(lit(-0.5), 0.0);
+        let mean = b.f_cos_at(Place { uv: [0.9, 0.1], footprint: 1.0 }, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]);
+        assert!((f64::from(mean[0]) * PI - 0.3).abs() < within, "{method}: {mean:?}");
+    }
+}
+
+/// The certificate is the error between decoded and kept numbers, and falls with components; what the file's directions miss is not in it.
+#[test]
+fn more_components_err_less() {
+    let map = |k: usize, method: &str| {
+        let p = format!("method={method},clusters=4,components={k}");
+        bake("lambert", Some((*specimens::apparent()).clone()), &p).certificate().error
+    };
+    for method in ["local", "view", "chained"] {
+        let [one, more] = [1, 12].map(|k| map(k, method));
+        assert!(more < 0.8 * one && one < 1.0, "{method}: {one} {more}");
+    }
+}
+
+/// Without a map the reflectance from 81 views under 81 lights: itself at these, and its certificate what lies between.
+#[test]
+fn a_reflectance_is_tabulated() {
+    let spec = "ggx:alpha=0.6,f0=0.9/0.6/0.3";
+    let brdf = steradian_brdf::parse(spec).expect("a spec");
+    let b = bake(spec, None, "method=local");
+    let all = bonn();
+    for k in 0..300 {
+        let (wi, wo) = (all[k * 7 % 81], all[k * 11 % 81]);
+        let (got, want) = (b.f_cos(single(wi), single(wo)), brdf.f_cos(wi, wo));
+        (0..3).for_each(|c| assert!((f64::from(got[c]) - want[c]).abs() < 2e-3 * want[c] + 2e-4, "{k}"));
+    }
+    assert!((0.01..0.3).contains(&b.certificate().error), "{}", b.certificate().error);
+    let lambert = bake("lambert:albedo=0.5", None, "method=view");
+    for k in 0..200 {
+        let (wi, wo) = (direction(k, 0.01), direction(3 * k, 0.05));
+        let got = f64::from(lambert.f_cos(single(wi), single(wo))[2]);
+        assert!((got - 0.5 / PI * wi.z).abs() < 1e-3 * wi.z, "{k}");
+    }
+}
