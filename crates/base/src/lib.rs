@@ -1,9 +1,11 @@
 //! What every layer of Steradian needs and nothing else: [`Task`] (progress, cancellation, tolerance),
-//! [`Certificate`] (an error and how it is known), [`Provenance`], and parameter descriptions.
+//! [`Certificate`] (an error and how it is known), [`Outcome`] (an output that an accuracy was asked of), [`Provenance`], and
+//! parameter descriptions.
 
 mod brief;
 mod certificate;
 mod files;
+mod outcome;
 mod params;
 mod provenance;
 mod task;
@@ -12,6 +14,7 @@ mod unknown;
 pub use brief::brief;
 pub use certificate::{Certificate, Elevation, Evidence, Spread};
 pub use files::open_file;
+pub use outcome::{Missed, Outcome};
 pub use params::{Field, Kind, ParamError, ParamInfo, ParamValues, Params, Preset, Value, split_spec};
 pub use provenance::{Input, Provenance, without_folders};
 pub use task::{Cancelled, Progress, Task};

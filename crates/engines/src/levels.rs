@@ -6,7 +6,7 @@ use crate::packing::Packed;
 use crate::{BeyondRange, EngineError, Filter, Kernel, Plan, Request, Written, range};
 use std::path::Path;
 use std::time::Instant;
-use steradian_base::Task;
+use steradian_base::{Outcome, Task};
 use steradian_formats::{WriteOptions, write_image};
 use steradian_light::Lights;
 use steradian_light::load::Arrangement;
@@ -117,8 +117,9 @@ impl Request {
 }
 
 impl Filtered {
-    /// Filters `lights` into every map that `request` asks for.
-    pub fn new(mut request: Request, mut lights: Lights, task: &Task) -> Result<Self, EngineError> {
+    /// Filters `lights` into every map that `request` asks for; whether all of them meet [`Request::tolerance`] is part of
+    /// the outcome.
+    pub fn new(mut request: Request, mut lights: Lights, task: &Task) -> Result<Outcome<Self>, EngineError> {
         let mut plan = request.plan(task.max_memory())?;
         let beyond = range::settle(plan.engine, &mut request, &mut lights);
         let mut clock = Clock(Instant::now(), Vec::new());
@@ -145,7 +146,10 @@ impl Filtered {
         clock.lap("filtering");
         let packed = Packed::new(&request, &plan, &mut levels, &mut companions)?;
         clock.lap("packing");
-        Ok(Self { request, plan, light, levels, companions, beyond, packed, seconds: clock.1 })
+        let asked = request.tolerance;
+        let made = Self { request, plan, light, levels, companions, beyond, packed, seconds: clock.1 };
+        let reached = made.error();
+        Ok(Outcome::new(made, Some(asked), reached))
     }
 
     fn all(&self) -> impl Iterator<Item = &Level> {

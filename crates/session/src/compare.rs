@@ -4,7 +4,7 @@ use crate::material::Under;
 use crate::picture::{auto_exposure, background};
 use crate::probes::has_no_light;
 use crate::scene::given_to;
-use crate::{Error, Kind, Material, Method, Prepared, Renderer, Scene, Session};
+use crate::{Error, Kind, Material, Method, Outcome, Prepared, Renderer, Scene, Session};
 use std::time::Instant;
 use steradian_base::Certificate;
 use steradian_light::Lights;
@@ -73,6 +73,11 @@ impl Answer {
         if backend == "cpu" { label.clone() } else { format!("{label} ({backend})") }
     }
 
+    /// Relative RMS error of a technique's picture.
+    pub fn error(&self) -> Option<f64> {
+        Some(self.rendering()?.errors.as_ref()?.0.relative_rms)
+    }
+
     /// The picture.
     pub fn rendering(&self) -> Option<&Rendering> {
         match self {
@@ -95,8 +100,24 @@ pub(crate) struct Subject<'a> {
 
 impl Session {
     /// The reference's picture of a scene first, then each technique's on each renderer: a technique shades those
-    /// materials that it takes, the reference the others. The materials' own techniques are not looked at.
+    /// materials that it takes, the reference the others. The materials' own techniques are not looked at. Where the scene
+    /// asks for an accuracy, the relative RMS errors of all pictures are held against it.
     pub fn compare(
+        &self,
+        scene: &Scene,
+        methods: &[Method],
+        renderers: &[Renderer],
+        plan: &Plan,
+    ) -> Result<Outcome<Vec<Answer>>, Error> {
+        let answers = self.compared(scene, methods, renderers, plan)?;
+        let errors = answers.iter().filter_map(Answer::error);
+        // What is no number is worse than any.
+        let worst = errors.fold(0.0, |w: f64, e| if w.is_nan() || e.is_nan() { f64::NAN } else { w.max(e) });
+        Ok(Outcome::new(answers, scene.tolerance, worst))
+    }
+
+    /// [`Session::compare`] where no accuracy is asked for.
+    pub(crate) fn compared(
         &self,
         scene: &Scene,
         methods: &[Method],

@@ -36,7 +36,7 @@ impl Session {
         let plan = Plan { reference_tolerance: TOLERANCE, paths: false, ev: 0.0 };
         let shadows = std::mem::replace(&mut self.shadows, Shadows::Lobe);
         self.common_shadows = Some(Arc::default());
-        let answers = self.compare(&scene, &methods, &[Renderer::Cpu], &plan);
+        let answers = self.compared(&scene, &methods, &[Renderer::Cpu], &plan);
         (self.shadows, self.common_shadows) = (shadows, None);
         Ok(Demo { answers: answers? })
     }

@@ -12,12 +12,16 @@ use steradian_formats::{Container, Raster, ReadOptions, TextureLevels, read_imag
 use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files};
 use steradian_light::{Lamp, Lights, adjust as placed};
 use steradian_prefilter::source::add_small_lights;
-use steradian_prefilter::{Cosine, SmallLight, Zonal};
+use steradian_prefilter::{Cosine, Sampled, SmallLight, Zonal, filter_image};
 use steradian_render::{MIN_ALPHA, NormalMap, SurfaceMaps, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::local::Content;
 use steradian_techniques::{AnyTechnique, SavedBake};
+
+/// Relative error of a map of irradiance, root mean square, at most.
+const IRRADIANCE: f64 = 1e-4;
 
 /// The light where none is given.
 pub const DEFAULT_SKY: &str = "sky";
@@ -363,6 +367,21 @@ impl Session {
         }
         sh.c.iter_mut().flatten().for_each(|v| *v *= adjust.gain());
         Ok(sh)
+    }
+
+    /// E(n) = ∫ L ⟨n·w⟩ dw in W m⁻² (no 1/π) at every texel centre of a map of this layout, width and height, to a relative RMS
+    /// error of 1e-4, disks included. A sum of few harmonics rings where a sun sets; this does not.
+    pub fn irradiance_map(
+        &mut self,
+        spec: &str,
+        adjust: &Adjust,
+        shape: (Layout, usize, usize),
+    ) -> Result<SphereImage, Error> {
+        let lights = self.light(spec, adjust)?;
+        let light = Sampled::of(lights, &[&Cosine], IRRADIANCE, &self.task)?;
+        let map = filter_image(&light, &Cosine, shape, IRRADIANCE, &self.task)?;
+        self.check()?;
+        Ok(map.image)
     }
 
     /// A reflectance from the spec of a command line, which may name any file; they are noted for the provenance.

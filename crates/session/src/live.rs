@@ -409,7 +409,7 @@ mod tests {
         let live = session.live(&scene, names("studio"), None).expect("bakes");
         let plan = Plan { reference_tolerance: 0.01, paths: false, ev: 0.0 };
         let method = Method::find("split_sum").expect("registered");
-        let answers = session.compare(&scene, &[method], &[Renderer::Cpu], &plan).expect("compares");
+        let answers = session.compared(&scene, &[method], &[Renderer::Cpu], &plan).expect("compares");
         let (want, flip) = answers[1].rendering().and_then(|r| r.errors).expect("numbers");
         let truth = session.truth(&live, live.camera(), 0.0, [32, 24], 0.01).expect("a picture");
         let surfaces: Vec<_> = live.materials().iter().map(|p| p.surface.clone()).collect();

@@ -124,7 +124,7 @@ pub fn run() -> Result<[f64; 2], Error> {
     (scene.settings.width, scene.settings.height) = (48, 48);
     let methods = [Method::Technique(&TWO_BANDS), Method::find("sh_irradiance")?];
     let plan = Plan { reference_tolerance: 1e-2, paths: false, ev: 0.0 };
-    let answers = session.compare(&scene, &methods, &[Renderer::Cpu], &plan)?;
+    let answers = session.compare(&scene, &methods, &[Renderer::Cpu], &plan)?.met()?;
     let error = |i: usize| {
         let rendering = answers[i].rendering().and_then(|r| r.errors.as_ref());
         rendering.map_or(f64::NAN, |e| e.0.relative_rms)

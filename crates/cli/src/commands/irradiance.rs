@@ -14,7 +14,6 @@ use steradian_brdf::dfg::text::Language;
 use steradian_engines::irradiance_source;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::Arrangement;
-use steradian_prefilter::{Cosine, Sampled, filter_image};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_session::{IMAGES, check_output, cosine};
 use steradian_sphere::sh::{Dering, ShRgb};
@@ -166,11 +165,6 @@ fn is(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|e| extensions.contains(&e.to_string_lossy().to_lowercase().as_str()))
 }
 
-/// Relative error of the map, root mean square, at most.
-const TOLERANCE: f64 = 1e-4;
-
-/// E(n) = ∫ L ⟨n·w⟩ dw at every texel centre, as accurate as any prefiltered map, disks included. A sum of few
-/// harmonics rings where a sun sets; this does not.
 fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let texture = is(path, &["ktx2"]);
     let target = o.to.unwrap_or(if texture { Arrangement::Cube } else { Arrangement::LatLong });
@@ -180,10 +174,7 @@ fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     let layout = target.layout();
     let default = if layout == Layout::LatLong { (128, 64) } else { (32, 32) };
     let (w, h) = o.size.map_or(Ok(default), |s| inputs::side(s, target))?;
-    let lights = context.light(&o.environment, &o.adjust.get())?;
-    let light = Sampled::of(lights, &[&Cosine], TOLERANCE, &context.task)?;
-    let image = filter_image(&light, &Cosine, (layout, w, h), TOLERANCE, &context.task)?.image;
-    context.task.check()?;
+    let image = context.irradiance_map(&o.environment, &o.adjust.get(), (layout, w, h))?;
     let quantity = ("steradian.quantity".to_string(), "irradiance E, W m^-2 (no 1/pi)".to_string());
     if texture {
         context.write_cube(path, &image, TexelFormat::Rgba32f, vec![quantity])?;

@@ -252,7 +252,7 @@ impl Session {
             methods.insert(0, Method::Reference);
         }
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
-        let mut answers = self.compare(&scene, &methods, renderers, &comparison)?.into_iter();
+        let mut answers = self.compared(&scene, &methods, renderers, &comparison)?.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;
         let mut each = || -> Vec<Answer> { answers.by_ref().take(renderers.len()).collect() };
         let error = |a: &Answer| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms);
@@ -293,7 +293,7 @@ impl Session {
         let other = other.ok_or_else(|| Error::failed(format!("{spec}: no technique takes it")))?;
         let paths = stage == Stage::Scattered;
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
-        let answers = self.compare(&scene, &[Method::Technique(*other)], renderers, &comparison)?;
+        let answers = self.compared(&scene, &[Method::Technique(*other)], renderers, &comparison)?;
         let mut answers = answers.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;
         Ok((stage, spec, truth, Entry { card, answers: answers.collect() }))

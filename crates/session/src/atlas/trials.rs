@@ -128,7 +128,7 @@ impl Session {
         let mut errors = [f64::NAN; 2];
         for (error, bounces) in errors.iter_mut().zip([1.0, f64::from(BOUNCES)]) {
             scene.materials[0].params = [("bounces", bounces)].into_iter().collect();
-            let answers = self.compare(&scene, &[Method::Technique(t)], &[Renderer::Cpu], &comparison)?;
+            let answers = self.compared(&scene, &[Method::Technique(t)], &[Renderer::Cpu], &comparison)?;
             let found = answers.get(1).and_then(|a| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms));
             *error = found.unwrap_or(f64::NAN);
         }

@@ -28,6 +28,18 @@ pub struct Finding {
     pub answers: Vec<Answer>,
 }
 
+impl Finding {
+    /// The first technique whose picture errs by more than `tolerance`, in words.
+    pub fn missed(&self, tolerance: f64) -> Option<String> {
+        // What is no number is worse than any.
+        let misses = |a: &&Answer| a.error().is_some_and(|e| e > tolerance || e.is_nan());
+        let r = self.answers.iter().find(misses)?.rendering()?;
+        let error = r.errors.as_ref()?.0.relative_rms;
+        let Self { brdf, environment, .. } = self;
+        Some(format!("{} on {brdf} under {environment}: error {error:.4} is above {tolerance}", r.label))
+    }
+}
+
 /// The cell of a contact sheet; nothing for a refusal. `named` puts the technique's name into the caption.
 pub(crate) fn cell(answer: &Answer, named: bool) -> Option<Cell> {
     let r = answer.rendering()?;

@@ -133,7 +133,7 @@ impl Session {
         let comparison = Comparison { reference_tolerance: TRUTH, paths: false, ev: 0.0 };
         let method = Method::find("gaussian_lobes")?;
         let mut row = None;
-        for answer in self.compare(&scene, &[method], &[Renderer::Cpu], &comparison)? {
+        for answer in self.compared(&scene, &[method], &[Renderer::Cpu], &comparison)? {
             let Some(r) = answer.rendering() else { continue };
             let Some((e, flip)) = &r.errors else {
                 page.figure(&r.picture, &format!("{name}: the reference"))?;

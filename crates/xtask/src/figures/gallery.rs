@@ -110,7 +110,7 @@ fn drawn(
 ) -> Result<Vec<Row>> {
     let plan = Plan { reference_tolerance: 2e-3, paths: beside == ComparedWith::Paths, ev: 0.0 };
     let methods: Vec<Method> = named.iter().map(|n| n.1.clone()).collect();
-    let answers = session.compare(scene, &methods, &[Renderer::Cpu], &plan)?;
+    let answers = session.compare(scene, &methods, &[Renderer::Cpu], &plan)?.met()?;
     let truth = answers[0].rendering().context("no reference")?;
     let mut rows = Vec::new();
     for ((slug, _), answer) in named.iter().zip(&answers[1..]) {
