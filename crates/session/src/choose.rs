@@ -7,7 +7,7 @@ use crate::sample::Sample;
 use crate::{Backend, Error, Kind, Material, Method, Notice, Prepared, Scene, Session};
 use glam::DVec3;
 use std::sync::Arc;
-use steradian_base::{Evidence, Task};
+use steradian_base::{Certificate, Evidence, Task};
 use steradian_brdf::{Brdf, Lobe};
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::{AnyTechnique, Card};
@@ -22,6 +22,9 @@ const INVISIBLE: f64 = 0.01;
 const USEFUL: f64 = 0.25;
 /// An error from which on the reference is worth a hint, and more time is spent on better techniques.
 const VISIBLE: f64 = 0.05;
+/// Views are grazing from so many degrees off the normal on, and silhouettes show an error there from so much on.
+const GRAZING: f64 = 80.0;
+const SPECKS: f64 = 0.25;
 /// Widths of lobes that differ by this factor at most are alike.
 const ALIKE: f64 = 10.0;
 
@@ -44,6 +47,9 @@ pub struct Chosen {
     pub picture: Option<f64>,
     /// Why it was not, where it would have been.
     pub unmeasured: Option<&'static str>,
+    /// The largest error that the certificate states of grazing views, from 80° off the normal on, which silhouettes show as
+    /// rings and specks; where it is far larger than the others'.
+    pub grazing: Option<f64>,
     /// Was it the session that chose?
     pub automatic: bool,
 }
@@ -52,7 +58,8 @@ impl std::error::Error for Chosen {}
 
 impl std::fmt::Display for Chosen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { technique, brdf, error, sites, known, beside, picture, unmeasured, automatic } = self;
+        let Self { technique, brdf, error, sites, known, beside, picture, unmeasured, grazing, automatic } =
+            self;
         write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
         match (picture, unmeasured) {
             (Some(p), _) => {
@@ -65,6 +72,9 @@ impl std::fmt::Display for Chosen {
             if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
         let without = if *beside { ", without the lights that are shaded beside it" } else { "" };
         write!(f, "{:.2} % {over}{without} ({})", 100.0 * error, known.word())?;
+        if let Some(g) = grazing {
+            write!(f, "; silhouettes may show rings and specks: {:.0} % at grazing views", 100.0 * g)?;
+        }
         if *automatic && picture.unwrap_or(*error) > VISIBLE {
             write!(f, "; --technique reference is exact, and slow")?;
         }
@@ -143,6 +153,7 @@ impl Session {
             beside: p.lit,
             picture: p.picture_error,
             unmeasured: p.picture_unmeasured,
+            grazing: grazing(c),
             automatic: p.material.method.is_none(),
         }));
         if let Some(choice) = &p.choice {
@@ -271,6 +282,13 @@ impl Session {
     }
 }
 
+/// The largest error of grazing views, where silhouettes may show it.
+fn grazing(c: &Certificate) -> Option<f64> {
+    let grazing = c.elevations.iter().filter(|e| e.theta_o >= GRAZING.to_radians());
+    let worst = grazing.map(|e| e.error).fold(0.0, f64::max);
+    (worst > SPECKS && worst > 2.0 * c.error).then_some(worst)
+}
+
 /// The techniques that take a material, in the order in which they are tried: those made for its reflectance as they are
 /// listed; the cheapest of the others that errs least; then all, the last of the list first, which err least. Where nothing
 /// varies over the surface those made for the reflectance have to be cheap as well.
@@ -377,6 +395,21 @@ mod tests {
         assert_eq!(picture.materials[0].picture_unmeasured, Some("its sample knows no shadows"));
         let told = told.lock().expect("nobody panics").join("\n");
         assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
+    }
+
+    /// Silhouettes are warned of where grazing views err by far more than the others.
+    #[test]
+    fn large_errors_of_grazing_views_are_said() {
+        let of = |all: f64, at: f64| {
+            let mut c = Certificate::new(all, Evidence::Measured);
+            c.elevations = vec![
+                steradian_base::Elevation::measured([0.0, 0.5], all),
+                steradian_base::Elevation::measured([85f64.to_radians(), 1.57], at),
+            ];
+            grazing(&c)
+        };
+        assert_eq!(of(0.14, 0.7), Some(0.7));
+        assert_eq!((of(0.01, 0.05), of(0.6, 0.7)), (None, None));
     }
 
     /// Mirrors stand for what is as sharp as a mirror, and not for every width of the same model.
