@@ -41,3 +41,16 @@ fn shadows_by_a_parameter_are_found() {
     let lobes = of("gaussian_lobes").expect("a choice");
     assert_eq!(lobes.0.len(), 1);
 }
+
+/// Who claims all isotropic or all anisotropic reflectance takes all of the list that are of light from above.
+#[test]
+fn claims_of_all_reflectance_hold() {
+    let cards = registry().iter().map(|t| t.card()).chain(locals().iter().map(|t| t.card()));
+    for card in cards {
+        let found = trials::reflectances(card);
+        let claims = [(3, card.capabilities.all_isotropic), (4, card.capabilities.all_anisotropic)];
+        for (column, _) in claims.into_iter().filter(|c| c.1) {
+            assert!(matches!(found[column], trials::Outcome::Holds(_)), "{}: {:?}", card.slug, found[column]);
+        }
+    }
+}

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{ParamValues, Task};
-use steradian_brdf::{SharedBrdf, parse};
+use steradian_brdf::{Domain, SharedBrdf, parse};
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
 use steradian_sphere::Frame;
@@ -148,7 +148,8 @@ fn row(card: &'static steradian_techniques::Card, outcomes: Vec<Outcome>) -> Row
 }
 
 /// The five columns of reflectances: of the lists, and for single models of the technique's own specimens too, which it takes.
-fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
+/// "All" are those of light from above the surface: lobes of the whole sphere, as fibres and maps have them, are no BRDFs.
+pub(super) fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
     let own = |isotropic: bool| {
         let is = move |s: &&&str| parse(s).is_ok_and(|b| b.is_isotropic() == isotropic);
         card.specimens.iter().filter(is).copied().collect::<Vec<_>>()
@@ -158,13 +159,18 @@ fn reflectances(card: &steradian_techniques::Card) -> Vec<Outcome> {
         None => Outcome::Fails(format!("takes none of {}", list.len())),
     };
     let all = |list: &[&str]| {
+        let above = |s: &&str| parse(s).is_ok_and(|b| b.domain() == Domain::Hemisphere);
+        let list: Vec<&str> = list.iter().copied().filter(above).collect();
         let refused: Vec<&str> = list.iter().copied().filter(|s| !takes(card, s)).collect();
         if refused.is_empty() {
             return Outcome::Holds(format!("takes all {}", list.len()));
         }
-        let some: Vec<&str> = refused.iter().copied().take(3).collect();
         let taken = list.len() - refused.len();
-        Outcome::Fails(format!("takes {taken} of {}, refuses {}", list.len(), some.join(", ")))
+        Outcome::Fails(format!(
+            "takes {taken} of {}, refuses {}",
+            list.len(),
+            refused[..refused.len().min(3)].join(", ")
+        ))
     };
     vec![
         some(&DIFFUSE),
