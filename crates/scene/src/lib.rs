@@ -4,6 +4,7 @@ mod bvh;
 mod camera;
 mod load;
 mod mesh;
+pub mod shadow;
 pub mod shapes;
 pub mod surface;
 

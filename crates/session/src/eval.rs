@@ -10,7 +10,8 @@ use steradian_brdf::SharedBrdf;
 use steradian_light::{Lights, Probes};
 use steradian_reference::path::PathScene;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
-use steradian_scene::{Bvh, Mesh};
+use steradian_scene::Mesh;
+use steradian_scene::shadow::Blocker;
 use steradian_sphere::Frame;
 use steradian_techniques::direct::{Direct, Shadows, split};
 use steradian_techniques::local::{self, LocalFrame, LocalLights, LocalShading};
@@ -193,7 +194,7 @@ fn baked(
         Some(mesh)
             if session.shadows.under(technique, &r.params) && !(direct.is_empty() && lights.is_empty()) =>
         {
-            Some(Bvh::build(mesh))
+            Some(session.shadows.blocker(mesh, &direct, &lights, task.max_memory())?)
         }
         _ => None,
     };
@@ -201,7 +202,7 @@ fn baked(
         Some(local) => Some(local_shading(local, (r, q), &lights, &task)?),
         None => None,
     };
-    let (shadows, local) = (shadows.as_ref(), local.as_deref());
+    let (shadows, local) = (shadows.as_deref(), local.as_deref());
     let beside = OtherLights { brdf: &r.brdf, lights: &direct, local, shadows };
     Ok(answers(&mut *bake, &View::default(), Some(beside), q))
 }
@@ -249,7 +250,7 @@ struct OtherLights<'a> {
     lights: &'a Direct,
     /// Directional and point lights by a technique of their own.
     local: Option<&'a dyn LocalShading>,
-    shadows: Option<&'a Bvh>,
+    shadows: Option<&'a dyn Blocker>,
 }
 
 fn answers(bake: &mut dyn AnyBake, view: &View, direct: Option<OtherLights<'_>>, q: &Points) -> Answers {
@@ -326,7 +327,7 @@ fn shade(bake: &dyn AnyBake, direct: Option<OtherLights<'_>>, q: &Points, points
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&all, &mut Radiance::of(&mut rgb));
     if let Some(d) = direct {
-        let shadows = d.shadows.map(|bvh| Shadows { bvh, offset: PathScene::OFFSET, reference: false });
+        let shadows = d.shadows.map(|by| Shadows { by, offset: PathScene::OFFSET, reference: false });
         d.lights.add_behind(shadows, &**d.brdf, &all, &mut Radiance::of(&mut rgb));
         if let Some(local) = d.local {
             local.add(shadows, &all, &mut Radiance::of(&mut rgb));

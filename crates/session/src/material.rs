@@ -13,6 +13,7 @@ use steradian_render::{
     BakeShader, DirectShader, LobeShadow, LobeShadowShader, ReferenceShader, Shader, Surface, SurfaceMaps,
     Texture,
 };
+use steradian_scene::shadow::Blocker;
 use steradian_scene::surface::NormalMap;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
@@ -344,16 +345,16 @@ impl Session {
             Method::Technique(_) if lobe && !lights.is_empty() => {
                 return Err(Error::usage("--shadows lobe: not beside --local; give --shadows ray"));
             }
-            Method::Technique(_) if lobe => Some(Arc::new(Bvh::build(&under.scene.mesh))),
             Method::Technique(t)
-                if self.shadows.under(*t, &material.params) && !(direct.is_empty() && lights.is_empty()) =>
+                if self.shadows.under(*t, &material.params)
+                    && (lobe || !(direct.is_empty() && lights.is_empty())) =>
             {
-                Some(Arc::new(Bvh::build(&under.scene.mesh)))
+                Some(self.shadows.blocker(&under.scene.mesh, &direct, &lights, task.max_memory())?)
             }
             _ => None,
         };
-        let share = |bvh: &Arc<Bvh>| self.share(material, under.lights, bvh.clone(), false);
-        let lobe = shadows.as_ref().filter(|_| lobe).map(share);
+        let share = || self.share(material, under.lights, Arc::new(Bvh::build(&under.scene.mesh)), false);
+        let lobe = shadows.as_ref().filter(|_| lobe).map(|_| share());
         let local = match baked.filter(|_| !lights.is_empty()) {
             Some(bake) => {
                 let view = View { eye: eye(under.camera), ..view };
@@ -560,7 +561,7 @@ struct OtherLights {
     direct: Direct,
     /// Those of a technique of their own.
     local: Option<(Arc<dyn LocalBake>, Arc<dyn LocalShading>)>,
-    shadows: Option<Arc<Bvh>>,
+    shadows: Option<Arc<dyn Blocker>>,
     /// The share of all light that arrives, where rays over the lobe shadow what of it the bake has.
     lobe: Option<Arc<LobeShadow>>,
 }

@@ -6,8 +6,11 @@ use std::sync::Arc;
 use steradian_base::{Input, ParamValues, Provenance, Task};
 use steradian_formats::Limits;
 use steradian_light::load::Negative;
+use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps, ShadowVolumes};
+use steradian_scene::{Bvh, Mesh};
 use steradian_techniques::AnyTechnique;
-use steradian_techniques::direct::Suns;
+use steradian_techniques::direct::{Direct, Suns};
+use steradian_techniques::local::LocalLights;
 
 /// Where pictures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,6 +46,10 @@ pub enum Shadows {
     Off,
     /// Rays through the mesh.
     Ray,
+    /// Shadow maps ([`steradian_scene::shadow::ShadowMaps`]).
+    Map(MapOptions),
+    /// Shadow volumes ([`steradian_scene::shadow::ShadowVolumes`]).
+    Volume,
     /// Rays through the mesh, and for the environment rays over the reflectance's lobe
     /// ([`steradian_render::LobeShadowShader`]): under techniques that know no shadows, whose data may hold suns, and under the
     /// reference.
@@ -55,8 +62,46 @@ impl Shadows {
         match self {
             Self::Auto => technique.self_shadowing(params),
             Self::Off => false,
-            Self::Ray | Self::Lobe => true,
+            Self::Ray | Self::Map(_) | Self::Volume | Self::Lobe => true,
         }
+    }
+
+    /// What stands between the points of `mesh` and lights. Fails where maps need more than `max_memory` bytes.
+    pub(crate) fn blocker(
+        self,
+        mesh: &Mesh,
+        direct: &Direct,
+        local: &LocalLights,
+        max_memory: u64,
+    ) -> Result<Arc<dyn Blocker>, Error> {
+        let lights = || -> Vec<LightAt> {
+            let disks = direct.disks.iter().map(|d| d.direction);
+            let cells = direct.cells.iter().map(|c| c.inside(0.5, 0.5));
+            let directionals = direct.directionals.iter().chain(&local.directionals).map(|d| d.direction);
+            let far = disks.chain(cells).chain(directionals).map(|d| LightAt::Far(d.as_vec3()));
+            let near = direct.points.iter().chain(&local.points).map(|p| LightAt::Near(p.position));
+            far.chain(near).collect()
+        };
+        Ok(match self {
+            Self::Map(options) => {
+                let lights = lights();
+                let near = lights.iter().filter(|l| matches!(l, LightAt::Near(_))).count();
+                let bytes = ShadowMaps::bytes(lights.len() - near, near, options);
+                if bytes > max_memory {
+                    return Err(Error::failed(format!(
+                        "shadow maps of {} lights and {} texels a side need {} MiB, beyond the limit of {} MiB: fewer texels, \
+                         or rays",
+                        lights.len(),
+                        options.size,
+                        bytes >> 20,
+                        max_memory >> 20
+                    )));
+                }
+                Arc::new(ShadowMaps::new(mesh, &Bvh::build(mesh), &lights, options))
+            }
+            Self::Volume => Arc::new(ShadowVolumes::new(mesh, &lights())),
+            _ => Arc::new(Bvh::build(mesh)),
+        })
     }
 }
 

@@ -72,10 +72,53 @@ fn suns_in_a_technique_s_data_are_shadowed_as_suns_beside_them() {
     }
 }
 
+/// The wall's shadow under a sun and under a lamp, by rays, maps and volumes, below a technique for the environment and one for the
+/// lights.
+#[test]
+fn maps_and_volumes_shadow_what_rays_do() {
+    let d = tempfile::tempdir().expect("a folder");
+    corner(d.path());
+    let sun = ["-e", "furnace:radiance=0.001", "--light", "directional:direction=-1/9/0,irradiance=2/2/2"];
+    let lamp =
+        ["-e", "furnace:radiance=0.001", "--light", "point:position=-0.5/12/0.2,intensity=400/400/400"];
+    for light in [sun, lamp] {
+        for local in [&[][..], &["--local", "vertex-analytic"]] {
+            let lit =
+                |how: &str| floor(d.path(), &light, "sh_irradiance", &[&["--shadows", how], local].concat());
+            let (rays, none) = (lit("ray"), lit("none"));
+            let dark = rays.iter().zip(&none).filter(|(a, b)| a.1 < 0.5 * b.1).count();
+            assert!((8..32).contains(&dark), "{dark} of {ROWS} in the shadow");
+            // A texel of the first map is 0.9 cm, of the second 1.8 and filtered over three; a pixel is 5 cm.
+            for (how, off) in [("volume", 0), ("map:size=2048,taps=1", 1), ("map", 3)] {
+                let wrong =
+                    lit(how).iter().zip(&rays).filter(|(a, b)| (a.1 - b.1).abs() > 0.02 * none[20].1).count();
+                assert!(wrong <= off, "{light:?} {local:?} {how}: {wrong} pixels of {ROWS} differ");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_knows_shadows_itself_refuses_others() {
     let d = tempfile::tempdir().expect("a folder");
     let base = ["render", "torus", "-e", "furnace", "-b", "lambert:albedo=0.5", "-o", "x.png", "--shadows"];
     fails(d.path(), 2, "knows shadows itself", &[&base[..], &["lobe", "-t", "prt_diffuse"]].concat());
-    fails(d.path(), 2, "auto, none, ray, lobe", &[&base[..], &["soft", "-t", "sh_irradiance"]].concat());
+    fails(
+        d.path(),
+        2,
+        "auto, none, ray, map, volume, lobe",
+        &[&base[..], &["soft", "-t", "sh_irradiance"]].concat(),
+    );
+    fails(d.path(), 2, "taps = 4 is even", &[&base[..], &["map:taps=4", "-t", "sh_irradiance"]].concat());
+    fails(d.path(), 2, "in 16 … 16384", &[&base[..], &["map:size=1", "-t", "sh_irradiance"]].concat());
+    let few = [
+        "map:size=16384",
+        "-t",
+        "sh_irradiance",
+        "--light",
+        "directional:direction=0/1/0,irradiance=1/1/1",
+        "--max-memory",
+        "256M",
+    ];
+    fails(d.path(), 1, "shadow maps of 1 lights", &[&base[..], &few].concat());
 }

@@ -175,7 +175,7 @@ impl LobeShadow {
 
     /// The share of each point, told to `set`.
     fn shares(&self, q: &Points<'_>, mut set: impl FnMut(usize, [f32; 3])) {
-        let shadows = Shadows { bvh: &self.bvh, offset: PathScene::OFFSET, reference: self.reference };
+        let shadows = Shadows { by: &*self.bvh, offset: PathScene::OFFSET, reference: self.reference };
         // What suns and lamps give without shadows, and with them.
         let direct = [None, Some(shadows)].map(|shadows| {
             let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
@@ -307,7 +307,7 @@ impl Shader for LobeShadowShader {
     }
 
     fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {
-        lights_seen(&self.share.direct, &self.share.bvh, q)
+        lights_seen(&self.share.direct, &*self.share.bvh, q)
     }
 
     fn factors(&self) -> Option<[&dyn Shader; 2]> {

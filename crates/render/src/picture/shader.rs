@@ -9,7 +9,7 @@ use steradian_brdf::model::ggx::Ggx;
 use steradian_brdf::{Brdf, Form, Scaled, SharedBrdf};
 use steradian_reference::path::PathScene;
 use steradian_reference::{Estimate, Reference, ReferencePoint};
-use steradian_scene::Bvh;
+use steradian_scene::shadow::Blocker;
 use steradian_sphere::Frame;
 use steradian_techniques::direct::{Direct, Shadows};
 use steradian_techniques::local::LocalShading;
@@ -45,12 +45,12 @@ pub trait Shader: Send + Sync {
 }
 
 /// [`Shader::lights_seen`] of lights that are shaded one by one.
-pub(super) fn lights_seen(direct: &Direct, bvh: &Bvh, q: &Points<'_>) -> Vec<u64> {
+pub(super) fn lights_seen(direct: &Direct, by: &dyn Blocker, q: &Points<'_>) -> Vec<u64> {
     if direct.is_empty() || q.p[0].len() != q.len() {
         return Vec::new();
     }
     let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
-    let shadows = Shadows { bvh, offset: PathScene::OFFSET, reference: false };
+    let shadows = Shadows { by, offset: PathScene::OFFSET, reference: false };
     (0..q.len()).map(|i| direct.seen_from(shadows, at(&q.p, i), at(&q.n, i).normalize_or_zero())).collect()
 }
 
@@ -77,14 +77,14 @@ pub struct DirectShader {
     /// Shading of directional and point lights that are neither in the bake nor in `direct`.
     pub local: Option<Arc<dyn LocalShading>>,
     /// What shadows the lights; `None` leaves them unshadowed.
-    pub shadows: Option<Arc<Bvh>>,
+    pub shadows: Option<Arc<dyn Blocker>>,
 }
 
 impl Shader for DirectShader {
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         self.bake.shade(q, out, task)?;
         let shadows =
-            self.shadows.as_deref().map(|bvh| Shadows { bvh, offset: PathScene::OFFSET, reference: false });
+            self.shadows.as_deref().map(|by| Shadows { by, offset: PathScene::OFFSET, reference: false });
         self.direct.add_behind(shadows, &*self.brdf, q, out);
         if let Some(local) = &self.local {
             local.add(shadows, q, out);
@@ -97,7 +97,7 @@ impl Shader for DirectShader {
     }
 
     fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {
-        self.shadows.as_deref().map(|bvh| lights_seen(&self.direct, bvh, q)).unwrap_or_default()
+        self.shadows.as_deref().map(|by| lights_seen(&self.direct, by, q)).unwrap_or_default()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{Mesh, Ray};
 use node::Node;
 use steradian_parallel::prelude::*;
 use steradian_simd::run;
-use traverse::{Closest, Occluded};
+use traverse::{Closest, Every, Occluded};
 use triangle::Block;
 
 /// Children of a node, triangles of a block.
@@ -87,6 +87,11 @@ impl Bvh {
     /// [`Bvh::closest`] for each ray, on this thread; `out` is as long as `rays`.
     pub fn closest_each(&self, rays: &[Ray], t_max: f32, out: &mut [Option<Hit>]) {
         run(Closest { bvh: self, rays, t_max, out });
+    }
+
+    /// The triangles of all hits at a distance in (0, `t_max`), in no order, after what `out` has.
+    pub fn every(&self, ray: &Ray, t_max: f32, out: &mut Vec<u32>) {
+        run(Every { bvh: self, ray, t_max, out });
     }
 
     /// Bytes of the hierarchy.

@@ -1,4 +1,4 @@
-//! The two traversals. Everything here is inlined into code that is compiled per instruction set.
+//! The traversals. Everything here is inlined into code that is compiled per instruction set.
 
 use super::node::{LEAF, Slabs};
 use super::triangle::Shear;
@@ -47,6 +47,48 @@ impl Kernel for Closest<'_> {
         let stack = room(self.bvh.stack, &mut fixed, &mut heap);
         for (out, ray) in self.out.iter_mut().zip(self.rays) {
             *out = nearest::<A::F32x8>(self.bvh, ray, self.t_max, stack);
+        }
+    }
+}
+
+/// All hits in (0, `t_max`).
+pub struct Every<'a> {
+    pub bvh: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+    pub out: &'a mut Vec<u32>,
+}
+
+impl Kernel for Every<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let (mut fixed, mut heap) = ([0; FIXED], Vec::new());
+        let stack = room(self.bvh.stack, &mut fixed, &mut heap);
+        let slabs = Slabs::<A::F32x8>::new(self.ray.origin, self.ray.direction);
+        let shear = Shear::<A::F32x8>::new(self.ray.origin, self.ray.direction);
+        let mut top = 1;
+        stack[0] = 0;
+        while top > 0 {
+            top -= 1;
+            let node = &self.bvh.nodes[stack[top] as usize];
+            let (_, mut mask) = slabs.enter(node, self.t_max);
+            while mask != 0 {
+                let child = node.children[mask.trailing_zeros() as usize & (LANES - 1)];
+                mask &= mask - 1;
+                if child & LEAF == 0 {
+                    stack[top] = child;
+                    top += 1;
+                    continue;
+                }
+                let block = &self.bvh.blocks[(child ^ LEAF) as usize];
+                let mut met = shear.hit(block, self.t_max).map_or(0, |met| met.mask);
+                while met != 0 {
+                    self.out.push(block.ids[met.trailing_zeros() as usize & (LANES - 1)]);
+                    met &= met - 1;
+                }
+            }
         }
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! Every technique can be lit by such lights, whatever its own factors are made of: [`split`] says which lights go into a
 //! technique's data and which are added here. Nothing shadows them (V = 1), as in techniques that know no geometry and in the
-//! reference, or rays do ([`Shadows`]), as under techniques that know it. Disks are integrated by rules whose size follows from the reflectance's width there
+//! reference, or what stands between does ([`Shadows`]), as under techniques that know it. Disks are integrated by rules whose size follows from the reflectance's width there
 //! ([`steradian_brdf::Peak`]), in elevation and azimuth where grazing views see them at the horizon: relative to the largest
 //! radiance that the disk causes, the error is at most about 1e-3 and mostly far below ([`rule`]). Light rotation turns disks and directional lights, not point lights.
 
@@ -189,7 +189,7 @@ impl Direct {
     ) -> [f64; 3] {
         let wo = frame.to_local(wo);
         let luminous = |d: DVec3| brdf.f_cos(frame.to_local(d), wo).iter().sum::<f64>();
-        let open = |d: DVec3, distance: f64| place.is_none_or(|p| p.sees(d, distance));
+        let open = |d: DVec3, distance: f64| place.map_or(1.0, |p| p.arriving(d, distance));
         let mut sum = [0.0; 3];
         let mut gather =
             |value: [f64; 3], times: [f64; 3]| (0..3).for_each(|c| sum[c] += value[c] * times[c]);
@@ -216,8 +216,9 @@ impl Direct {
         }
         for d in &self.directionals {
             let value = brdf.f_cos(frame.to_local(d.direction), wo);
-            if value != [0.0; 3] && open(d.direction, f64::INFINITY) {
-                gather(value, d.irradiance);
+            if value != [0.0; 3] {
+                let open = open(d.direction, f64::INFINITY);
+                gather(value, d.irradiance.map(|e| e * open));
             }
         }
         for (p, from) in self.points.iter().zip(std::iter::repeat(position)) {
@@ -226,9 +227,10 @@ impl Direct {
             let d2 = to.length_squared();
             if d2 > 0.0 {
                 let f = brdf.f_cos(frame.to_local(to / d2.sqrt()), wo);
-                if f != [0.0; 3] && open(to / d2.sqrt(), d2.sqrt()) {
+                if f != [0.0; 3] {
+                    let open = open(to / d2.sqrt(), d2.sqrt());
                     // On the light itself it has no end; single precision has.
-                    gather(f, p.intensity.map(|i| (f64::from(i) / d2).clamp(-LARGEST, LARGEST)));
+                    gather(f, p.intensity.map(|i| open * (f64::from(i) / d2).clamp(-LARGEST, LARGEST)));
                 }
             }
         }

@@ -1,16 +1,17 @@
-//! Shadows of lights that are shaded with the exact reflectance, by rays.
+//! Shadows of lights that are shaded with the exact reflectance, by rays, shadow maps or shadow volumes.
 //!
-//! Of a disk or a texel some directions are tried, V each: ∫ V f_cos over the light is ∫ f_cos times Σ V f_cos / Σ f_cos over
+//! Of a disk or a texel some directions are tried, V each (maps and volumes know the middle alone): ∫ V f_cos over the light is ∫ f_cos times Σ V f_cos / Σ f_cos over
 //! them, so that a light that is seen whole is exact, and a narrow lobe counts what it sees of the light.
 
 use glam::DVec3;
-use steradian_scene::{Bvh, Ray};
+use steradian_scene::Ray;
+use steradian_scene::shadow::Blocker;
 
 /// What blocks light.
 #[derive(Debug, Clone, Copy)]
 pub struct Shadows<'a> {
     /// The geometry; both sides of a triangle block.
-    pub bvh: &'a Bvh,
+    pub by: &'a dyn Blocker,
     /// How far off the surface, along the normal, rays start, metres.
     pub offset: f64,
     /// Are they those of a reference? Then more directions of a light are tried, none of them those of other shadows.
@@ -18,9 +19,9 @@ pub struct Shadows<'a> {
 }
 
 impl Shadows<'_> {
-    /// Does light from world direction `d`, from `distance` at most, reach a point of unit normal `normal`?
-    pub(crate) fn sees(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> bool {
-        Place { shadows: self, position, normal }.sees(d, distance)
+    /// The part of light from world direction `d`, from `distance` at most, that reaches a point of unit normal `normal`.
+    pub(crate) fn arriving(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> f64 {
+        Place { shadows: self, position, normal }.arriving(d, distance)
     }
 }
 
@@ -39,12 +40,18 @@ pub(super) struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// Does light from world direction `d` arrive, from `distance` at most?
-    pub fn sees(&self, d: DVec3, distance: f64) -> bool {
+    /// The part of the light from world direction `d` that arrives, from `distance` at most.
+    pub fn arriving(&self, d: DVec3, distance: f64) -> f64 {
         let side = if d.dot(self.normal) < 0.0 { -self.normal } else { self.normal };
         let origin = (self.position + side * self.shadows.offset).as_vec3();
         let ray = Ray { origin, direction: d.as_vec3().normalize() };
-        !self.shadows.bvh.occluded(&ray, (distance - self.shadows.offset) as f32)
+        let distance = (distance - self.shadows.offset) as f32;
+        f64::from(self.shadows.by.arriving(&ray, side.as_vec3(), distance))
+    }
+
+    /// Does most of it arrive?
+    pub fn sees(&self, d: DVec3, distance: f64) -> bool {
+        self.arriving(d, distance) > 0.5
     }
 
     /// The part of a light that arrives, where `f` is what a direction of it gives. `at` are its directions, evenly spread
@@ -64,11 +71,9 @@ impl Place<'_> {
                 let d = at(x, y);
                 let value = f(d).abs();
                 all += value;
-                if self.sees(d, f64::INFINITY) {
-                    open += value;
-                } else {
-                    blocked = true;
-                }
+                let part = self.arriving(d, f64::INFINITY);
+                open += part * value;
+                blocked |= part < 1.0;
             }
             share = if !blocked {
                 1.0

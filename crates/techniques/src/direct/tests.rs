@@ -266,7 +266,7 @@ fn rays_shadow_what_stands_behind_the_mesh() {
         ..Mesh::default()
     };
     let bvh = Bvh::build(&mesh);
-    let shadows = Some(Shadows { bvh: &bvh, offset: 1e-4, reference: false });
+    let shadows = Some(Shadows { by: &bvh, offset: 1e-4, reference: false });
     let brdf = steradian_brdf::parse("lambert:albedo=0.5").expect("spec");
     let mut q = PointsBuf::default();
     q.push(Vec3::Y, Vec3::X, Vec3::Y, Vec3::ZERO);

@@ -17,7 +17,7 @@ mod textured;
 pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
-pub(crate) use per_point::arrives;
+pub(crate) use per_point::arriving;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;

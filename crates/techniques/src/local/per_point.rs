@@ -38,10 +38,10 @@ fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
     PointChart { n, t, side: 1.0, footprint: 0.0 }
 }
 
-/// Does the light from `d` reach a point?
-pub(crate) fn arrives(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> bool {
+/// The part of the light from `d` that reaches a point.
+pub(crate) fn arriving(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> f32 {
     let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
-    shadows.sees(p, n, d, f64::from(distance))
+    shadows.arriving(p, n, d, f64::from(distance)) as f32
 }
 
 #[inline(always)]
@@ -68,11 +68,11 @@ fn run<T: TexturedTechnique>(
                 let Some((d, e, distance)) = light.at(p) else { continue };
                 let f = T::f_cos(tables, &x, axes.local(d), o);
                 let seen = match (shadows, p) {
-                    (Some(shadows), Some(p)) if f != [0.0; 3] => arrives(shadows, p, c.n, d, distance),
-                    _ => true,
+                    (Some(shadows), Some(p)) if f != [0.0; 3] => arriving(shadows, p, c.n, d, distance),
+                    _ => 1.0,
                 };
-                if seen {
-                    (0..3).for_each(|c| sum[c] = (sum[c] + f[c] * e[c]).clamp(-f32::MAX, f32::MAX));
+                if seen > 0.0 {
+                    (0..3).for_each(|c| sum[c] = (sum[c] + seen * f[c] * e[c]).clamp(-f32::MAX, f32::MAX));
                 }
             }
             (0..3).for_each(|c| out.rgb[c][i] += sum[c]);

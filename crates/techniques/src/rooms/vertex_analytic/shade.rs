@@ -133,12 +133,13 @@ impl Corners {
 }
 
 impl Group {
-    /// Do the lights of the group reach a point?
-    fn arrives(&self, shadows: Shadows<'_>, p: DVec3, n: DVec3) -> bool {
+    /// The part of the group's lights that reaches a point: the least of any.
+    fn arriving(&self, shadows: Shadows<'_>, p: DVec3, n: DVec3) -> f64 {
         let directional = self.direct.directionals.iter().map(|d| (d.direction, f64::INFINITY));
         let points = self.direct.points.iter().map(|l| l.position.as_dvec3() - p);
         let points = points.map(|to| (to.normalize_or_zero(), to.length()));
-        directional.chain(points).all(|(d, distance)| d == DVec3::ZERO || shadows.sees(p, n, d, distance))
+        let lights = directional.chain(points).filter(|l| l.0 != DVec3::ZERO);
+        lights.map(|(d, distance)| shadows.arriving(p, n, d, distance)).fold(1.0, f64::min)
     }
 }
 
@@ -160,14 +161,13 @@ impl LocalShading for Corners {
                 continue;
             }
             for g in self.groups.iter().filter(|g| corners.iter().all(|&k| k < g.at[0].len())) {
-                if let (Some(shadows), false) = (shadows, q.p[0].is_empty())
-                    && !g.arrives(shadows, at(&q.p, i).as_dvec3(), n.as_dvec3())
-                {
-                    continue;
-                }
-                for c in 0..3 {
+                let part = match shadows.filter(|_| !q.p[0].is_empty()) {
+                    Some(shadows) => g.arriving(shadows, at(&q.p, i).as_dvec3(), n.as_dvec3()) as f32,
+                    None => 1.0,
+                };
+                for c in (0..3).filter(|_| part > 0.0) {
                     let [a, b, d] = corners.map(|k| g.at[c][k]);
-                    out.rgb[c][i] += (1.0 - v - w) * a + v * b + w * d;
+                    out.rgb[c][i] += part * ((1.0 - v - w) * a + v * b + w * d);
                 }
             }
         }

@@ -1,0 +1,205 @@
+//! Shadow maps (Williams 1978, *Casting Curved Shadows on Curved Surfaces*).
+
+use super::{Blocker, LightAt, meant};
+use crate::{Bvh, Mesh, Ray};
+use glam::{Mat3, Vec2, Vec3};
+
+/// Size and filter of shadow maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MapOptions {
+    /// Texels of a side: of a distant light's map, and of each of the six of a near one's cube.
+    pub size: usize,
+    /// Texels of a side of the square whose comparisons are averaged (Reeves, Salesin & Cook 1987, *Rendering Antialiased Shadows
+    /// with Depth Maps*); 1 compares one.
+    pub taps: usize,
+}
+
+impl Default for MapOptions {
+    fn default() -> Self {
+        Self { size: 1024, taps: 3 }
+    }
+}
+
+/// Steeper receivers, as a tangent, are taken for this steep: 84°.
+const STEEPEST: f32 = 10.0;
+/// Bias towards the light in texels, for a receiver that faces it and for each unit of its slope's tangent. Texels compare with the
+/// receiver's plane (Isidoro 2006, *Shadow Mapping: GPU-based Tips and Techniques*), so that this has to cover curvature and the
+/// angle between shading normals and facets alone.
+const BIAS: [f32; 2] = [0.5, 0.5];
+
+/// Depth maps of some lights, a texel the nearest surface along its centre's ray. Both sides of a triangle block.
+///
+/// A point is blocked where its depth is beyond a texel's by more than the bias of [`BIAS`] texels, which lets light leak that far under
+/// what touches a surface.
+#[derive(Debug, Clone)]
+pub struct ShadowMaps {
+    maps: Vec<(LightAt, Map)>,
+    taps: isize,
+}
+
+#[derive(Debug, Clone)]
+enum Map {
+    /// Orthographic: towards (x, y, to the light), the middle, half a side in metres, and depths: metres towards the light.
+    Plane { axes: Mat3, middle: Vec2, half: f32, size: usize, depth: Vec<f32> },
+    /// Six faces about a point: depths along the face's axis, metres.
+    Cube { size: usize, depth: Vec<f32> },
+}
+
+impl ShadowMaps {
+    /// Bytes of the maps of so many distant and near lights.
+    pub fn bytes(distant: usize, near: usize, options: MapOptions) -> u64 {
+        (distant as u64 + 6 * near as u64) * (options.size as u64).pow(2) * 4
+    }
+
+    /// The maps of `lights` over `mesh`, whose hierarchy is `bvh`.
+    pub fn new(mesh: &Mesh, bvh: &Bvh, lights: &[LightAt], options: MapOptions) -> Self {
+        let size = options.size.max(1);
+        let map = |light: &LightAt| match *light {
+            LightAt::Far(d) => plane(mesh, bvh, d.normalize_or(Vec3::Y), size),
+            LightAt::Near(p) => cube(bvh, p, size),
+        };
+        let taps = options.taps.max(1) as isize;
+        Self { maps: lights.iter().map(|l| (*l, map(l))).collect(), taps }
+    }
+}
+
+fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
+    let (x, y) = d.any_orthonormal_pair();
+    let axes = Mat3::from_cols(x, y, d);
+    let used = || mesh.triangles.iter().flatten().map(|i| axes.transpose() * mesh.positions[*i as usize]);
+    let (lo, hi) = used()
+        .filter(|p| p.is_finite())
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    if lo.x > hi.x {
+        return Map::Plane { axes, middle: Vec2::ZERO, half: 1.0, size: 1, depth: vec![f32::NEG_INFINITY] };
+    }
+    let middle = 0.5 * (lo + hi);
+    // A texel more on each side, so that what lies at the border is compared with something.
+    let half = (0.5 * (hi - lo).truncate().max_element()).max(1e-6) * (1.0 + 2.0 / size as f32);
+    let start = hi.z + 0.01 * (hi.z - lo.z) + 1e-3 * half;
+    let rays: Vec<Ray> = (0..size * size)
+        .map(|k| {
+            let at = middle.truncate() + half * centre(k, size);
+            Ray { origin: axes * at.extend(start), direction: -d }
+        })
+        .collect();
+    let depth = bvh.closest_many(&rays, f32::INFINITY);
+    let depth = depth.into_iter().map(|hit| hit.map_or(f32::NEG_INFINITY, |h| start - h.t)).collect();
+    Map::Plane { axes, middle: middle.truncate(), half, size, depth }
+}
+
+fn cube(bvh: &Bvh, origin: Vec3, size: usize) -> Map {
+    let rays: Vec<Ray> = (0..6 * size * size)
+        .map(|k| {
+            let e = face_direction(k / (size * size), centre(k % (size * size), size));
+            Ray { origin, direction: e.normalize() }
+        })
+        .collect();
+    // Distance to depth along the axis: the direction's largest component is 1 before it is normalised.
+    let along = |ray: &Ray, t: f32| t * ray.direction.abs().max_element();
+    let hits = bvh.closest_many(&rays, f32::INFINITY);
+    let depth = hits.iter().zip(&rays).map(|(hit, ray)| hit.map_or(f32::INFINITY, |h| along(ray, h.t)));
+    Map::Cube { size, depth: depth.collect() }
+}
+
+/// The centre of texel `k` on the square [−1, 1]².
+fn centre(k: usize, size: usize) -> Vec2 {
+    let at = |i: usize| (2 * i + 1) as f32 / size as f32 - 1.0;
+    Vec2::new(at(k % size), at(k / size))
+}
+
+/// The direction at (u, v) of a face: axis face / 2, positive for even ones, with the component 1 along it.
+fn face_direction(face: usize, at: Vec2) -> Vec3 {
+    let mut e = [0.0; 3];
+    let axis = face / 2;
+    e[axis] = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+    (e[(axis + 1) % 3], e[(axis + 2) % 3]) = (at.x, at.y);
+    Vec3::from_array(e)
+}
+
+/// Face and position on it that show direction `d`.
+fn face_of(d: Vec3) -> (usize, Vec2) {
+    let d = d.to_array();
+    let axis = (0..3).max_by(|a, b| d[*a].abs().total_cmp(&d[*b].abs())).unwrap_or(0);
+    let scale = 1.0 / d[axis].abs();
+    let at = Vec2::new(d[(axis + 1) % 3], d[(axis + 2) % 3]) * scale;
+    (2 * axis + usize::from(d[axis] < 0.0), at)
+}
+
+/// Bias towards the light in texels where the receiver's slope has this tangent.
+fn bias(slope: f32) -> f32 {
+    BIAS[0] + BIAS[1] * slope
+}
+
+impl Map {
+    /// The part of `taps` × `taps` texels that do not block the light at `p`.
+    fn open(&self, light: LightAt, p: Vec3, normal: Vec3, taps: isize) -> f32 {
+        let offsets = |k: isize| [k % taps - taps / 2, k / taps - taps / 2];
+        let mut open = 0;
+        match self {
+            Self::Plane { axes, middle, half, size, depth } => {
+                let (local, n) = (axes.transpose() * p, axes.transpose() * normal);
+                let texel = 2.0 * half / *size as f32;
+                let at = ((local.truncate() - middle) / half + Vec2::ONE) * (0.5 * *size as f32);
+                let [i, j] = [at.x, at.y].map(|x| x.floor().clamp(-1.0, *size as f32) as isize);
+                // Metres towards the light for a metre across.
+                let slope = steepness(n.truncate(), n.z);
+                let margin = texel * bias(slope.length());
+                for [dx, dy] in (0..taps * taps).map(offsets) {
+                    let (x, y) = (i + dx, j + dy);
+                    let inside = |k: isize| (0..*size as isize).contains(&k);
+                    let stored = if inside(x) && inside(y) {
+                        depth[y as usize * size + x as usize]
+                    } else {
+                        f32::NEG_INFINITY
+                    };
+                    let across = (Vec2::new(x as f32, y as f32) + 0.5 - at) * texel;
+                    let own = local.z - slope.dot(across);
+                    open += isize::from(stored <= own + margin);
+                }
+            }
+            Self::Cube { size, depth } => {
+                let LightAt::Near(origin) = light else { return 1.0 };
+                let to = p - origin;
+                let far = to.abs().max_element();
+                if far == 0.0 {
+                    return 1.0;
+                }
+                let (face, at) = face_of(to);
+                let step = 2.0 / *size as f32;
+                let cosine = -normal.dot(to) / to.length();
+                let slope = ((1.0 - cosine * cosine).max(0.0).sqrt() / cosine.abs().max(1e-3)).min(STEEPEST);
+                let margin = far * step * bias(slope);
+                let nearest = |x: f32| ((x + 1.0) / step).floor().clamp(0.0, *size as f32 - 1.0);
+                for [dx, dy] in (0..taps * taps).map(offsets) {
+                    let tap = Vec2::new(nearest(at.x) + dx as f32, nearest(at.y) + dy as f32);
+                    // Beyond the border of a face its extended plane leads to a texel of the neighbour.
+                    let (face, at) = face_of(face_direction(face, (tap + 0.5) * step - 1.0));
+                    let [x, y] = [at.x, at.y].map(|x| nearest(x) as usize);
+                    let e = face_direction(face, centre(y * size + x, *size));
+                    // Where the ray of this texel meets the receiver's plane; a plane seen from too steep is taken for one that
+                    // faces the light.
+                    let along = e.dot(normal);
+                    let flat = far * e.abs().max_element();
+                    let own = if along.abs() * STEEPEST > e.length() { to.dot(normal) / along } else { flat };
+                    let own = if own > 0.0 { own } else { flat };
+                    open += isize::from(depth[(face * size + y) * size + x] >= own - margin);
+                }
+            }
+        }
+        open as f32 / (taps * taps) as f32
+    }
+}
+
+/// How much a plane of a normal with these parts across and towards the light rises against the light, a metre for a metre.
+fn steepness(across: Vec2, towards: f32) -> Vec2 {
+    let slope = across / towards.abs().max(1e-6) * towards.signum();
+    slope.clamp_length_max(STEEPEST)
+}
+
+impl Blocker for ShadowMaps {
+    fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32 {
+        let found = meant(&self.maps, ray, distance);
+        found.map_or(1.0, |(light, map)| map.open(*light, ray.origin, normal, self.taps))
+    }
+}

@@ -1,0 +1,57 @@
+//! What stands between points and lights: rays, shadow maps, shadow volumes.
+//!
+//! Rays through the hierarchy are the yardstick. Maps and volumes are what rasterisers draw; here they are computed without one, so
+//! that a picture shows what each of them costs in accuracy.
+
+mod map;
+mod volume;
+
+use crate::{Bvh, Ray};
+use glam::Vec3;
+use std::fmt::Debug;
+
+pub use map::{MapOptions, ShadowMaps};
+pub use volume::ShadowVolumes;
+
+/// What stands between points and lights.
+pub trait Blocker: Debug + Send + Sync {
+    /// The part of a light that arrives, 0 … 1: from the unit direction of `ray`, `distance` away (infinite for distant ones), at
+    /// the ray's origin, a point of unit normal `normal`.
+    fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32;
+}
+
+impl Blocker for Bvh {
+    fn arriving(&self, ray: &Ray, _: Vec3, distance: f32) -> f32 {
+        f32::from(u8::from(!self.occluded(ray, distance)))
+    }
+}
+
+/// Where a light is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightAt {
+    /// Far away in this unit direction.
+    Far(Vec3),
+    /// At this position, metres.
+    Near(Vec3),
+}
+
+impl LightAt {
+    /// How far it is from being the light that `ray` looks for at `distance`: an angle in radians or a distance in metres; infinite
+    /// for one of the other kind.
+    fn mismatch(self, ray: &Ray, distance: f32) -> f32 {
+        match self {
+            Self::Far(d) if distance.is_infinite() => (d - ray.direction).length(),
+            Self::Near(p) if distance.is_finite() => (ray.origin + distance * ray.direction - p).length(),
+            _ => f32::INFINITY,
+        }
+    }
+}
+
+/// The one of some things, one a light, that is meant for the light that a ray looks for.
+fn meant<'a, T>(all: &'a [(LightAt, T)], ray: &Ray, distance: f32) -> Option<&'a (LightAt, T)> {
+    let mismatch = |x: &&(LightAt, T)| x.0.mismatch(ray, distance);
+    all.iter().min_by(|a, b| mismatch(a).total_cmp(&mismatch(b)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,155 @@
+//! Maps and volumes beside rays.
+
+use super::*;
+use crate::{Mesh, shapes};
+use glam::Affine3A;
+
+/// How far off the surface points are.
+const OFFSET: f32 = 1e-4;
+
+/// A knot above a floor.
+fn scene() -> Mesh {
+    let lift = Affine3A::from_translation(Vec3::Y);
+    let floor = shapes::by_name("plane:size=6").expect("a shape");
+    Mesh::merged(&[shapes::knot(2, 3, 0.6, 0.3, 0.1, 24).transformed(&lift), floor])
+}
+
+/// Points of a mesh with their geometric normals, turned to the light.
+fn points(mesh: &Mesh, light: LightAt, count: usize) -> Vec<(Ray, Vec3, f32)> {
+    let mut out = Vec::new();
+    let areas: Vec<f32> = (0..mesh.triangles.len())
+        .map(|i| {
+            let [a, b, c] = mesh.corners(i);
+            (b - a).cross(c - a).length()
+        })
+        .collect();
+    let whole: f32 = areas.iter().sum();
+    let (mut k, mut before) = (0, 0.0);
+    for (i, area) in areas.iter().enumerate() {
+        let [a, b, c] = mesh.corners(i);
+        while k < count && (k as f32 + 0.5) / count as f32 * whole < before + area {
+            let (u, v) = ((k as f32 * 0.754_877_7).fract(), (k as f32 * 0.569_840_3).fract());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let p = a + u * (b - a) + v * (c - a);
+            let (d, distance) = match light {
+                LightAt::Far(d) => (d, f32::INFINITY),
+                LightAt::Near(l) => ((l - p).normalize(), (l - p).length()),
+            };
+            let n = (b - a).cross(c - a).normalize_or_zero();
+            let n = if n.dot(d) < 0.0 { -n } else { n };
+            out.push((Ray { origin: p + OFFSET * n, direction: d }, n, distance - OFFSET));
+            k += 1;
+        }
+        before += area;
+    }
+    out
+}
+
+const LIGHTS: [LightAt; 4] = [
+    LightAt::Far(Vec3::new(0.36, 0.8, 0.48)),
+    LightAt::Far(Vec3::new(0.8, 0.36, -0.48)),
+    LightAt::Near(Vec3::new(1.3, 2.9, 0.4)),
+    LightAt::Near(Vec3::new(0.05, 1.02, 0.1)),
+];
+
+/// Of points that face the light by a usual angle, the part on which a blocker and rays disagree.
+fn mislit(mesh: &Mesh, bvh: &Bvh, blocker: &dyn Blocker, light: LightAt) -> f32 {
+    let all = points(mesh, light, 20_000);
+    let facing: Vec<_> = all.iter().filter(|(ray, n, _)| ray.direction.dot(*n) > 0.2).collect();
+    assert!(facing.len() > 2000);
+    let wrong = |(ray, n, distance): &&&(Ray, Vec3, f32)| {
+        (blocker.arriving(ray, *n, *distance) > 0.5) != (bvh.arriving(ray, *n, *distance) > 0.5)
+    };
+    facing.iter().filter(wrong).count() as f32 / facing.len() as f32
+}
+
+#[test]
+fn maps_err_by_half_as_much_with_twice_the_texels() {
+    let mesh = scene();
+    let bvh = Bvh::build(&mesh);
+    for light in LIGHTS {
+        for taps in [1, 3] {
+            let errors = [128, 256, 512, 1024].map(|size| {
+                let maps = ShadowMaps::new(&mesh, &bvh, &[light], MapOptions { size, taps });
+                mislit(&mesh, &bvh, &maps, light)
+            });
+            println!("{light:?}, {taps} taps: {errors:?}");
+            // From eight times the texels an eighth, but for chance.
+            assert!(errors[3] < 0.2 * errors[0] && errors[3] < 0.012, "{light:?}: {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn filtered_edges_are_between_light_and_shadow() {
+    let mesh = scene();
+    let bvh = Bvh::build(&mesh);
+    let maps = ShadowMaps::new(&mesh, &bvh, &LIGHTS[..1], MapOptions { size: 256, taps: 5 });
+    let parts: Vec<f32> =
+        points(&mesh, LIGHTS[0], 20_000).iter().map(|(ray, n, d)| maps.arriving(ray, *n, *d)).collect();
+    assert!(parts.iter().all(|p| (0.0..=1.0).contains(p)));
+    assert!(parts.iter().filter(|p| **p > 0.1 && **p < 0.9).count() > 100);
+}
+
+/// Volumes are those of rays but where a ray passes an edge by less than rounding: there the verdict of rays changes too within 1e-3.
+#[test]
+fn volumes_are_what_rays_find() {
+    let open = Mesh::merged(&[
+        shapes::teapot(4, true).transformed(&Affine3A::from_translation(Vec3::Y)),
+        shapes::by_name("plane:size=6").expect("a shape"),
+    ]);
+    for mesh in [scene(), open] {
+        let bvh = Bvh::build(&mesh);
+        let all = ShadowVolumes::new(&mesh, &LIGHTS);
+        assert!(all.triangles() > 4 * mesh.triangles.len());
+        for light in LIGHTS {
+            let (mut wrong, mut blocked, mut count) = (0, 0, 0);
+            for (ray, n, distance) in points(&mesh, light, 8000) {
+                if ray.direction.dot(n) < 0.05 {
+                    continue;
+                }
+                let (got, want) = (all.arriving(&ray, n, distance), bvh.arriving(&ray, n, distance));
+                count += 1;
+                blocked += usize::from(want == 0.0);
+                if got != want {
+                    let (x, y) = ray.direction.any_orthonormal_pair();
+                    let beside = |d: Vec3| Ray { origin: ray.origin + 1e-3 * d, ..ray };
+                    let edge = [x, -x, y, -y].map(|d| bvh.arriving(&beside(d), n, distance));
+                    assert!(edge.iter().any(|e| *e != want), "{light:?}: {ray:?}");
+                    wrong += 1;
+                }
+            }
+            println!("{light:?}: {wrong} of {count}, {blocked} blocked");
+            assert!(wrong * 200 < count && blocked * 50 > count, "{light:?}: {wrong}, {blocked} of {count}");
+        }
+    }
+}
+
+/// One triangle shadows from both sides, and nothing between it and the light.
+#[test]
+fn a_triangle_alone_casts_a_shadow() {
+    let mesh = Mesh {
+        positions: vec![Vec3::new(-1.0, 0.0, -1.0), Vec3::new(3.0, 0.0, -1.0), Vec3::new(-1.0, 0.0, 3.0)],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let (up, down) = (LightAt::Far(Vec3::Y), LightAt::Far(-Vec3::Y));
+    let near = LightAt::Near(Vec3::new(0.2, 1.0, 0.3));
+    let volumes = ShadowVolumes::new(&mesh, &[up, down, near]);
+    let maps =
+        ShadowMaps::new(&mesh, &Bvh::build(&mesh), &[up, down, near], MapOptions { size: 64, taps: 1 });
+    for blocker in [&volumes as &dyn Blocker, &maps] {
+        let arriving = |p: Vec3, light: LightAt| {
+            let (direction, distance) = match light {
+                LightAt::Far(d) => (d, f32::INFINITY),
+                LightAt::Near(l) => ((l - p).normalize(), (l - p).length()),
+            };
+            blocker.arriving(&Ray { origin: p, direction }, direction, distance)
+        };
+        let (above, below, aside) =
+            (Vec3::new(0.1, 0.5, 0.1), Vec3::new(0.1, -0.5, 0.1), Vec3::new(2.9, -0.5, 2.9));
+        assert_eq!([up, down, near].map(|l| arriving(above, l)), [1.0, 0.0, 1.0], "{blocker:?}");
+        assert_eq!([up, down, near].map(|l| arriving(below, l)), [0.0, 1.0, 0.0], "{blocker:?}");
+        assert_eq!([up, down, near].map(|l| arriving(aside, l)), [1.0; 3], "{blocker:?}");
+    }
+}
