@@ -50,7 +50,7 @@ fn claims_of_all_reflectance_hold() {
         let found = trials::reflectances(card);
         let claims = [(3, card.capabilities.all_isotropic), (4, card.capabilities.all_anisotropic)];
         for (column, _) in claims.into_iter().filter(|c| c.1) {
-            assert!(matches!(found[column], trials::Outcome::Holds(_)), "{}: {:?}", card.slug, found[column]);
+            assert!(matches!(found[column], Outcome::Holds(_)), "{}: {:?}", card.slug, found[column]);
         }
     }
 }
