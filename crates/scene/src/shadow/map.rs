@@ -29,7 +29,7 @@ const BIAS: [f32; 2] = [0.5, 0.5];
 
 /// Depth maps of some lights, a texel the nearest surface along its centre's ray. Both sides of a triangle block.
 ///
-/// A point is blocked where its depth is beyond a texel's by more than the bias of [`BIAS`] texels, which lets light leak that far under
+/// A point is blocked where its depth is beyond a texel's by more than the bias of half a texel or more, which lets light leak that far under
 /// what touches a surface.
 #[derive(Debug, Clone)]
 pub struct ShadowMaps {
