@@ -8,6 +8,8 @@ const BACKED: u64 = 64;
 /// Part of the memory limit that a file may fill whatever its size, such as a flat normal map: 512 MiB by default, which an
 /// image of 8192 x 4096 pixels stays below and which is decoded within 2 s.
 const UNBACKED_PART: u64 = 16;
+/// Planes that an image comes to in use: a grey one becomes red, green and blue.
+const COLOURS: u64 = 3;
 /// What that part is at least.
 const MIN_UNBACKED_BYTES: u64 = 64 << 20;
 
@@ -39,7 +41,9 @@ impl Limits {
             return Err(FormatError::invalid(path, why));
         }
         let pixels = width * height;
-        self.memory(path, u128::from(pixels) * u128::from(planes.max(1)) * 4, file_bytes)?;
+        let bytes = |planes: u64| u128::from(pixels) * u128::from(planes) * 4;
+        self.memory(path, bytes(planes.max(1)), file_bytes)?;
+        self.backed(path, bytes(planes.max(COLOURS)), file_bytes)?;
         usize::try_from(pixels).map_err(|_| FormatError::invalid(path, "too large for this machine"))
     }
 
@@ -80,6 +84,11 @@ impl Limits {
             );
             return Err(FormatError::invalid(path, why));
         }
+        self.backed(path, bytes, file_bytes)
+    }
+
+    /// Is a file of `file_bytes` bytes long enough for `bytes` decoded ones?
+    fn backed(&self, path: &Path, bytes: u128, file_bytes: u64) -> Result<(), FormatError> {
         let most = self.decoded(file_bytes);
         if bytes > u128::from(most) {
             let why = format!(
@@ -109,6 +118,8 @@ mod tests {
         assert!(why(10_000, 10_000, 9).contains("truncated or damaged"));
         // A flat image of 8k is decoded, one of 20k only where the limit was raised.
         assert!(l.image(p, 8192, 4096, 3, 40_000).is_ok());
+        // A grey image counts as the three colours that it becomes.
+        assert!(l.image(p, 9000, 9000, 1, 97_000).is_err());
         assert!(why(20_000, 20_000, 430_000).contains("up to 512 MiB alone"));
         assert!(Limits { max_memory: 80 << 30, ..l }.image(p, 20_000, 20_000, 3, 430_000).is_ok());
     }

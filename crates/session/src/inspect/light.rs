@@ -4,6 +4,7 @@ use super::TextureFacts;
 use crate::inputs::{self, Adjust, is_sky};
 use crate::{Error, Session};
 use glam::DVec3;
+use steradian_base::{Cancelled, Task};
 use steradian_light::load::{Report, Samples};
 use steradian_light::{DiskLight, Lights};
 use steradian_parallel::prelude::*;
@@ -103,23 +104,31 @@ impl Session {
         if is_sky(spec) {
             let lights = self.light(spec, adjust)?;
             let disks = lights.disks.clone();
-            return Ok(facts(&lights.into_image(), disks, None));
+            return facts(&lights.into_image(), disks, None, &self.task);
         }
         let loaded = self.map(spec, adjust, level)?;
-        let facts = facts(&loaded.image, Vec::new(), Some(loaded.report));
+        let facts = facts(&loaded.image, Vec::new(), Some(loaded.report), &self.task)?;
         Ok(EnvironmentFacts { texture: self.inspect_texture(spec, adjust)?, ..facts })
     }
 }
 
-fn facts(image: &SphereImage, disks: Vec<DiskLight>, file: Option<Report>) -> EnvironmentFacts {
-    let mut s = sums(image);
+fn facts(
+    image: &SphereImage,
+    disks: Vec<DiskLight>,
+    file: Option<Report>,
+    task: &Task,
+) -> Result<EnvironmentFacts, Error> {
+    let mut s = sums(image, task)?;
     if let Some(Samples { min, max, negative }) = file.as_ref().and_then(|r| r.samples) {
         (s.min, s.max, s.negative) = (min, max, negative);
     }
+    task.begin("spherical harmonics", 0);
     let sh = spectrum(image, &disks);
+    task.end();
+    task.check()?;
     let bands = band_energy(&sh);
     let integral = plus_disks(s.integral, &disks, DiskLight::solid_angle);
-    EnvironmentFacts {
+    Ok(EnvironmentFacts {
         layout: image.layout,
         width: image.width,
         height: image.height,
@@ -139,7 +148,7 @@ fn facts(image: &SphereImage, disks: Vec<DiskLight>, file: Option<Report>) -> En
         disks,
         file,
         texture: None,
-    }
+    })
 }
 
 /// Sums over an image, in one pass over its rows.
@@ -232,11 +241,14 @@ impl Sums {
 /// Rows per block: blocks are summed in order, whatever the number of threads.
 const ROWS: usize = 64;
 
-fn sums(image: &SphereImage) -> Sums {
+fn sums(image: &SphereImage, task: &Task) -> Result<Sums, Cancelled> {
     let rows = image.layout.faces() * image.height;
-    let blocks: Vec<Sums> = (0..rows.div_ceil(ROWS))
+    let blocks = rows.div_ceil(ROWS);
+    task.begin("sums over the texels", blocks as u64);
+    let blocks: Result<Vec<Sums>, Cancelled> = (0..blocks)
         .into_par_iter()
         .map(|b| {
+            task.check()?;
             let mut s = Sums::new();
             for row in b * ROWS..((b + 1) * ROWS).min(rows) {
                 let omega = image.row_solid_angles(row / image.height, row % image.height);
@@ -246,10 +258,12 @@ fn sums(image: &SphereImage) -> Sums {
                     s.add(rgb, w, direction(image, k).y, k);
                 }
             }
-            s
+            task.advance(1);
+            Ok(s)
         })
         .collect();
-    blocks.into_iter().fold(Sums::new(), Sums::merge)
+    task.end();
+    Ok(blocks?.into_iter().fold(Sums::new(), Sums::merge))
 }
 
 /// Direction of texel `k` of a plane.
@@ -325,7 +339,7 @@ mod tests {
         let mut image = SphereImage::from_fn(Layout::LatLong, 64, 32, |_| [1.0; 3]);
         let k = image.index(0, 48, 10);
         image.planes.iter_mut().for_each(|p| p[k] = 1e6);
-        let s = sums(&image);
+        let s = sums(&image, &Task::quiet()).unwrap();
         assert_eq!(s.brightest.1, k);
         // The texel covers about 0.07 % of the sphere.
         assert!(s.share(1e-2) > 0.99 && s.share(1e-5) < 0.1);
@@ -340,7 +354,7 @@ mod tests {
         let bands = band_energy(&spectrum(&image, &[]));
         assert!((bands[0] - 12.0 * std::f64::consts::PI).abs() < 1e-4);
         assert!(bands[1..].iter().all(|b| *b < 1e-12 * bands[0]));
-        assert!((sums(&image).floor[0] - std::f64::consts::PI).abs() < 1e-2);
+        assert!((sums(&image, &Task::quiet()).unwrap().floor[0] - std::f64::consts::PI).abs() < 1e-2);
     }
 
     #[test]
