@@ -19,6 +19,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::ParamInfo;
+use steradian_simd::{Arch, Kernel, run};
 
 /// The page.
 pub static INFO: Info = Info {
@@ -94,6 +95,55 @@ impl Ggx {
     }
 }
 
+/// [`Brdf::f_cos_batch`], eight directions at a time, with the operations of [`Ggx::shape`] in their order: the bits are the
+/// same.
+struct Batch<'a> {
+    ggx: &'a Ggx,
+    wi: &'a [DVec3],
+    wo: DVec3,
+    out: &'a mut [[f64; 3]],
+}
+
+impl Kernel for Batch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let Self { ggx, wi, wo, out } = self;
+        let (ax, ay, f0) = (ggx.ax, ggx.ay, ggx.f0);
+        let (length_o, area) = (stretched_length(wo, ax, ay), ax * ay);
+        let scale = 0.5 * area.powi(3);
+        let (eights, rest) = wi.as_chunks::<8>();
+        let (out, last) = out[..wi.len()].as_chunks_mut::<8>();
+        for (wi, out) in eights.iter().zip(out) {
+            let (x, y, z) = (wi.map(|w| w.x), wi.map(|w| w.y), wi.map(|w| w.z));
+            let (mut shape, mut fresnel, mut usual) = ([0.0; 8], [0.0; 8], true);
+            for k in 0..8 {
+                let (sx, sy) = (ax * x[k], ay * y[k]);
+                let length_i = (sx * sx + sy * sy + z[k] * z[k]).sqrt();
+                let s = length_i * wo.z + length_o * z[k];
+                let (vx, vy, vz) = (x[k] + wo.x, y[k] + wo.y, z[k] + wo.z);
+                let square = vx * vx + vy * vy + vz * vz;
+                let (px, py, pz) = (ay * vx, ax * vy, area * vz);
+                let p = px * px + py * py + pz * pz;
+                shape[k] = scale * square * square / (PI * p * p * s);
+                let u = 1.0 - (0.5 * square.sqrt()).min(1.0);
+                let u2 = u * u;
+                fresnel[k] = u2 * u2 * u;
+                usual &= square >= 1e-100 && s >= 1e-150 && z[k] > 0.0;
+            }
+            if usual {
+                for k in 0..8 {
+                    out[k] = f0.map(|f0| (f0 + (1.0 - f0) * fresnel[k]) * shape[k] * z[k]);
+                }
+            } else {
+                wi.iter().zip(out).for_each(|(wi, f)| *f = ggx.f_cos(*wi, wo));
+            }
+        }
+        rest.iter().zip(last).for_each(|(wi, f)| *f = ggx.f_cos(*wi, wo));
+    }
+}
+
 impl Brdf for Ggx {
     fn info(&self) -> &'static Info {
         &INFO
@@ -114,6 +164,14 @@ impl Brdf for Ggx {
         }
         let (shape, u) = self.shape(wi, wo);
         times(schlick(self.f0, u), shape)
+    }
+
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        if wo.z > 0.0 {
+            run(Batch { ggx: self, wi, wo, out });
+        } else {
+            out.fill([0.0; 3]);
+        }
     }
 
     fn is_isotropic(&self) -> bool {
@@ -143,5 +201,33 @@ impl Brdf for Ggx {
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         draw::pdf(&self.draw(), wi, wo)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_directions_give_the_bits_of_one_at_a_time() {
+        for (ax, ay) in [(0.3, 0.3), (1e-4, 1e-4), (0.02, 0.7), (1.0, 1.0)] {
+            let ggx = Ggx { ax, ay, f0: [0.04, 0.5, 1.0] };
+            for wo in [DVec3::Z, DVec3::new(0.6, -0.3, 0.2).normalize(), DVec3::new(0.6, 0.8, -0.1)] {
+                let at = |k: usize| {
+                    let (z, phi) = (1.0 - 0.03 * k as f64, 2.4 * k as f64);
+                    let r = (1.0 - z * z).max(0.0).sqrt();
+                    DVec3::new(r * phi.cos(), r * phi.sin(), z)
+                };
+                let mut wi: Vec<DVec3> = (0..51).map(at).collect();
+                wi[20] = -wo;
+                for n in [0, 1, 8, 13, 51] {
+                    let mut out = vec![[f64::NAN; 3]; n];
+                    ggx.f_cos_batch(&wi[..n], wo, &mut out);
+                    for (f, wi) in out.iter().zip(&wi) {
+                        assert_eq!(f.map(f64::to_bits), ggx.f_cos(*wi, wo).map(f64::to_bits), "{wi} {wo}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -56,6 +56,8 @@ pub(super) struct Scene<'a> {
     pub disks: Vec<(f64, [f64; 3])>,
     /// Ridges of the reflectance.
     pub hints: Hints,
+    /// The relative error that is aimed at.
+    pub tolerance: f64,
     /// Is f_cos zero below the horizon?
     pub clip: bool,
 }
@@ -266,7 +268,7 @@ impl<'a, 'b> Engine<'a, 'b> {
     }
 
     fn is_heavy(&self, lit: &Lit<'_>, rect: &Rect) -> bool {
-        lit.moments().is_some_and(|m| self.image().1.is_heavy(m, rect))
+        lit.moments().is_some_and(|m| self.image().1.is_heavy(m, rect, self.scene.tolerance))
     }
 
     fn integrate(&mut self, lit: &Lit<'_>, view: &View, (place, rect): (&Place, &Rect), side: Side) -> Found {

@@ -1,12 +1,13 @@
 //! The Legendre interpolant of a function on a rectangle and how far it is to be trusted.
 
-use super::legendre::{CHECKS, N, RULE, Row, Square, polynomials};
+use super::legendre::{CHECKS, N, RULE, Row, Wide, WideSquare, polynomials, wide};
+use steradian_simd::{Arch, Kernel, run};
 
 /// A function sampled on the Gauss grid, `[channel][x][y]`, at the check points, and where the light is brightest.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     /// At Gauss nodes.
-    pub grid: [Square; 3],
+    pub grid: [WideSquare; 3],
     /// At the check points, `[point][channel]`.
     pub checks: [[f64; 3]; CHECKS.len()],
     /// One more point (x, y) with its value.
@@ -15,14 +16,14 @@ pub(super) struct Samples {
 
 impl Samples {
     /// All zero.
-    pub const ZERO: Self = Self { grid: [[[0.0; N]; N]; 3], checks: [[0.0; 3]; CHECKS.len()], peak: None };
+    pub const ZERO: Self = Self { grid: [[[0.0; 8]; N]; 3], checks: [[0.0; 3]; CHECKS.len()], peak: None };
 }
 
 /// Legendre coefficients with error estimates, per channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
     /// `[i][j]`.
-    pub c: Square,
+    pub c: WideSquare,
     /// Estimate of max |g − interpolant|.
     pub loose: f64,
     /// Estimate of the error of the mean of g by Gauss–Legendre. It misses degrees 12 and up only, but of a
@@ -40,7 +41,7 @@ pub(super) struct Fit {
 /// degrees 6 and up, about τ ρ^1.5/(1 − ρ) at the geometric rate; τ·ρ is kept, which real functions, whose
 /// coefficients fall faster than geometrically, stay below.
 #[inline(always)]
-fn decay(e: &Row) -> (f64, f64) {
+fn decay(e: &[f64]) -> (f64, f64) {
     let last = e[N - 1].max(e[N - 2]);
     let before = e[N - 3].max(e[N - 4]);
     let rho = if last < before { (last / before).sqrt() } else { 1.0 };
@@ -49,7 +50,19 @@ fn decay(e: &Row) -> (f64, f64) {
 
 /// Fits each channel.
 pub(super) fn fit(s: &Samples) -> [Fit; 3] {
-    steradian_simd::dispatch(|| fit_channels(s))
+    run(Fits(s))
+}
+
+/// Operations and their order are the same on every instruction set, and so are the bits.
+struct Fits<'a>(&'a Samples);
+
+impl Kernel for Fits<'_> {
+    type Output = [Fit; 3];
+
+    #[inline(always)]
+    fn run<A: Arch>(self) -> [Fit; 3] {
+        fit_channels(self.0)
+    }
 }
 
 #[inline(always)]
@@ -65,14 +78,14 @@ fn fit_channels(s: &Samples) -> [Fit; 3] {
 #[inline(always)]
 fn fit_channel(s: &Samples, channel: usize) -> Fit {
     let c = coefficients(&s.grid[channel]);
-    let (mut ex, mut ey) = ([0.0; N], [0.0; N]);
+    let (mut ex, mut ey) = ([0.0; N], [0.0; 8]);
     for i in 0..N {
-        for j in 0..N {
-            ex[i] += c[i][j].abs();
+        for j in 0..8 {
             ey[j] += c[i][j].abs();
         }
+        ex[i] = c[i][..N].iter().map(|v| v.abs()).sum();
     }
-    let ((tx, rx), (ty, ry)) = (decay(&ex), decay(&ey));
+    let ((tx, rx), (ty, ry)) = (decay(&ex), decay(&ey[..N]));
     let share = [tx * rx, ty * ry];
     let decayed = share[0] + share[1];
     let missed = 1.5 * discrepancy(&c, s, channel);
@@ -86,18 +99,18 @@ fn fit_channel(s: &Samples, channel: usize) -> Fit {
 
 /// Rows of all degrees, so that their numbers are computed side by side.
 #[inline(always)]
-fn coefficients(g: &Square) -> Square {
+fn coefficients(g: &WideSquare) -> WideSquare {
     let (t, of_node) = (&RULE.to_degree, &RULE.of_node);
-    let mut c = [[0.0; N]; N];
+    let mut c = [[0.0; 8]; N];
     for i in 0..N {
-        let mut half = [0.0; N];
+        let mut half = [0.0; 8];
         for q in 0..N {
-            for b in 0..N {
+            for b in 0..8 {
                 half[b] += t[i][q] * g[q][b];
             }
         }
         for b in 0..N {
-            for j in 0..N {
+            for j in 0..8 {
                 c[i][j] += of_node[b][j] * half[b];
             }
         }
@@ -106,17 +119,17 @@ fn coefficients(g: &Square) -> Square {
 }
 
 impl Fit {
-    /// The interpolant at a point of the square.
-    pub fn at(&self, x: f64, y: f64) -> f64 {
-        blend(&self.c, &polynomials(x), &polynomials(y))
+    /// The interpolant where the polynomials of x and of y have these values.
+    pub fn at(&self, px: &Row, py: &Wide) -> f64 {
+        blend(&self.c, px, py)
     }
 }
 
 #[inline(always)]
-fn blend(c: &Square, px: &Row, py: &Row) -> f64 {
-    let mut row = [0.0; N];
+fn blend(c: &WideSquare, px: &Row, py: &Wide) -> f64 {
+    let mut row = [0.0; 8];
     for i in 0..N {
-        for j in 0..N {
+        for j in 0..8 {
             row[j] += px[i] * c[i][j];
         }
     }
@@ -125,14 +138,14 @@ fn blend(c: &Square, px: &Row, py: &Row) -> f64 {
 
 /// Largest |g − interpolant| over the check points.
 #[inline(always)]
-fn discrepancy(c: &Square, s: &Samples, channel: usize) -> f64 {
+fn discrepancy(c: &WideSquare, s: &Samples, channel: usize) -> f64 {
     let mut worst: f64 = 0.0;
-    for (k, [px, py]) in RULE.checks.iter().enumerate() {
+    for (k, (px, py)) in RULE.checks.iter().enumerate() {
         let p = blend(c, px, py);
         worst = worst.max((s.checks[k][channel] - p).abs());
     }
     if let Some(([x, y], g)) = s.peak {
-        let p = blend(c, &polynomials(x), &polynomials(y));
+        let p = blend(c, &polynomials(x), &wide(&polynomials(y)));
         worst = worst.max((g[channel] - p).abs());
     }
     worst

@@ -108,17 +108,14 @@ impl Nodes {
     /// On a rectangle.
     pub fn new(rect: &Rect) -> Self {
         let ([cp, ct], [hp, ht]) = (rect.centre(), rect.size().map(|s| 0.5 * s));
-        let sin_cos = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
-            [sin, cos]
-        };
+        let (phi, theta) = (cp.sin_cos(), ct.sin_cos());
         let check = |[x, y]: [f64; 2]| {
-            let theta = (ct + ht * y).sin_cos();
-            (spherical((cp + hp * x).sin_cos(), theta), theta.0)
+            let theta = beside(theta, ct, ht * y);
+            (spherical(beside(phi, cp, hp * x), theta), theta.0)
         };
         Self {
-            azimuths: RULE.x.map(|x| sin_cos(cp + hp * x)).map(|[sin, cos]| [cos, sin]),
-            polars: RULE.x.map(|x| sin_cos(ct + ht * x)),
+            azimuths: RULE.x.map(|x| beside(phi, cp, hp * x)).map(|(sin, cos)| [cos, sin]),
+            polars: RULE.x.map(|x| beside(theta, ct, ht * x)).map(|(sin, cos)| [sin, cos]),
             checks: CHECKS.map(check),
         }
     }
@@ -140,11 +137,25 @@ impl Nodes {
     }
 }
 
+/// Sine and cosine of `a` + `d` from those of `a`: for small d by the addition theorem and Taylor polynomials, whose
+/// error of d¹³/13! is below rounding; several times as fast as the library's.
+fn beside((sin, cos): (f64, f64), a: f64, d: f64) -> (f64, f64) {
+    const SMALL: f64 = 0.25;
+    if d.abs() > SMALL {
+        return (a + d).sin_cos();
+    }
+    let q = -d * d;
+    // Σ q^k/(2k + 1)! and Σ q^k/(2k)!.
+    let s = d * (1.0 + q / 6.0 * (1.0 + q / 20.0 * (1.0 + q / 42.0 * (1.0 + q / 72.0 * (1.0 + q / 110.0)))));
+    let c = 1.0 + q / 2.0 * (1.0 + q / 12.0 * (1.0 + q / 30.0 * (1.0 + q / 56.0 * (1.0 + q / 90.0))));
+    (sin * c + cos * s, cos * c - sin * s)
+}
+
 /// Points of the Gauss rule, and check points.
 pub(super) const SAMPLES: usize = N * N + CHECKS.len();
 
 /// A chart's direction from sine and cosine of φ and of θ.
-fn spherical((sp, cp): (f64, f64), (st, ct): (f64, f64)) -> DVec3 {
+pub(super) fn spherical((sp, cp): (f64, f64), (st, ct): (f64, f64)) -> DVec3 {
     DVec3::new(st * cp, ct, st * sp)
 }
 
@@ -175,5 +186,19 @@ impl Chart {
     /// The local direction at (φ, θ).
     pub fn direction(&self, phi: f64, theta: f64) -> DVec3 {
         self.at(spherical(phi.sin_cos(), theta.sin_cos()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_beside_one_that_is_known_are_exact_to_rounding() {
+        for k in 0..=2000 {
+            let (a, d) = (f64::from(k) * 0.0031 - 3.1, f64::from(k % 201 - 100) * 2.6e-3);
+            let ((s, c), (sine, cosine)) = (beside(a.sin_cos(), a, d), (a + d).sin_cos());
+            assert!((s - sine).abs() < 5e-16 && (c - cosine).abs() < 5e-16, "{a} {d}");
+        }
     }
 }

@@ -7,11 +7,11 @@ use steradian_brdf::Lobe;
 /// Nothing is larger than this, radians: samples are then under 3° apart.
 const LARGEST: f64 = 0.2;
 
-/// Nor than this at tolerances of [`ROUGH`] and more, for pictures: samples are then under 6° apart.
-const LARGEST_ROUGH: f64 = 0.4;
+/// Nor than this at tolerances of [`ROUGH`] and more, for pictures: samples are then under 11° apart.
+const LARGEST_ROUGH: f64 = 0.8;
 
 /// A tolerance at which eight bits hide the error.
-const ROUGH: f64 = 1e-2;
+pub(super) const ROUGH: f64 = 1e-2;
 
 /// Nor larger than this many times its distance from a lobe's ridge, or the ridge's width.
 const FACTOR: f64 = 2.0;
@@ -24,6 +24,8 @@ const FINEST: f64 = 1e-5;
 struct Ridge {
     axis: DVec3,
     angle: f64,
+    /// Of the angle.
+    cosine: f64,
     width: f64,
 }
 
@@ -42,12 +44,13 @@ impl Hints {
     /// (`cosine`), which a single width cannot tell.
     pub fn new(lobes: &[Lobe], cosine: f64, tolerance: f64) -> Self {
         let narrowing = cosine.clamp(0.02, 1.0);
-        let ridge = |lobe: &Lobe| match *lobe {
-            Lobe::Axis { axis, width } => Ridge { axis, angle: 0.0, width },
-            Lobe::Cone { axis, cosine, width } => {
-                Ridge { axis, angle: cosine.clamp(-1.0, 1.0).acos(), width: width * narrowing }
-            }
-            Lobe::Arc { normal, width } => Ridge { axis: normal, angle: std::f64::consts::FRAC_PI_2, width },
+        let ridge = |lobe: &Lobe| {
+            let (axis, cosine, width) = match *lobe {
+                Lobe::Axis { axis, width } => (axis, 1.0, width),
+                Lobe::Cone { axis, cosine, width } => (axis, cosine.clamp(-1.0, 1.0), width * narrowing),
+                Lobe::Arc { normal, width } => (normal, 0.0, width),
+            };
+            Ridge { axis, angle: cosine.acos(), cosine, width }
         };
         let sound = |r: &Ridge| {
             r.axis.is_finite() && r.axis != DVec3::ZERO && r.angle.is_finite() && r.width.is_finite()
@@ -72,7 +75,12 @@ impl Hints {
         let centre = chart.at(patch.centre);
         self.ridges.iter().any(|r| {
             let too_large = |distance: f64| size > FACTOR * distance;
-            too_large(r.width) && too_large((angle_between(centre, r.axis) - r.angle).abs() - patch.reach)
+            // No longer than the angle, and without an arc tangent: a chord; the difference of cosines.
+            let short =
+                if r.angle == 0.0 { centre.distance(r.axis) } else { (centre.dot(r.axis) - r.cosine).abs() };
+            too_large(r.width)
+                && too_large(short - patch.reach)
+                && too_large((angle_between(centre, r.axis) - r.angle).abs() - patch.reach)
         })
     }
 

@@ -15,6 +15,18 @@ pub(super) type Square = [Row; N];
 /// Interior points, off the Gauss grid and near its border, where an interpolant is put to the test.
 pub(super) const CHECKS: [[f64; 2]; 5] = [[0.0, 0.0], [0.97, 0.4], [-0.97, -0.4], [-0.4, 0.97], [0.4, -0.97]];
 
+/// A [`Row`] with zeros behind it, which fills the widest registers.
+pub(super) type Wide = [f64; 8];
+
+/// A row of [`Wide`] rows: x first.
+pub(super) type WideSquare = [Wide; N];
+
+/// A row with its zeros.
+#[inline(always)]
+pub(super) fn wide(row: &Row) -> Wide {
+    std::array::from_fn(|j| if j < N { row[j] } else { 0.0 })
+}
+
 /// The Gauss–Legendre rule of N nodes and what is made of it once.
 pub(super) struct Rule {
     /// Nodes.
@@ -22,13 +34,13 @@ pub(super) struct Rule {
     /// Discrete transform: c_i = Σ_q `to_degree[i][q]` g(x_q) are the Legendre coefficients of the interpolant.
     pub to_degree: Square,
     /// The same, node first.
-    pub of_node: Square,
+    pub of_node: WideSquare,
     /// Weights.
     pub w: Row,
     /// P_i(x_q), indexed `[i][q]`.
     pub p: Square,
-    /// Polynomials at the check points: x then y.
-    pub checks: [[Row; 2]; CHECKS.len()],
+    /// Polynomials at the check points: of x, and of y.
+    pub checks: [(Row, Wide); CHECKS.len()],
 }
 
 /// The one rule.
@@ -38,9 +50,9 @@ pub(super) static RULE: LazyLock<Rule> = LazyLock::new(|| {
         x: [0.0; N],
         w: [0.0; N],
         to_degree: [[0.0; N]; N],
-        of_node: [[0.0; N]; N],
+        of_node: [[0.0; 8]; N],
         p: [[0.0; N]; N],
-        checks: CHECKS.map(|c| c.map(polynomials)),
+        checks: CHECKS.map(|[x, y]| (polynomials(x), wide(&polynomials(y)))),
     };
     for q in 0..N {
         (rule.x[q], rule.w[q]) = (nodes[q], weights[q]);
@@ -55,6 +67,7 @@ pub(super) static RULE: LazyLock<Rule> = LazyLock::new(|| {
 });
 
 /// P_0 … P_5 at x (Bonnet's recurrence).
+#[inline(always)]
 pub(super) fn polynomials(x: f64) -> Row {
     let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0];
     for k in 2..N {

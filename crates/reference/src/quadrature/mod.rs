@@ -179,6 +179,7 @@ impl Reference {
             views,
             disks: self.lights.disks.iter().map(|d| (radius(d.angular_radius), d.radiance)).collect(),
             hints: Hints::new(&brdf.lobes(wo), wo.z, tolerance),
+            tolerance,
             clip: brdf.domain() == Domain::Hemisphere,
         }
     }

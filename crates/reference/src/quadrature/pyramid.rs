@@ -4,6 +4,7 @@
 
 use super::cells::{Block, Cells, Moments};
 use super::geometry::{Axis, Nodes, Patch, Rect};
+use super::hints::ROUGH;
 use super::legendre::{N, affine};
 use steradian_base::{Cancelled, Task};
 use steradian_parallel::prelude::*;
@@ -20,6 +21,9 @@ const LEAVES: usize = 1 << 16;
 
 /// Blocks with more than this part of all light are not sampled as one.
 const HEAVY: f64 = 1.0 / 48.0;
+
+/// The same at tolerances of [`ROUGH`] and more.
+const HEAVY_ROUGH: f64 = 1.0 / 12.0;
 
 /// One block.
 #[derive(Debug, Clone)]
@@ -96,9 +100,9 @@ impl Pyramid {
     }
 
     /// Does a block hold so much of all light that its texels should be told apart, whatever f does?
-    pub fn is_heavy(&self, moments: &Moments, rect: &Rect) -> bool {
-        let share = on_sphere(moments, rect);
-        (0..3).any(|c| share[c] > HEAVY * self.power[c])
+    pub fn is_heavy(&self, moments: &Moments, rect: &Rect, tolerance: f64) -> bool {
+        let (share, heavy) = (on_sphere(moments, rect), if tolerance < ROUGH { HEAVY } else { HEAVY_ROUGH });
+        (0..3).any(|c| share[c] > heavy * self.power[c])
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::cells::{Corners, Moments, bilinear};
 use super::fit::{Fit, Samples, fit};
-use super::geometry::{Axis, Chart, Nodes, Rect, SAMPLES};
+use super::geometry::{Axis, Chart, Nodes, Rect, SAMPLES, spherical};
 use super::horizon::Horizon;
-use super::legendre::{CHECKS, N, RULE};
+use super::legendre::{CHECKS, N, RULE, polynomials, wide};
 use glam::DVec3;
 use steradian_brdf::Brdf;
 
@@ -112,9 +112,10 @@ fn missed_at_horizon(
 ) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     let mut compare = |phi: f64, theta: f64, value: [f64; 3]| {
-        let [x, y] = scaled(rect, phi, theta);
+        let [px, py] = scaled(rect, phi, theta).map(polynomials);
+        let py = wide(&py);
         for c in 0..3 {
-            worst[c] = worst[c].max((value[c] - fits[c].at(x, y)).abs());
+            worst[c] = worst[c].max((value[c] - fits[c].at(&px, &py)).abs());
         }
     };
     for phi in rect.phi {
@@ -169,7 +170,11 @@ fn axis(fits: &[Fit; 3], rect: &Rect) -> Axis {
 
 fn sample(g: &mut Integrand<'_>, chart: &Chart, nodes: &Nodes) -> Samples {
     let (wi, sines) = nodes.directions(chart);
-    let f = g.all(&wi, &sines);
+    samples(&g.all(&wi, &sines))
+}
+
+/// Values at the Gauss nodes, x first, and at the check points.
+fn samples(f: &[[f64; 3]; SAMPLES]) -> Samples {
     let mut out = Samples::ZERO;
     for a in 0..N {
         for b in 0..N {
@@ -214,29 +219,32 @@ fn sample_piece(
     [p0, p1]: [f64; 2],
     l: &Corners,
 ) -> Samples {
-    let mut out = Samples::ZERO;
     let middle = horizon.clip(0.5 * (p0 + p1), rect.theta);
     if middle[0] >= middle[1] {
-        return out;
+        return Samples::ZERO;
     }
-    let mut at = |x: f64, y: f64| {
+    // Azimuth, and the polar angles above the horizon there.
+    let column = |x: f64| {
         let phi = 0.5 * (p0 + p1) + 0.5 * (p1 - p0) * x;
-        let [t0, t1] = horizon.clip(phi, rect.theta);
+        (phi, phi.sin_cos(), horizon.clip(phi, rect.theta))
+    };
+    let (mut wi, mut scale, mut light) = ([DVec3::ZERO; SAMPLES], [0.0; SAMPLES], [[0.0; 3]; SAMPLES]);
+    let mut place = |k: usize, (phi, azimuth, [t0, t1]): (f64, (f64, f64), [f64; 2]), y: f64| {
         let theta = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * y;
-        let v = g.at(chart.direction(phi, theta), theta.sin() * 0.25 * (t1 - t0) * (p1 - p0));
+        let polar = theta.sin_cos();
+        wi[k] = chart.at(spherical(azimuth, polar));
+        scale[k] = polar.0 * 0.25 * (t1 - t0) * (p1 - p0);
         let (u, w) = ((phi - rect.phi[0]) / rect.size()[0], (theta - rect.theta[0]) / rect.size()[1]);
-        std::array::from_fn::<f64, 3, _>(|c| v[c] * bilinear(&l[c], u, w))
+        light[k] = std::array::from_fn(|c| bilinear(&l[c], u, w));
     };
     for a in 0..N {
-        for b in 0..N {
-            let v = at(RULE.x[a], RULE.x[b]);
-            for c in 0..3 {
-                out.grid[c][a][b] = v[c];
-            }
-        }
+        let at = column(RULE.x[a]);
+        (0..N).for_each(|b| place(a * N + b, at, RULE.x[b]));
     }
     for (k, [x, y]) in CHECKS.into_iter().enumerate() {
-        out.checks[k] = at(x, y);
+        place(N * N + k, column(x), y);
     }
-    out
+    let mut f = g.all(&wi, &scale);
+    f.iter_mut().zip(light).for_each(|(f, l)| (0..3).for_each(|c| f[c] *= l[c]));
+    samples(&f)
 }
