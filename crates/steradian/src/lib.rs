@@ -28,19 +28,28 @@
 //! # }
 //! ```
 //!
+//! [`transfer`] holds what geometry does to light, [`relight`] surfaces photographed under many lights. With the feature `gpu`
+//! sessions render on a GPU, with `web` they write pages for browsers.
+//!
 //! `examples/` shows single radiances, engines' files, techniques and reflectances of one's own, and batches.
 
 pub use steradian_base as base;
 pub use steradian_brdf as brdf;
 pub use steradian_engines as engines;
 pub use steradian_formats as formats;
+#[cfg(feature = "gpu")]
+pub use steradian_gpu as gpu;
 pub use steradian_light as light;
 pub use steradian_prefilter as prefilter;
 pub use steradian_reference as reference;
+pub use steradian_relight as relight;
 pub use steradian_render as render;
 pub use steradian_scene as scene;
 pub use steradian_session as session;
 pub use steradian_simd as simd;
 pub use steradian_sphere as sphere;
 pub use steradian_techniques as techniques;
+pub use steradian_transfer as transfer;
 pub use steradian_verify as verify;
+#[cfg(feature = "web")]
+pub use steradian_web as web;

@@ -1,6 +1,7 @@
 //! Kernels, and how well sums of Gaussians and low bands stand for them.
 
 use crate::GpuError;
+use steradian_numerics::dense;
 use steradian_prefilter::{GgxMirror, Lobe, Zonal, quadrature};
 
 /// What the light is averaged with: ∫ L w / ∫ w over each direction's lobe, times the level's gain.
@@ -101,13 +102,14 @@ pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     let weight = |l: usize| if l < bands { 1e-4 * full(l) } else { full(l) };
     let n = basis.len();
     let dot = |a: &[f64], b: &[f64]| -> f64 { (0..k.len()).map(|l| weight(l) * a[l] * b[l]).sum() };
-    let mut system: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| dot(&basis[i], &basis[j])).chain([dot(&basis[i], k)]).collect())
-        .collect();
+    let mut system: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| dot(&basis[i], &basis[j])).collect()).collect();
     for (i, b) in basis.iter().enumerate() {
         system[i][i] += NOISE * NOISE * b.iter().enumerate().map(|(l, b)| full(l) * b * b).sum::<f64>();
     }
-    let weights = solve(system);
+    let sides = basis.iter().map(|b| vec![dot(b, k)]).collect();
+    // What is added to the diagonal keeps the system regular.
+    let weights = dense::solve(system, sides, 0.0).map_or_else(|| vec![0.0; n], |x| x.concat());
     let miss: Vec<f64> =
         (0..k.len()).map(|l| k[l] - weights.iter().zip(basis).map(|(w, b)| w * b[l]).sum::<f64>()).collect();
     let energy = |e: &[f64], from: usize| -> f64 {
@@ -115,25 +117,6 @@ pub(super) fn fit(k: &[f64], basis: &[Vec<f64>], bands: usize) -> Mixture {
     };
     let error = (energy(&miss, bands) / energy(k, 0)).sqrt();
     Mixture { weights, rest: miss[..bands].to_vec(), error }
-}
-
-/// Solves a small symmetric positive system by Gauss's elimination; rows are coefficients and the right side.
-fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    let n = rows.len();
-    for p in 0..n {
-        for r in p + 1..n {
-            let f = rows[r][p] / rows[p][p];
-            for c in p..=n {
-                rows[r][c] -= f * rows[p][c];
-            }
-        }
-    }
-    let mut x = vec![0.0; n];
-    for p in (0..n).rev() {
-        let known: f64 = (p + 1..n).map(|c| rows[p][c] * x[c]).sum();
-        x[p] = (rows[p][n] - known) / rows[p][p];
-    }
-    x
 }
 
 /// The variance v of the Gaussian exp(−l(l+1)v/2) nearest to a kernel, weighted as in [`fit`]: what picks a box.
