@@ -6,7 +6,9 @@ mod prepare;
 use crate::{Choice, Error, Local, Method};
 pub(crate) use common_shadows::CommonShadows;
 use prepare::{Black, surface};
-pub(crate) use prepare::{Under, view};
+pub(crate) use prepare::Under;
+#[cfg(feature = "gpu")]
+pub(crate) use prepare::view;
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Certificate, ParamValues, Task};
