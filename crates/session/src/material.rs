@@ -5,10 +5,10 @@ mod prepare;
 
 use crate::{Choice, Error, Local, Method};
 pub(crate) use common_shadows::CommonShadows;
-use prepare::{Black, surface};
 pub(crate) use prepare::Under;
 #[cfg(feature = "gpu")]
 pub(crate) use prepare::view;
+use prepare::{Black, surface};
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Certificate, ParamValues, Task};
