@@ -1,9 +1,9 @@
 //! Figures of Ramamoorthi & Hanrahan 2002, *Frequency Space Environment Map Rendering*, and of Kautz, Sloan & Snyder 2002,
-//! *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics* (`kss02-…`), and of Green, Kautz &
-//! Durand 2007 (`gkd07-…`): ours beside the paper's.
+//! *Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical Harmonics* (`kss02-…`), of Green, Kautz & Durand
+//! 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8 [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8|star04|star04-6|7|8|9|15 [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -23,7 +23,9 @@ mod light;
 mod microfacet;
 mod occluded;
 mod picture;
+mod sentences;
 mod statues;
+mod survey;
 mod velvet;
 
 use anyhow::{Context, Result, bail};
@@ -42,7 +44,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8|star04|star04-6|star04-7|star04-8|star04-9|star04-15 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -79,6 +81,12 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "kss02-6" => kautz::exponents(&o),
         "kss02-7" => statues::shadows(&o),
         "kss02-8" => statues::models(&o),
+        "star04" => sentences::run(&o),
+        "star04-6" => survey::analytical(&o),
+        "star04-7" => survey::teapot(&o),
+        "star04-8" => survey::sphere(&o),
+        "star04-9" => survey::bumps(&o),
+        "star04-15" | "star04-23" => survey::bust(&o),
         _ => bail!(USAGE),
     }
 }
