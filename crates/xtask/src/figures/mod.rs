@@ -3,7 +3,7 @@
 //! 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8|star04|star04-6|7|8|9|15 [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|ggx|kss02-2|3|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -26,6 +26,7 @@ mod picture;
 mod sentences;
 mod statues;
 mod survey;
+mod transport;
 mod velvet;
 
 use anyhow::{Context, Result, bail};
@@ -44,7 +45,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8|star04|star04-6|star04-7|star04-8|star04-9|star04-15 [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8|k06|star04|star04-6|star04-7|star04-8|star04-9|star04-15|star04-haar [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -81,12 +82,14 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "kss02-6" => kautz::exponents(&o),
         "kss02-7" => statues::shadows(&o),
         "kss02-8" => statues::models(&o),
+        "k06" => transport::basis(&o),
         "star04" => sentences::run(&o),
         "star04-6" => survey::analytical(&o),
         "star04-7" => survey::teapot(&o),
         "star04-8" => survey::sphere(&o),
         "star04-9" => survey::bumps(&o),
         "star04-15" | "star04-23" => survey::bust(&o),
+        "star04-haar" => transport::wavelets(&o),
         _ => bail!(USAGE),
     }
 }

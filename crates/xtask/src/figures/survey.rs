@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
+use steradian_base::ParamValues;
 use steradian_formats::Limits;
 use steradian_light::{DirectionalLight, Lights};
 use steradian_render::scenefile::SceneBackground;
@@ -33,8 +34,8 @@ const NOISE: f64 = 0.02;
 pub enum Way<'a> {
     /// A technique for directional and point lights, with data per texel.
     Local(&'a str, Planes),
-    /// A technique for environments.
-    Global(&'a str),
+    /// A technique for environments, with its parameters.
+    Global(&'a str, &'a str),
     /// The reflectance itself.
     Model,
     /// Paths with so many reflections.
@@ -48,7 +49,7 @@ pub fn film(scene: &Scene, way: &Way<'_>) -> Result<Film> {
     session.shadows = Shadows::Off;
     let method = match way {
         Way::Local(..) => Method::find("sh_irradiance")?,
-        Way::Global(slug) => Method::find(slug)?,
+        Way::Global(slug, _) => Method::find(slug)?,
         Way::Model => Method::Reference,
         Way::Paths(bounces) => {
             session.paths = Paths { bounces: *bounces, noise: NOISE };
@@ -62,6 +63,9 @@ pub fn film(scene: &Scene, way: &Way<'_>) -> Result<Film> {
             m.method = Some(any_global(m)?);
         } else {
             m.method = Some(method.clone());
+            if let (Way::Global(_, params), Method::Technique(t)) = (way, &method) {
+                m.params = ParamValues::parse(params, t.params())?;
+            }
         }
     }
     Ok(session.render(&scene)?.even_if_missed().0.film)
@@ -76,11 +80,11 @@ fn any_global(m: &Material) -> Result<Method> {
     Ok(Method::Technique(*found.with_context(|| format!("{}: no technique takes it", m.brdf.spec()))?))
 }
 
-/// Pictures of a row, the last of them true, with the errors of the others.
-fn row(label: &str, films: &[(String, Film)]) -> Result<Row> {
+/// Pictures of a row, the last of them true, with the errors of the others; so many stops darker than usual.
+pub fn row(label: &str, films: &[(String, Film)], darker: f32) -> Result<Row> {
     let (_, truth) = films.last().context("an empty row")?;
     let covered = |i: usize| films.iter().all(|f| f.1.alpha[i] >= 1.0);
-    let ev = auto_exposure(truth, |i| truth.alpha[i]) - DARKER;
+    let ev = auto_exposure(truth, |i| truth.alpha[i]) - darker;
     let develop = Develop { ev, mapper: ToneMapper::Aces };
     let mut cells = Vec::new();
     for (k, (name, film)) in films.iter().enumerate() {
@@ -95,7 +99,7 @@ fn row(label: &str, films: &[(String, Film)]) -> Result<Row> {
     Ok(Row { label: vec![label.into()], cells })
 }
 
-fn sheet(title: &str, subtitle: &str, rows: Vec<Row>) -> Sheet {
+pub fn sheet(title: &str, subtitle: &str, rows: Vec<Row>) -> Sheet {
     let most = rows.iter().map(|r| r.cells.len()).max().unwrap_or(0);
     Sheet {
         title: title.into(),
@@ -134,7 +138,7 @@ pub fn analytical(o: &Options) -> Result<()> {
             .zip([slug.to_string(), "the model".into()])
             .map(|(way, name)| Ok((name, film(&scene, &way)?)))
             .collect::<Result<Vec<_>>>()?;
-        rows.push(row(spec.split(':').next().unwrap_or(spec), &films)?);
+        rows.push(row(spec.split(':').next().unwrap_or(spec), &films, DARKER)?);
     }
     let subtitle = "two-dimensional tables against the models, under three directional lights";
     save(o, "star04-6.png", &sheet("Analytical decomposition", subtitle, rows).draw())
@@ -181,7 +185,7 @@ pub fn teapot(o: &Options) -> Result<()> {
         .iter()
         .map(|(name, way)| Ok(((*name).to_string(), film(&scene, way)?)))
         .collect::<Result<Vec<_>>>()?;
-    let rows = vec![row("marble", &films)?];
+    let rows = vec![row("marble", &films, DARKER)?];
     let subtitle = "Ward's model over marble, numerically decomposed, under three directional lights";
     save(o, "star04-7.png", &sheet("Anisotropic marble", subtitle, rows).draw())
 }
@@ -268,9 +272,9 @@ pub fn sphere(o: &Options) -> Result<()> {
             ("shift_variant".to_string(), film(&smooth, &Way::Local(&spec, planes.clone()))?),
             ("paths on the displaced sphere".into(), film(&truth, &Way::Paths(1))?),
         ];
-        rows.push(row(&format!("light at {azimuth}°"), &films)?);
+        rows.push(row(&format!("light at {azimuth}°"), &films, DARKER)?);
     }
-    let subtitle = "Ward's model, its widths, factors and normals by texel; bumps that cast no shadows beside those that do";
+    let subtitle = "Ward's model with widths, factors and normals by texel; shadows are left out";
     save(o, "star04-8.png", &sheet("Raised veins", subtitle, rows).draw())
 }
 
@@ -334,7 +338,7 @@ pub fn bumps(o: &Options) -> Result<()> {
             }
             let name = if bounces == 1 { "paths, direct light" } else { "paths, three reflections" };
             films.push((name.into(), film(&truth, &Way::Paths(bounces))?));
-            shown.extend(row(&label, &films)?.cells);
+            shown.extend(row(&label, &films, DARKER)?.cells);
         }
         rows.push(Row { label: vec![label], cells: shown });
     }
@@ -361,15 +365,15 @@ pub fn bust(o: &Options) -> Result<()> {
         "STAR04 figures 15 and 23: a bust under {name}, relative RMS error beside paths of one reflection"
     ));
     let ways = [
-        ("figure 15: diffuse_map", Way::Global("diffuse_map")),
-        ("figure 23: prt_diffuse", Way::Global("prt_diffuse")),
+        ("figure 15: diffuse_map", Way::Global("diffuse_map", "")),
+        ("figure 23: prt_diffuse", Way::Global("prt_diffuse", "")),
         ("paths, direct light", Way::Paths(1)),
     ];
     let films = ways
         .iter()
         .map(|(name, way)| Ok(((*name).to_string(), film(&scene, way)?)))
         .collect::<Result<Vec<_>>>()?;
-    let rows = vec![row("bust", &films)?];
+    let rows = vec![row("bust", &films, 0.0)?];
     let subtitle =
         format!("Lambert's reflectance under {name}: the same vertices without and with what the bust hides");
     save(o, "star04-15.png", &sheet("Self-shadowing", &subtitle, rows).draw())
