@@ -185,7 +185,7 @@ impl Gpu {
     }
 
     /// Waits for all submitted work.
-    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+    pub fn wait(&self) -> Result<(), GpuError> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
         self.settled()
     }

@@ -10,14 +10,14 @@ use common::gpu;
 use glam::{DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use steradian_base::{ParamValues, Task};
-use steradian_gpu::refilter::{Budget, Kernel, Level, Method, Plan, Refilter, Surroundings, ggx_levels};
+use steradian_gpu::refilter::{Budget, Follower, Level, Method, Plan, Refilter, Surroundings, ggx_levels};
 use steradian_gpu::scene::{Backdrop, Filter, Scene, Settings};
 use steradian_gpu::{ComputeTechnique, Gpu, Renderer};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Cosine, EdgeCube, Source, Zonal};
 use steradian_scene::Camera;
 use steradian_sphere::{Frame, Layout, SphereImage};
-use steradian_techniques::gpu::Shape;
+use steradian_techniques::gpu::{Kernel, LightCube, LightTables, Shape};
 use steradian_techniques::{AnyBake, Material, PointsBuf, View};
 
 fn main() {
@@ -25,7 +25,7 @@ fn main() {
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;
     type Test = (&'static str, fn() -> Result<(), Failed>);
-    let tests: [Test; 15] = [
+    let tests: [Test; 16] = [
         ("convolution_is_within_a_percent_of_exact", convolution_is_within_a_percent_of_exact),
         ("phong_and_lambert_are_near_exact", phong_and_lambert_are_near_exact),
         ("a_real_probe_with_its_sun_is_near_exact", a_real_probe_with_its_sun_is_near_exact),
@@ -40,6 +40,7 @@ fn main() {
         ("captures_are_oriented", captures_are_oriented),
         ("split_sum_is_lit_as_by_a_new_bake", split_sum_is_lit_as_by_a_new_bake),
         ("mirrors_and_irradiance_follow", mirrors_and_irradiance_follow),
+        ("whatever_is_filtered_light_follows_the_sun", whatever_is_filtered_light_follows_the_sun),
         ("what_cannot_be_is_an_error", what_cannot_be_is_an_error),
     ];
     let trials = tests.map(|(name, test)| Trial::test(name, test).with_ignored_flag(ignored));
@@ -378,7 +379,8 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     let technique = mirror.gpu();
     let name = technique.tables[0].name;
     let size = technique.tables[0].level.width;
-    let plan = Plan::of_table(Method::Convolution, &technique, name, &[(Kernel::Mirror, 1.0)])?;
+    let plan =
+        Plan::of_table(Method::Convolution, &technique, &LightTables::cube(name, Kernel::Mirror, 1.0))?;
     let twin = ComputeTechnique::new(gpu, &technique)?;
     let mut refilter = Refilter::new(gpu, plan)?;
     refilter.set_light(Surroundings::from_lights(gpu, &after)?);
@@ -408,6 +410,46 @@ fn mirrors_and_irradiance_follow() -> Result<(), Failed> {
     if off > 3e-3 || off.is_nan() { Err(format!("irradiance: {off} apart").into()) } else { Ok(()) }
 }
 
+/// Every technique that says which of its data are filtered light, given another hour's by its refilters, shades as one baked
+/// for that.
+fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let sky = |spec: &str| Lights::of_sky(spec, (256, 128));
+    let (before, after) = (sky("sky:elevation=50,azimuth=20")?, sky("sky:elevation=35,azimuth=80")?);
+    let light_rotation = Mat3::from_rotation_y(0.7);
+    let view = View { light_rotation, ..View::default() };
+    let points = points();
+    let mut seen = Vec::new();
+    for technique in steradian_techniques::registry() {
+        let card = technique.card();
+        if card.needs.sites || card.needs.view {
+            continue;
+        }
+        for spec in card.specimens {
+            let mut baked = bake(card.slug, spec, &before)?.with_view(&view);
+            let Some(tables) = baked.light_tables(false) else { break };
+            let described = baked.gpu();
+            let twin = ComputeTechnique::new(gpu, &described)?;
+            let mut follower = Follower::new(gpu, &described, &tables)?;
+            follower.set_light(&Surroundings::from_lights(gpu, &after)?);
+            let mut delivered = false;
+            while follower.is_busy() {
+                delivered |= follower.step(gpu, Budget::Texels(5_000_000), twin.data(), light_rotation)?;
+            }
+            let lit = twin.shade(gpu, &points)?;
+            baked = baked.with_light(&after, &Task::quiet())?;
+            let off = apart(&lit, &ComputeTechnique::new(gpu, &baked.gpu())?.shade(gpu, &points)?);
+            if !delivered || off > 0.02 || off.is_nan() {
+                return Err(format!("{} of {spec}: {off} apart", card.slug).into());
+            }
+            seen.push(card.slug);
+        }
+    }
+    seen.dedup();
+    let all = ["sh_irradiance", "diffuse_map", "phong_diffuse_maps", "split_sum", "mirror_map"];
+    if all.iter().all(|slug| seen.contains(slug)) { Ok(()) } else { Err(format!("only {seen:?}").into()) }
+}
+
 fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     let gpu = gpu()?;
     let says = |e: Option<steradian_gpu::GpuError>, what: &str| match e {
@@ -432,7 +474,8 @@ fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     says(refilter.deliver(gpu, twin.data(), technique.tables[0].name).err(), "size")?;
     says(refilter.deliver(gpu, twin.data(), "nonsense").err(), "nonsense")?;
     says(refilter.harmonics(gpu).err(), "harmonics")?;
-    says(Plan::of_table(Method::Box, &technique, technique.tables[0].name, &[]).err(), "levels")?;
-    says(Plan::of_table(Method::Box, &technique, "nonsense", &[]).err(), "nonsense")?;
+    let cube = |table| LightCube { table, levels: Vec::new() };
+    says(Plan::of_table(Method::Box, &technique, &cube(technique.tables[0].name)).err(), "levels")?;
+    says(Plan::of_table(Method::Box, &technique, &cube("nonsense")).err(), "nonsense")?;
     Ok(())
 }

@@ -1,12 +1,17 @@
 //! How long a window waits for a change: milliseconds to the rebaked scene by [`Session::live`], of techniques that need no
-//! sites of a mesh.
+//! sites of a mesh; then milliseconds of pictures under a sun that moves with every one of them.
 //!
 //!     cargo bench -p steradian-session --features gpu --bench live
 //!     cargo bench -p steradian-session --features gpu --bench live -- split_sum shrm
+//!     cargo bench -p steradian-session --features gpu --bench live -- sky split_sum prt_diffuse     the latter alone
 #![allow(clippy::print_stdout)]
 
+use glam::Mat3;
 use std::time::Instant;
-use steradian_session::live::{Live, Names};
+use steradian_gpu::scene::Settings;
+use steradian_gpu::{Gpu, Renderer as GpuRenderer};
+use steradian_light::Lights;
+use steradian_session::live::{Following, Live, MovingSky, Names};
 use steradian_session::{Adjust, Error, Material, Method, Scene, Session};
 
 const FIRST: &str = "ggx:alpha=0.2,f0=1/0.77/0.34";
@@ -29,7 +34,160 @@ fn preview(session: &Session, scene: &Scene, light: &str, before: &Live) -> Resu
 }
 
 fn main() -> Result<(), Error> {
-    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let mut asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let all = asked.len();
+    asked.retain(|a| a != "sky");
+    if asked.len() == all {
+        rebakes(&asked)?;
+    }
+    match Gpu::open() {
+        Ok(gpu) => moving(&gpu, &asked),
+        Err(e) => {
+            println!("a moving sky was not measured: {e}");
+            Ok(())
+        }
+    }
+}
+
+/// Size of the pictures under a moving sun.
+const SIZE: [usize; 2] = [640, 400];
+/// How often the sun moves.
+const STEPS: usize = 12;
+
+/// The sky of step `k`.
+fn sky(k: usize) -> String {
+    format!("sky:elevation={},azimuth={}", 20 + 2 * k, 40 + 5 * k)
+}
+
+/// A scene with its renderer, as a window in motion has it.
+struct Shown {
+    live: Live,
+    renderer: GpuRenderer,
+}
+
+impl Shown {
+    fn new(gpu: &Gpu, live: Live) -> Result<Self, Error> {
+        let scene = live.gpu(live.camera(), SIZE[1], Mat3::IDENTITY);
+        let settings = Settings::interactive(SIZE[0], SIZE[1], gpu.preferred_path());
+        let mut renderer = GpuRenderer::new(gpu, scene, &settings)?;
+        renderer.render(gpu)?;
+        Ok(Self { live, renderer })
+    }
+
+    /// A bake in place of the one before.
+    fn replace(&mut self, gpu: &Gpu, live: Live) -> Result<(), Error> {
+        let scene = live.gpu(live.camera(), SIZE[1], Mat3::IDENTITY);
+        self.renderer.set_direct(gpu, scene.direct)?;
+        for (k, object) in scene.objects.into_iter().enumerate() {
+            self.renderer.set_technique(gpu, k, object.technique)?;
+        }
+        self.renderer.set_backdrop(gpu, scene.backdrop)?;
+        self.renderer.render(gpu)?;
+        self.live = live;
+        Ok(())
+    }
+}
+
+/// Mean and largest.
+fn summary(ms: &[f64]) -> String {
+    let mean = ms.iter().sum::<f64>() / ms.len().max(1) as f64;
+    format!("{mean:6.0} {:6.0}", ms.iter().copied().fold(0.0, f64::max))
+}
+
+/// Milliseconds from a moved sun to the picture under it: by preview bakes, and by filters on the GPU beside which the picture
+/// never waits.
+fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
+    println!(
+        "\nmilliseconds a picture of {} x {} under a sun that moves, mean and largest",
+        SIZE[0], SIZE[1]
+    );
+    println!("{}", gpu.describe());
+    println!(
+        "{:26} {:>9} {:>13} {:>15} {:>16} {:>9}",
+        "technique", "standing", "by previews", "filtered, 8 ms", "pictures behind", "at once"
+    );
+    let mut session = Session::new();
+    for t in steradian_techniques::registry() {
+        let card = t.card();
+        if card.needs.view || !(asked.is_empty() || asked.iter().any(|a| a == card.slug)) {
+            continue;
+        }
+        let takes = |spec: &&&str| session.brdf(spec).is_ok_and(|b| (card.materials)(&*b).is_ok());
+        let Some(spec) = [FIRST, "lambert:albedo=0.5", "phong:n=40"].iter().find(takes).copied() else {
+            continue;
+        };
+        let material = Material::new(session.brdf(spec)?).with(Method::Technique(*t));
+        let mut scene = Scene::of("teapot", Some(spec), "studio", &mut session)?;
+        scene.materials = vec![material];
+        let mut at = |k: usize| -> Result<(Scene, Names), Error> {
+            scene.lights = session_light(k)?;
+            Ok((scene.clone(), Names { mesh: "teapot".into(), light: sky(k) }))
+        };
+        let (first, names) = at(0)?;
+        let live = session.live(&first, names, None)?;
+        let mut shown = Shown::new(gpu, live)?;
+        let start = Instant::now();
+        shown.renderer.render(gpu)?;
+        let standing = 1e3 * start.elapsed().as_secs_f64();
+        let mut previews = Vec::new();
+        for k in 1..=STEPS {
+            let start = Instant::now();
+            let (next, names) = at(k)?;
+            let Some(live) = session.preview(&next, names, &shown.live)? else { break };
+            shown.replace(gpu, live)?;
+            previews.push(1e3 * start.elapsed().as_secs_f64());
+        }
+        print!("{:26} {standing:9.0} {:>13}", card.slug, summary(&previews));
+        match filtered(gpu, &mut shown)? {
+            Some((ms, behind, at_once)) => println!(" {:>15} {behind:16} {at_once:9.0}", summary(&ms)),
+            None => println!(" {:>15}", "not filtered"),
+        }
+    }
+    Ok(())
+}
+
+/// The lights of step `k` as previews have them.
+fn session_light(k: usize) -> Result<Lights, Error> {
+    Lights::of_sky(&sky(k), (256, 128)).map_err(Error::usage)
+}
+
+/// Milliseconds of pictures that leave 8 to the filters, the most pictures by which the light is late, and milliseconds
+/// of a picture that waits for it.
+fn filtered(gpu: &Gpu, shown: &mut Shown) -> Result<Option<(Vec<f64>, usize, f64)>, Error> {
+    if shown.live.light_tables().is_err() {
+        return Ok(None);
+    }
+    let mut following = Following::new(gpu, &shown.live)?;
+    let place = (shown.live.camera(), SIZE[1]);
+    let (mut ms, mut behind, mut late) = (Vec::new(), 0, 0);
+    let mut k = 0;
+    // The first pictures learn how fast the device is.
+    while k < 4 * STEPS || following.is_busy() {
+        let start = Instant::now();
+        if k < 4 * STEPS {
+            let sky = MovingSky::new(gpu, &sky(k % STEPS))?;
+            following.set_sky(gpu, &mut shown.renderer, &shown.live, &sky, place)?;
+        }
+        late = if following.step(gpu, &shown.renderer, 8.0, Mat3::IDENTITY)? { 0 } else { late + 1 };
+        shown.renderer.render(gpu)?;
+        if k >= STEPS {
+            ms.push(1e3 * start.elapsed().as_secs_f64());
+            behind = behind.max(late);
+        }
+        k += 1;
+    }
+    let start = Instant::now();
+    let sky = MovingSky::new(gpu, &sky(0))?;
+    following.set_sky(gpu, &mut shown.renderer, &shown.live, &sky, place)?;
+    while following.is_busy() {
+        following.step(gpu, &shown.renderer, f64::INFINITY, Mat3::IDENTITY)?;
+    }
+    shown.renderer.render(gpu)?;
+    Ok(Some((ms, behind, 1e3 * start.elapsed().as_secs_f64())))
+}
+
+/// Milliseconds until scenes are baked.
+fn rebakes(asked: &[String]) -> Result<(), Error> {
     let mut session = Session::new();
     let (first, second) = (session.brdf(FIRST)?, session.brdf(SECOND)?);
     let (sky, studio) =

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use steradian_gpu::scene::{self, Level, Object, Scene, Triangles};
 use steradian_render::{Background, Stage};
 use steradian_sphere::SphereImage;
+use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::Direct;
 use steradian_techniques::local::beside;
 
@@ -16,7 +17,7 @@ fn lights(baked: &[Prepared]) -> Direct {
     all().find(|d| has_suns(d)).or_else(|| all().find(|d| !d.is_empty())).cloned().unwrap_or_default()
 }
 
-fn has_suns(d: &Direct) -> bool {
+pub fn has_suns(d: &Direct) -> bool {
     !(d.disks.is_empty() && d.directionals.is_empty())
 }
 
@@ -36,15 +37,29 @@ pub fn unlit(baked: &[Prepared]) -> Option<String> {
     without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
 }
 
+/// What shades a baked material.
+pub fn technique(b: &Prepared) -> Option<GpuTechnique> {
+    let bake = &b.bake.as_ref()?.0;
+    let varied = if b.surface.maps.is_empty() { None } else { bake.gpu_varied() };
+    Some(varied.unwrap_or_else(|| bake.gpu()))
+}
+
 /// One object per material slot that has triangles.
 pub fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
+    scene_by(stage, baked, technique)
+}
+
+/// [`scene`] with what `technique` makes of each material.
+pub fn scene_by(
+    stage: &Stage<'_>,
+    baked: &[Prepared],
+    technique: impl Fn(&Prepared) -> Option<GpuTechnique>,
+) -> Scene {
     let (last, direct) = (baked.len().saturating_sub(1), lights(baked));
     let object = |(k, b): (usize, &Prepared)| {
         let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
-        let bake = &b.bake.as_ref()?.0;
+        let technique = technique(b)?;
         let maps = &b.surface.maps;
-        let varied = if maps.is_empty() { None } else { bake.gpu_varied() };
-        let technique = varied.unwrap_or_else(|| bake.gpu());
         let technique = match b.local.as_ref().and_then(|l| l.gpu()) {
             Some(local) => beside(technique, local),
             None => technique,
@@ -69,7 +84,7 @@ pub fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
     }
 }
 
-fn backdrop(background: &Background) -> scene::Backdrop {
+pub fn backdrop(background: &Background) -> scene::Backdrop {
     match background {
         Background::Colour(colour) => scene::Backdrop { colour: *colour, ..Default::default() },
         Background::Sky(sky) => {

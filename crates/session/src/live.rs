@@ -1,8 +1,13 @@
 //! A scene that is drawn again and again while its camera, its lights and its materials change: what a window shows.
 //!
 //! [`Session::live`] bakes only what changed since the scene before; [`Live::gpu`] is what a GPU draws of it, and
-//! [`Live::turned`] what another camera or a turned light change of that. Pictures by the reference ([`Session::truth`])
+//! [`Live::turned`] what another camera or a turned light change of that. [`Following`] lets it follow a sky that moves faster
+//! than bakes. Pictures by the reference ([`Session::truth`])
 //! are those that [`Session::compare`] holds techniques against.
+
+mod follow;
+
+pub use follow::{Following, MovingSky};
 
 use crate::compare::{differences, worst};
 use crate::gpu_scene::{scene as drawn, unlit};

@@ -140,6 +140,12 @@ impl Prepared {
         self.certificate.as_ref().map_or(judged, |c| c.error)
     }
 
+    /// Which data of what a GPU shades it with are filtered light, where no others depend on the light.
+    #[cfg(any(feature = "gpu", feature = "web"))]
+    pub(crate) fn light_tables(&self) -> Option<steradian_techniques::gpu::LightTables> {
+        self.bake.as_ref()?.0.light_tables(!self.surface.maps.is_empty())
+    }
+
     /// A material of a scene that the path tracer has rendered.
     pub(crate) fn by_paths(material: &Material, certificate: Certificate) -> Self {
         Self {

@@ -35,26 +35,32 @@ impl Baker {
 
     /// What `wish` asks for.
     pub fn bake(&mut self, wish: &Wish, task: Task) -> Result<Arc<Live>, Error> {
-        self.bake_after(wish, task, |_| ())
+        self.session.task = task;
+        let (scene, names) = self.scene(wish)?;
+        self.finish(&scene, names)
     }
 
-    /// The same; where it takes more than the bake before, `preview` gets a coarser one first.
+    fn finish(&mut self, scene: &Scene, names: Names) -> Result<Arc<Live>, Error> {
+        let live = Arc::new(self.session.live(scene, names, self.last.as_deref())?);
+        self.last = Some(live.clone());
+        Ok(live)
+    }
+
+    /// The same; `preview` gets a coarser one first, `None` where one takes no less than the bake.
     pub fn bake_after(
         &mut self,
         wish: &Wish,
         task: Task,
-        preview: impl FnOnce(Arc<Live>),
+        preview: impl FnOnce(Option<Arc<Live>>),
     ) -> Result<Arc<Live>, Error> {
         self.session.task = task;
         let (scene, names) = self.scene(wish)?;
-        if let Some(last) = &self.last
-            && let Some(early) = self.session.preview(&scene, names.clone(), last)?
-        {
-            preview(Arc::new(early));
-        }
-        let live = Arc::new(self.session.live(&scene, names, self.last.as_deref())?);
-        self.last = Some(live.clone());
-        Ok(live)
+        let early = match &self.last {
+            Some(last) => self.session.preview(&scene, names.clone(), last)?,
+            None => None,
+        };
+        preview(early.map(Arc::new));
+        self.finish(&scene, names)
     }
 
     /// The scene of a wish, its light not turned.

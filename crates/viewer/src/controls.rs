@@ -152,8 +152,9 @@ fn control(ui: &mut Ui, info: &ParamInfo, value: Option<Value>) -> Option<Value>
                 }
             }
             let speed = if info.max <= 1.0 { 0.005 } else { 0.02 * (1.0 + rgb[0].abs()) };
+            // Two decimals: three fields stand beside the colour.
             for x in &mut rgb {
-                let drag = egui::DragValue::new(x).range(range(info)).speed(speed).max_decimals(3);
+                let drag = egui::DragValue::new(x).range(range(info)).speed(speed).max_decimals(2);
                 moved |= ui.add(drag).changed();
             }
             moved.then_some(Value::Rgb(rgb))
@@ -182,11 +183,18 @@ fn range(info: &ParamInfo) -> std::ops::RangeInclusive<f64> {
     info.min..=info.max
 }
 
+/// Lets a slider end where the panel does, whatever its number.
+pub fn fill(ui: &mut Ui) {
+    const NUMBER: f32 = 52.0;
+    ui.spacing_mut().interact_size.x = NUMBER;
+    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - ui.spacing().item_spacing.x).max(40.0);
+}
+
 /// A slider where the range is finite, else a field to drag.
 fn number(ui: &mut Ui, info: &ParamInfo, x: &mut f64) -> bool {
     let [low, high] = [info.min, info.max];
     let response = if low.is_finite() && high.is_finite() && high - low <= 1000.0 {
-        ui.spacing_mut().slider_width = (ui.available_width() - 58.0).max(40.0);
+        fill(ui);
         ui.add(egui::Slider::new(x, low..=high).max_decimals(3).clamping(egui::SliderClamping::Always))
     } else {
         let speed = 0.01 * (1.0 + x.abs());

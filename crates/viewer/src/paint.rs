@@ -1,5 +1,6 @@
 //! Pictures of a live scene, by a GPU, developed for a display.
 
+use crate::Error;
 use glam::Mat3;
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,7 +11,7 @@ use steradian_render::tone::luminance;
 use steradian_render::{Develop, Display, Film, ToneMapper};
 use steradian_scene::Camera;
 use steradian_session::auto_exposure;
-use steradian_session::live::{Live, Truth, Turned, rotation};
+use steradian_session::live::{Following, Live, MovingSky, Truth, Turned, rotation};
 
 /// How radiance is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,7 +49,13 @@ pub struct View {
     pub truth: Option<Arc<Truth>>,
     /// Is every sample shaded, as in stills, or one a pixel, as in motion?
     pub still: bool,
+    /// The sky that the sides follow until bakes for it are there, as a spec. Sides that a GPU does not refilter
+    /// ([`Live::light_tables`]) stay in the light that they were baked for.
+    pub sky: Option<String>,
 }
+
+/// Milliseconds of the device that a picture in motion leaves to the filters of a moving sky.
+const FILTER_MS: f64 = 8.0;
 
 /// A drawn view.
 pub struct Frame {
@@ -70,6 +77,10 @@ pub struct Frame {
     pub still: bool,
     /// The size that was asked for.
     pub size: [usize; 2],
+    /// Of a moving sky: milliseconds of filtering for this picture, waited for.
+    pub filter_ms: Option<f64>,
+    /// Is the light of a moving sky still on its way to the objects?
+    pub unfinished: bool,
 }
 
 /// One side on the GPU.
@@ -80,6 +91,8 @@ struct Side {
     camera: Camera,
     turn: f64,
     film: Option<Arc<Film>>,
+    /// The sky that it follows, and its spec.
+    following: Option<(Following, String)>,
 }
 
 /// Draws views on a GPU. What stays from one view to the next stays on the device.
@@ -87,12 +100,13 @@ pub struct Painter {
     gpu: Gpu,
     /// Of each side one for motion, one for stills, and one of the size of the reference's picture.
     sides: Vec<[Option<Side>; 3]>,
+    sky: Option<(String, MovingSky)>,
 }
 
 impl Painter {
     /// Opens a GPU.
     pub fn open() -> Result<Self, GpuError> {
-        Ok(Self { gpu: Gpu::open()?, sides: Vec::new() })
+        Ok(Self { gpu: Gpu::open()?, sides: Vec::new(), sky: None })
     }
 
     /// Adapter, driver and back end in one line.
@@ -106,13 +120,23 @@ impl Painter {
     }
 
     /// Draws and develops a view.
-    pub fn paint(&mut self, view: &View) -> Result<Frame, GpuError> {
+    pub fn paint(&mut self, view: &View) -> Result<Frame, Error> {
         let start = Instant::now();
         self.sides.resize_with(view.sides.len(), || [None, None, None]);
+        if let Some(spec) = view.sky.as_ref().filter(|s| self.sky.as_ref().is_none_or(|k| k.0 != **s)) {
+            self.sky = Some((spec.clone(), MovingSky::new(&self.gpu, spec)?));
+        }
+        let sky = self.sky.as_ref().filter(|_| view.sky.is_some());
         let mut films = Vec::new();
+        let (mut filter_ms, mut unfinished) = (None, false);
         for (k, live) in view.sides.iter().enumerate() {
             let side = &mut self.sides[k][usize::from(view.still)];
-            films.push(draw(&self.gpu, side, live, view)?);
+            let ms = draw(&self.gpu, side, live, view, sky)?;
+            filter_ms = ms.map(|ms| ms + filter_ms.unwrap_or(0.0)).or(filter_ms);
+            if let Some(s) = side {
+                unfinished |= s.following.as_ref().is_some_and(|f| f.0.is_busy());
+                films.extend(s.film.clone());
+            }
         }
         let drawn = Instant::now();
         let ev = view.exposure.unwrap_or_else(|| films.first().map_or(0.0, |f| auto_exposure(f)));
@@ -125,7 +149,11 @@ impl Painter {
             for (k, live) in view.sides.iter().enumerate() {
                 let film = match size == view.size {
                     true => films[k].clone(),
-                    false => draw(&self.gpu, &mut self.sides[k][2], live, &seen)?,
+                    false => {
+                        let side = &mut self.sides[k][2];
+                        draw(&self.gpu, side, live, &seen, None)?;
+                        side.as_ref().and_then(|s| s.film.clone()).unwrap_or_else(|| films[k].clone())
+                    }
                 };
                 let d = truth.difference(&film, develop);
                 numbers.push([d.errors.relative_rms, d.errors.stops, d.flip]);
@@ -150,12 +178,20 @@ impl Painter {
             films,
             still: view.still,
             size: view.size,
+            filter_ms,
+            unfinished,
         })
     }
 }
 
-/// The radiance of one side.
-fn draw(gpu: &Gpu, side: &mut Option<Side>, live: &Arc<Live>, view: &View) -> Result<Arc<Film>, GpuError> {
+/// Draws one side, in the light of `sky` where it can follow that; milliseconds of filtering where it does.
+fn draw(
+    gpu: &Gpu,
+    side: &mut Option<Side>,
+    live: &Arc<Live>,
+    view: &View,
+    sky: Option<&(String, MovingSky)>,
+) -> Result<Option<f64>, Error> {
     let [width, height] = view.size;
     let path: Path = gpu.preferred_path();
     let settings = match view.still {
@@ -163,7 +199,11 @@ fn draw(gpu: &Gpu, side: &mut Option<Side>, live: &Arc<Live>, view: &View) -> Re
         false => Settings::interactive(width, height, path),
     };
     let turned: Mat3 = rotation(view.turn);
-    let kept = side.take().filter(|s| s.settings == settings && s.live.same_mesh(live));
+    let kept = side.take().filter(|s| {
+        // What followed a sky that a bake is there for is lit by that bake again.
+        let lit = sky.is_some() || s.following.is_none() || !Arc::ptr_eq(&s.live, live);
+        s.settings == settings && s.live.same_mesh(live) && lit
+    });
     let mut s = match kept {
         Some(mut s) => {
             if !Arc::ptr_eq(&s.live, live) {
@@ -172,10 +212,10 @@ fn draw(gpu: &Gpu, side: &mut Option<Side>, live: &Arc<Live>, view: &View) -> Re
                 for (k, object) in whole.objects.into_iter().enumerate() {
                     s.renderer.set_technique(gpu, k, object.technique)?;
                 }
-                if !s.live.same_light(live) {
+                if s.following.is_some() || !s.live.same_light(live) {
                     s.renderer.set_backdrop(gpu, whole.backdrop)?;
                 }
-                (s.live, s.film) = (live.clone(), None);
+                (s.live, s.film, s.following) = (live.clone(), None, None);
             }
             s
         }
@@ -183,7 +223,7 @@ fn draw(gpu: &Gpu, side: &mut Option<Side>, live: &Arc<Live>, view: &View) -> Re
             let scene = live.gpu(view.camera, height, turned);
             let renderer = Renderer::new(gpu, scene, &settings)?;
             let (camera, turn) = (view.camera, view.turn);
-            Side { live: live.clone(), renderer, settings, camera, turn, film: None }
+            Side { live: live.clone(), renderer, settings, camera, turn, film: None, following: None }
         }
     };
     if s.camera != view.camera || s.turn != view.turn {
@@ -195,18 +235,57 @@ fn draw(gpu: &Gpu, side: &mut Option<Side>, live: &Arc<Live>, view: &View) -> Re
                 Turned::Technique(t) => s.renderer.set_technique(gpu, k, *t)?,
             }
         }
+        if let Some((f, _)) = &s.following {
+            f.turn(gpu, &s.renderer, turned)?;
+        }
         (s.camera, s.turn, s.film) = (view.camera, view.turn, None);
     }
-    let film = match s.film.take() {
-        Some(film) => film,
-        None => {
-            let (picture, _) = s.renderer.render(gpu)?;
-            Arc::new(Film::without_background(width, height, picture.rgb, picture.alpha))
-        }
-    };
-    s.film = Some(film.clone());
+    let mut filter_ms = None;
+    if let Some(sky) = sky.filter(|_| live.light_tables().is_ok()) {
+        let start = Instant::now();
+        s.follow(gpu, live, view, sky, turned)?;
+        filter_ms = Some(1e3 * start.elapsed().as_secs_f64());
+    }
+    if s.film.is_none() {
+        let (picture, _) = s.renderer.render(gpu)?;
+        s.film = Some(Arc::new(Film::without_background(width, height, picture.rgb, picture.alpha)));
+    }
     *side = Some(s);
-    Ok(film)
+    Ok(filter_ms)
+}
+
+impl Side {
+    /// A picture's share of the way to the light of `sky`.
+    fn follow(
+        &mut self,
+        gpu: &Gpu,
+        live: &Live,
+        view: &View,
+        (spec, sky): &(String, MovingSky),
+        turned: Mat3,
+    ) -> Result<(), Error> {
+        let (mut following, known) = match self.following.take() {
+            Some((f, known)) => (f, known == *spec),
+            None => (Following::new(gpu, live)?, false),
+        };
+        if !known {
+            following.set_sky(gpu, &mut self.renderer, live, sky, (view.camera, view.size[1]))?;
+            self.film = None;
+        }
+        loop {
+            let budget = if view.still { f64::INFINITY } else { FILTER_MS };
+            if following.step(gpu, &self.renderer, budget, turned)? {
+                self.film = None;
+            }
+            gpu.wait()?;
+            // A still has no frame to keep up with.
+            if !view.still || !following.is_busy() {
+                break;
+            }
+        }
+        self.following = Some((following, spec.clone()));
+        Ok(())
+    }
 }
 
 /// Luminance in stops about middle grey.

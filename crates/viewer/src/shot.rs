@@ -55,6 +55,7 @@ pub fn shoot(session: Session, wish: &Wish, shot: &Shot) -> Result<Taken, Error>
             look: Look::Picture,
             truth: None,
             still: true,
+            sky: None,
         };
         task.check().map_err(steradian_session::Error::from)?;
         let frame = painter.paint(&view)?;

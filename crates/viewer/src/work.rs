@@ -2,6 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How long work that is worth having for itself is protected from newer requests.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A place for one request: a newer one takes the place of one that nobody has begun, and stops the one that is being
 /// worked on.
@@ -15,12 +19,15 @@ struct State<T> {
     cancel: Arc<AtomicBool>,
     busy: bool,
     closed: bool,
+    /// Until when newer requests let the work under way go on.
+    protected: Option<Instant>,
 }
 
 impl<T> Desk<T> {
     /// An empty place.
     pub fn new() -> Self {
-        let state = State { wanted: None, cancel: Arc::default(), busy: false, closed: false };
+        let state =
+            State { wanted: None, cancel: Arc::default(), busy: false, closed: false, protected: None };
         Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
@@ -31,7 +38,9 @@ impl<T> Desk<T> {
     /// Asks for `t` in place of everything before.
     pub fn ask(&self, t: T) {
         let mut s = self.state();
-        s.cancel.store(true, Ordering::Relaxed);
+        if s.protected.is_none_or(|until| Instant::now() >= until) {
+            s.cancel.store(true, Ordering::Relaxed);
+        }
         s.wanted = Some(t);
         self.changed.notify_all();
     }
@@ -40,6 +49,15 @@ impl<T> Desk<T> {
     pub fn ask_next(&self, t: T) {
         self.state().wanted = Some(t);
         self.changed.notify_all();
+    }
+
+    /// Newer requests no longer let the work under way go on; stops it where one waits.
+    pub fn release(&self) {
+        let mut s = self.state();
+        s.protected = None;
+        if s.wanted.is_some() {
+            s.cancel.store(true, Ordering::Relaxed);
+        }
     }
 
     /// Stops what is being worked on and drops what is waiting.
@@ -63,10 +81,18 @@ impl<T> Desk<T> {
         self.changed.notify_all();
     }
 
+    /// [`Desk::next`] whose beginning is worth having for itself, as a preview is: newer requests stop it only after
+    /// [`Desk::release`], or a second.
+    pub fn next_protected(&self) -> Option<(T, Arc<AtomicBool>)> {
+        let next = self.next();
+        self.state().protected = Some(Instant::now() + PATIENCE);
+        next
+    }
+
     /// Waits for a request; its flag becomes true when it is no longer wanted. `None` when the place is closed.
     pub fn next(&self) -> Option<(T, Arc<AtomicBool>)> {
         let mut s = self.state();
-        s.busy = false;
+        (s.busy, s.protected) = (false, None);
         loop {
             if s.closed {
                 return None;
@@ -99,5 +125,21 @@ mod tests {
         assert_eq!(desk.next().map(|n| n.0), Some(4));
         desk.close();
         assert!(desk.next().is_none());
+    }
+
+    #[test]
+    fn what_begins_protected_is_not_stopped_before_it_is_released() {
+        let desk = Desk::new();
+        desk.ask(1);
+        let (_, stopped) = desk.next_protected().expect("open");
+        desk.ask(2);
+        assert!(!stopped.load(Ordering::Relaxed));
+        desk.release();
+        assert!(stopped.load(Ordering::Relaxed));
+        let (second, stopped) = desk.next_protected().expect("open");
+        desk.release();
+        assert!(second == 2 && !stopped.load(Ordering::Relaxed));
+        desk.ask(3);
+        assert!(stopped.load(Ordering::Relaxed));
     }
 }

@@ -6,7 +6,7 @@
 //! pictures that were rendered on the CPU.
 //!
 //! The page needs no server code and no network. Its data are scripts that a page opened from a disk may load too, gzip in
-//! base64. `docs/web.md` says what is in each file.
+//! seven bits a character. `docs/web.md` says what is in each file.
 
 mod data;
 mod error;

@@ -71,12 +71,37 @@ pub fn sky_module(mapper: &str) -> Result<Module, WebError> {
 
 const STAGES: [ShaderStage; 2] = [ShaderStage::Vertex, ShaderStage::Fragment];
 
-fn translated(what: &str, wgsl: String, entries: [&'static str; 2]) -> Result<Module, WebError> {
-    let failed = |why: String| WebError::Shader { what: what.into(), why: why.replace('\n', " ") };
-    let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| failed(e.emit_to_string(&wgsl)))?;
+/// The functions by which suns at the horizon have a rule of their own, and what they return where they have not.
+const HORIZON: [(&str, &str); 3] =
+    [("gpu_at_horizon", "false"), ("gpu_horizon_disk", "vec3<f32>()"), ("gpu_horizon_cell", "vec3<f32>()")];
+
+/// The text without the rule for suns at the horizon. Its loops within loops, each with the reflectance in it, are more than
+/// WebGL's compilers bear: the software one of Chromium takes all memory instead of seconds.
+fn without_horizon(wgsl: &str) -> String {
+    let mut out = wgsl.to_owned();
+    for (name, value) in HORIZON {
+        let begin = out.find(&format!("fn {name}(")).and_then(|at| Some(at + out[at..].find(" {\n")? + 3));
+        let end = begin.and_then(|at| Some(at + out[at..].find("\n}\n")?));
+        if let (Some(begin), Some(end)) = (begin, end) {
+            out.replace_range(begin..end, &format!("    return {value};"));
+        }
+    }
+    out
+}
+
+/// A module of naga, and what its validation tells.
+fn parsed(wgsl: &str) -> Result<(naga::Module, ModuleInfo), String> {
+    let module = naga::front::wgsl::parse_str(wgsl).map_err(|e| e.emit_to_string(wgsl))?;
     let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     let info = Validator::new(ValidationFlags::all(), capabilities).validate(&module);
-    let info = info.map_err(|e| failed(e.emit_to_string(&wgsl)))?;
+    let info = info.map_err(|e| e.emit_to_string(wgsl))?;
+    Ok((module, info))
+}
+
+fn translated(what: &str, wgsl: String, entries: [&'static str; 2]) -> Result<Module, WebError> {
+    let failed = |why: String| WebError::Shader { what: what.into(), why: why.replace('\n', " ") };
+    parsed(&wgsl).map_err(failed)?;
+    let (module, info) = parsed(&without_horizon(&wgsl)).map_err(failed)?;
     let mut out = Module { entries, glsl: [String::new(), String::new()], bindings: bindings(&module), wgsl };
     for (k, stage) in STAGES.into_iter().enumerate() {
         let names = stage_names(&module, &info, stage, entries[k], &mut out.glsl[k]).map_err(failed)?;

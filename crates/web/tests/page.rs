@@ -85,6 +85,15 @@ fn shaders_of_exact_suns_are_translated() {
         let object = Object { brdf, ..object(technique.clone(), &mesh) };
         let module = object_module(&object, "aces").unwrap_or_else(|e| panic!("{spec}: {e}"));
         assert!(module.bindings.iter().any(|b| b.name == "gpu_lights"), "{spec}");
+        // The rule for suns at the horizon is for WebGPU.
+        let body = |text: &str| {
+            text.split("gpu_at_horizon(").nth(1).and_then(|t| t.split("\n}\n").next()).map(str::to_owned)
+        };
+        let [wgsl, glsl] = [&module.wgsl, &module.glsl[1]].map(|text| body(text).expect("suns"));
+        assert!(
+            wgsl.contains("wo.z") && glsl.contains("return false;") && !glsl.contains(".z"),
+            "{spec}: {glsl}"
+        );
     }
 }
 

@@ -2,67 +2,38 @@
 
 use crate::GpuError;
 use steradian_numerics::dense;
-use steradian_prefilter::{GgxMirror, Lobe, Zonal, quadrature};
+use steradian_prefilter::quadrature;
+use steradian_techniques::gpu::Kernel;
 
-/// What the light is averaged with: ∫ L w / ∫ w over each direction's lobe, times the level's gain.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kernel {
-    /// The light itself.
-    Mirror,
-    /// The split sum's: D(n·h)/4 ⟨n·wi⟩ with n = wo = r (Karis 2013), alpha = perceptual_roughness².
-    Ggx {
-        /// α, 0 < α ≤ 1.
-        alpha: f64,
-    },
-    /// Phong's cos^n over the hemisphere (STAR04 eq. 25).
-    Phong {
-        /// The exponent, ≥ 1.
-        n: f64,
-    },
-    /// ⟨cos⟩: irradiance over π; a gain of π gives E.
-    Lambert,
+/// Fails for parameters that make no kernel.
+pub(super) fn check(kernel: Kernel) -> Result<(), GpuError> {
+    let good = match kernel {
+        Kernel::Ggx { alpha } => alpha > 0.0 && alpha <= 1.0,
+        Kernel::Phong { n } => (1.0..=1e6).contains(&n),
+        Kernel::Mirror | Kernel::Lambert => true,
+    };
+    if good { Ok(()) } else { Err(GpuError::Scene(format!("{kernel:?} is no kernel"))) }
 }
 
-impl Kernel {
-    pub(super) fn check(self) -> Result<(), GpuError> {
-        let good = match self {
-            Self::Ggx { alpha } => alpha > 0.0 && alpha <= 1.0,
-            Self::Phong { n } => (1.0..=1e6).contains(&n),
-            Self::Mirror | Self::Lambert => true,
-        };
-        if good { Ok(()) } else { Err(GpuError::Scene(format!("{self:?} is no kernel"))) }
+/// The α of the GGX kernel that needs as fine a grid.
+pub(super) fn width(kernel: Kernel) -> f64 {
+    match kernel {
+        Kernel::Mirror => f64::INFINITY,
+        Kernel::Ggx { alpha } => alpha,
+        Kernel::Phong { n } => 0.7 / n.sqrt(),
+        Kernel::Lambert => 0.7,
     }
+}
 
-    /// The kernel as the CPU's filter has it; `None` for a mirror.
-    pub fn zonal(self) -> Option<Box<dyn Zonal>> {
-        match self {
-            Self::Mirror => None,
-            Self::Ggx { alpha } => Some(Box::new(GgxMirror::new(alpha))),
-            Self::Phong { n } => Some(Box::new(Lobe::phong(n))),
-            Self::Lambert => Some(Box::new(Lobe::lambert())),
-        }
-    }
-
-    /// The α of the GGX kernel that needs as fine a grid.
-    pub(super) fn width(self) -> f64 {
-        match self {
-            Self::Mirror => f64::INFINITY,
-            Self::Ggx { alpha } => alpha,
-            Self::Phong { n } => 0.7 / n.sqrt(),
-            Self::Lambert => 0.7,
-        }
-    }
-
-    /// `Job.kernel` without the gain: shape, parameter, factor.
-    pub(super) fn numbers(self) -> [f64; 3] {
-        let peak = self.zonal().map_or(0.0, |k| k.value(1.0));
-        match self {
-            // value(1) = scale/(4π α²), and the shader multiplies α²/q².
-            Self::Mirror => [0.0, 1.0, 0.0],
-            Self::Ggx { alpha } => [0.0, alpha.max(1e-4), peak * alpha.max(1e-4).powi(2)],
-            Self::Phong { n } => [1.0, n, peak],
-            Self::Lambert => [1.0, 1.0, peak],
-        }
+/// `Job.kernel` without the gain: shape, parameter, factor.
+pub(super) fn numbers(kernel: Kernel) -> [f64; 3] {
+    let peak = kernel.zonal().map_or(0.0, |k| k.value(1.0));
+    match kernel {
+        // value(1) = scale/(4π α²), and the shader multiplies α²/q².
+        Kernel::Mirror => [0.0, 1.0, 0.0],
+        Kernel::Ggx { alpha } => [0.0, alpha.max(1e-4), peak * alpha.max(1e-4).powi(2)],
+        Kernel::Phong { n } => [1.0, n, peak],
+        Kernel::Lambert => [1.0, 1.0, peak],
     }
 }
 
@@ -142,6 +113,7 @@ pub(super) fn variance(k: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use steradian_prefilter::{GgxMirror, Zonal};
 
     /// Four Gaussians of doubling width and ten bands stand for GGX at every roughness that they reach.
     #[test]

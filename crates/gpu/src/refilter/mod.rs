@@ -2,23 +2,25 @@
 //! a cube becomes a chain of filtered cubes in the layout of the techniques' own tables, and spherical harmonics.
 //!
 //! [`Surroundings`] is the light, [`Plan`] the chain and the way to filter it, [`Refilter`] does the work within a
-//! budget and hands finished chains to techniques:
+//! budget and hands finished chains to techniques. [`Follower`] does it for all that a technique says of its data
+//! ([`steradian_techniques::AnyBake::light_tables`]):
 //!
 //! ```no_run
-//! use steradian_gpu::refilter::{Budget, Plan, Refilter, Surroundings, Method, ggx_levels};
+//! use glam::Mat3;
+//! use steradian_gpu::refilter::{Budget, Follower, Surroundings};
 //! use steradian_gpu::{Gpu, GpuError, TechniqueData};
+//! use steradian_light::Lights;
+//! use steradian_techniques::AnyBake;
 //!
-//! fn start(gpu: &Gpu, lights: &steradian_light::Lights) -> Result<Refilter, GpuError> {
-//!     let mut refilter = Refilter::new(gpu, Plan::new(Method::Convolution, &ggx_levels(256, 6))?)?;
-//!     refilter.set_light(Surroundings::from_lights(gpu, lights)?);
-//!     Ok(refilter)
+//! fn start(gpu: &Gpu, bake: &dyn AnyBake, lights: &Lights) -> Result<Option<Follower>, GpuError> {
+//!     let Some(tables) = bake.light_tables(false) else { return Ok(None) };
+//!     let mut follower = Follower::new(gpu, &bake.gpu(), &tables)?;
+//!     follower.set_light(&Surroundings::from_lights(gpu, lights)?);
+//!     Ok(Some(follower))
 //! }
 //!
-//! fn every_frame(gpu: &Gpu, refilter: &mut Refilter, technique: &TechniqueData) -> Result<(), GpuError> {
-//!     if refilter.step(gpu, Budget::Milliseconds(0.5))? {
-//!         refilter.deliver(gpu, technique, "chain")?;
-//!     }
-//!     Ok(())
+//! fn every_frame(gpu: &Gpu, follower: &mut Follower, data: &TechniqueData) -> Result<bool, GpuError> {
+//!     follower.step(gpu, Budget::Milliseconds(0.5), data, Mat3::IDENTITY)
 //! }
 //! ```
 //!
@@ -45,6 +47,7 @@
 //! one pass ([`Refilter::run`]).
 
 mod capture;
+mod follow;
 mod kernel;
 mod plan;
 mod program;
@@ -65,7 +68,7 @@ use steradian_prefilter::EdgeCube;
 use steradian_sphere::sh::ShRgb;
 use throughput::Throughput;
 
-pub use kernel::Kernel;
+pub use follow::Follower;
 pub use plan::{Level, Method, Plan, ggx_levels};
 pub use surroundings::Surroundings;
 
@@ -287,26 +290,31 @@ impl Refilter {
         self.shown.as_ref().ok_or_else(|| GpuError::Scene("no chain has been refiltered yet".into()))
     }
 
-    /// Copies the finished chain into the table `name` of a technique on the device.
+    /// Copies the finished chain's levels into the table `name` of a technique on the device; others stay as they are.
     pub fn deliver(&self, gpu: &Gpu, technique: &TechniqueData, name: &str) -> Result<(), GpuError> {
         self.finished()?;
         let texture = technique.table(name).ok_or_else(|| GpuError::Scene(format!("no table '{name}'")))?;
-        let [width, height] = self.plan.extent();
+        let [width, height] = self.plan.extent;
         if [texture.width(), texture.height(), texture.depth_or_array_layers()] != [width, height, 6] {
             return Err(GpuError::Scene(format!("the table '{name}' has another size than the chain")));
         }
         gpu.scoped("refiltered chain", || {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(16 * self.plan.pitch),
-                rows_per_image: Some(height),
-            };
-            encoder.copy_buffer_to_texture(
-                wgpu::TexelCopyBufferInfo { buffer: &self.resources.chains[self.front], layout },
-                texture.as_image_copy(),
-                texture.size(),
-            );
+            for &[x, y, size] in &self.plan.places {
+                let layout = wgpu::TexelCopyBufferLayout {
+                    offset: 16 * (u64::from(y) * u64::from(self.plan.pitch) + u64::from(x)),
+                    bytes_per_row: Some(16 * self.plan.pitch),
+                    rows_per_image: Some(height),
+                };
+                encoder.copy_buffer_to_texture(
+                    wgpu::TexelCopyBufferInfo { buffer: &self.resources.chains[self.front], layout },
+                    wgpu::TexelCopyTextureInfo {
+                        origin: wgpu::Origin3d { x, y, z: 0 },
+                        ..texture.as_image_copy()
+                    },
+                    wgpu::Extent3d { width: size + 1, height: size + 1, depth_or_array_layers: 6 },
+                );
+            }
             gpu.queue.submit([encoder.finish()]);
         })
     }
@@ -356,7 +364,7 @@ impl Refilter {
     /// Reads the finished chain back.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<EdgeCube>, GpuError> {
         self.finished()?;
-        let (pitch, height) = (self.plan.pitch as usize, self.plan.height as usize);
+        let (pitch, height) = (self.plan.pitch as usize, self.plan.extent[1] as usize);
         let texels = read_back(gpu, &self.resources.chains[self.front], 6 * pitch * height)?;
         let cube = |p: &[u32; 3]| {
             let [x, y, n] = p.map(|v| v as usize);

@@ -1,11 +1,11 @@
 //! What is computed in which order: the numbers of every pass, made once for a chain.
 
-use super::kernel::{self, Kernel};
+use super::kernel;
 use super::program::{Builder, Job, Pass, Work};
 use crate::GpuError;
 use steradian_prefilter::Zonal;
 use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Shape, Table};
+use steradian_techniques::gpu::{Kernel, LightCube, Shape, Table};
 
 /// How the light is filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,7 +45,7 @@ pub fn ggx_levels(size: u32, count: usize) -> Vec<Level> {
     let level = |k: usize| {
         let kernel = kernel(k);
         // Half the spread of the kernel's core (2α) as the mean spacing, √(4π/6)/size.
-        let needed = (1.45 / (0.6 * kernel.width())).clamp(16.0, 2048.0) as u32;
+        let needed = (1.45 / (0.6 * kernel::width(kernel))).clamp(16.0, 2048.0) as u32;
         let own = (size >> k.min(31)).max(needed.next_power_of_two());
         Level { size: own.min(size), kernel, gain: 1.0 }
     };
@@ -73,9 +73,10 @@ pub struct Plan {
     pub(super) way: Method,
     pub(super) levels: Vec<Level>,
     pub(super) places: Vec<[u32; 3]>,
-    /// Texels a row (a multiple of 16, as copies want), and rows a face.
+    /// Texels a row and rows of a face of the atlas.
+    pub(super) extent: [u32; 2],
+    /// Texels a row on the way to it: a multiple of 16, as copies want.
     pub(super) pitch: u32,
-    pub(super) height: u32,
     pub(super) work: Work,
     errors: Vec<f64>,
 }
@@ -92,16 +93,15 @@ impl Plan {
             y += l.size + 1;
             [x, y - l.size - 1, l.size]
         };
-        Self::placed(way, levels, levels.iter().enumerate().map(place).collect())
+        let places: Vec<[u32; 3]> = levels.iter().enumerate().map(place).collect();
+        let end = |axis: usize| places.iter().map(|p| p[axis] + p[2] + 1).max().unwrap_or(1);
+        let extent = [end(0), end(1)];
+        Self::placed(way, levels, places, extent)
     }
 
-    /// The chain of the table `name` of `technique`, as large as its bake made it; a kernel and a gain for each level.
-    pub fn of_table(
-        way: Method,
-        technique: &GpuTechnique,
-        name: &str,
-        kernels: &[(Kernel, f32)],
-    ) -> Result<Self, GpuError> {
+    /// The levels of a table of `technique` that `cube` says the material looks up, as large as its bake made them.
+    pub fn of_table(way: Method, technique: &GpuTechnique, cube: &LightCube) -> Result<Self, GpuError> {
+        let (name, kernels) = (cube.table, &cube.levels);
         let table = table(technique, name)?;
         let places = match &table.shape {
             Shape::EdgeCube => vec![[0, 0, table.level.width as u32 - 1]],
@@ -113,9 +113,10 @@ impl Plan {
                 format!("'{name}' of {} has {} levels, not {}", technique.slug, places.len(), kernels.len());
             return Err(GpuError::Scene(why));
         }
-        let level = |(p, &(kernel, gain)): (&[u32; 3], &(Kernel, f32))| Level { size: p[2], kernel, gain };
-        let levels: Vec<_> = places.iter().zip(kernels).map(level).collect();
-        Self::placed(way, &levels, places)
+        let used = places.iter().zip(kernels).filter_map(|(p, k)| Some((*p, (*k)?)));
+        let (places, levels): (Vec<_>, Vec<_>) =
+            used.map(|(p, (kernel, gain))| (p, Level { size: p[2], kernel, gain })).unzip();
+        Self::placed(way, &levels, places, [table.level.width, table.level.height].map(|n| n as u32))
     }
 
     /// Gives `technique` an empty table `name` of this chain's sizes, ready for [`super::Refilter::deliver`]: light that
@@ -129,41 +130,38 @@ impl Plan {
             Shape::EdgeCube if self.places.len() == 1 => {}
             _ => return Err(GpuError::Scene(format!("'{name}' of {slug} cannot hold this chain"))),
         }
-        let [width, height] = self.extent();
+        let [width, height] = self.extent;
         (table.level.width, table.level.height) = (width as usize, height as usize);
         table.level.bytes = vec![0; 6 * 16 * (width * height) as usize];
         Ok(())
     }
 
-    fn placed(way: Method, levels: &[Level], places: Vec<[u32; 3]>) -> Result<Self, GpuError> {
+    fn placed(
+        way: Method,
+        levels: &[Level],
+        places: Vec<[u32; 3]>,
+        extent: [u32; 2],
+    ) -> Result<Self, GpuError> {
         if levels.is_empty() || levels.len() > 100 {
             return Err(GpuError::Scene("a chain has 1 to 100 levels".into()));
         }
         for l in levels {
-            l.kernel.check()?;
+            kernel::check(l.kernel)?;
             if !(1..=1024).contains(&l.size) || !l.gain.is_finite() {
                 return Err(GpuError::Scene(format!("a level of {} texels a side", l.size)));
             }
         }
-        let width = places.iter().map(|p| p[0] + p[2] + 1).max().unwrap_or(1);
-        let height = places.iter().map(|p| p[1] + p[2] + 1).max().unwrap_or(1);
         let mut plan = Self {
             way,
             levels: levels.to_vec(),
             places,
-            pitch: width.next_multiple_of(16),
-            height,
+            extent,
+            pitch: extent[0].next_multiple_of(16),
             work: Work::default(),
             errors: Vec::new(),
         };
         plan.schedule();
         Ok(plan)
-    }
-
-    /// Texels a row and rows of a face of the atlas.
-    pub(super) fn extent(&self) -> [u32; 2] {
-        let width = self.places.iter().map(|p| p[0] + p[2] + 1).max().unwrap_or(1);
-        [width, self.height]
     }
 
     /// How it filters.
@@ -201,7 +199,7 @@ impl Plan {
     }
 
     fn narrowest(&self) -> f64 {
-        self.levels.iter().map(|l| l.kernel.width()).fold(1.0, f64::min)
+        self.levels.iter().map(|l| kernel::width(l.kernel)).fold(1.0, f64::min)
     }
 
     fn schedule(&mut self) {
@@ -218,14 +216,14 @@ impl Plan {
     /// A job that writes level `k` of the chain.
     fn onto(&self, k: usize, pass: Pass) -> Job {
         let (l, p) = (&self.levels[k], self.places[k]);
-        let n = l.kernel.numbers();
+        let n = kernel::numbers(l.kernel);
         let size = u64::from(l.size + 1);
         Job {
             pass,
             level: Some(k),
             outputs: 6 * size * size,
             span: [0, 0, l.size, 0],
-            place: [p[0], p[1], self.pitch, self.height],
+            place: [p[0], p[1], self.pitch, self.extent[1]],
             kernel: [n[0] as f32, n[1] as f32, n[2] as f32, l.gain],
             ..Job::default()
         }
@@ -352,7 +350,7 @@ impl Plan {
         let (at, transfer) = Self::source(b, PROJECTED, MOST_BANDS);
         Self::project(b, PROJECTED, at, MOST_BANDS, &transfer);
         self.each(b, |b, k, zonal| {
-            let order = ORDER.max((8.0 / self.levels[k].kernel.width()) as usize);
+            let order = ORDER.max((8.0 / kernel::width(self.levels[k].kernel)) as usize);
             let m = kernel::fit(&zonal.coefficients(order), &[], MOST_BANDS);
             let rest = b.table(m.rest.iter().map(|r| [*r as f32, 0.0, 0.0, 0.0]));
             let recurrence = b.recurrence();
@@ -392,7 +390,7 @@ impl Plan {
     fn boxes(&self, b: &mut Builder) -> Vec<f64> {
         let (list, count, size) = self.mips(b);
         self.each(b, |b, k, zonal| {
-            let order = 400.max((8.0 / self.levels[k].kernel.width()) as usize).min(2000);
+            let order = 400.max((8.0 / kernel::width(self.levels[k].kernel)) as usize).min(2000);
             let v = kernel::variance(&zonal.coefficients(order));
             // A box has the variance h²/12, bilinear lookup adds h²/6.
             let own = cell(size) / 4.0;
@@ -412,7 +410,7 @@ impl Plan {
         let (list, count, _) = self.mips(b);
         self.each(b, |b, k, _| {
             // An angle is twice a length at the centre, where the narrower kernel must have its samples.
-            let width = self.levels[k].kernel.width();
+            let width = kernel::width(self.levels[k].kernel);
             let spacing = (0.66 * width).clamp(0.004, 0.1);
             let extent = 1.0 + f64::from(TAPS) * spacing;
             let n = (2.0 * extent / spacing).ceil() as u32;

@@ -35,7 +35,7 @@ const TAKEN: wgpu::BufferUsages = STORAGE.union(wgpu::BufferUsages::COPY_SRC);
 impl Resources {
     pub fn new(gpu: &Gpu, plan: &Plan) -> Result<Self, GpuError> {
         let work = &plan.work;
-        let chain = 16 * 6 * u64::from(plan.pitch) * u64::from(plan.height);
+        let chain = 16 * 6 * u64::from(plan.pitch) * u64::from(plan.extent[1]);
         for texels in [work.maps, work.harmonics] {
             fits(gpu, 16 * u64::from(texels))?;
         }

@@ -1,5 +1,6 @@
 //! The light that is refiltered, on the device.
 
+use super::kernel;
 use super::plan::Plan;
 use crate::layout::filled;
 use crate::packed::bytes;
@@ -62,7 +63,7 @@ impl Surroundings {
 
     /// Suns as points, as samples of mirrors and as coefficients: the shaders' `extras`.
     pub(super) fn extras(&self, plan: &Plan) -> Vec<u8> {
-        let width = plan.levels().iter().map(|l| l.kernel.width()).fold(1.0, f64::min);
+        let width = plan.levels().iter().map(|l| kernel::width(l.kernel)).fold(1.0, f64::min);
         let points: Vec<_> = self.suns.iter().flat_map(|s| points(s, width)).collect();
         let samples = self.samples(plan);
         let counts = [points.len() as f32, samples.len() as f32, f32::from(u8::from(self.positive)), 0.0];

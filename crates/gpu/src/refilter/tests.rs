@@ -2,8 +2,9 @@
 
 use super::program::Pass;
 use super::resources::SHADERS;
-use super::{Kernel, Level, Method, Plan, ggx_levels};
+use super::{Level, Method, Plan, ggx_levels};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use steradian_techniques::gpu::Kernel;
 
 #[test]
 fn shaders_validate_without_an_adapter() {

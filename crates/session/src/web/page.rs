@@ -1,7 +1,7 @@
 //! Pages as plain data, and their files.
 
 use crate::compare::{differences, worst};
-use crate::gpu_scene::{scene as drawn, unlit};
+use crate::gpu_scene::{scene_by, technique, unlit};
 use crate::material::Under;
 use crate::page::encoded;
 use crate::picture::{auto_exposure, background};
@@ -13,7 +13,7 @@ use steradian_formats::{write_atomic, write_dir_atomic};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Background, Develop, Film, Settings, Stage};
 use steradian_scene::{Bvh, Camera};
-use steradian_techniques::AnyTechnique;
+use steradian_techniques::{AnyTechnique, GpuTechnique};
 use steradian_web::{File, Light, Numbers, Page, Reference, Technique, Variant, WebError};
 
 /// Texels around a page's backdrop: what it weighs is mostly that.
@@ -150,7 +150,7 @@ impl Session {
                 Numbers { relative_rms, stops: e.stops, flip }
             });
             variants.push(Some(Variant {
-                scene: drawn(&lit.stage(&[]), prepared),
+                scene: scene_by(&lit.stage(&[]), prepared, lean),
                 picture: encoded(&picture)?,
                 certificate: worst(prepared).map(|c| (c.error, c.known.word().into())),
                 numbers,
@@ -246,6 +246,15 @@ impl Lit<'_> {
             camera: self.camera,
         }
     }
+}
+
+/// A material's technique, in which levels of filtered light that nothing looks up are black.
+fn lean(p: &Prepared) -> Option<GpuTechnique> {
+    let mut out = technique(p)?;
+    if let Some(tables) = p.light_tables() {
+        tables.blacken_unused(&mut out);
+    }
+    Some(out)
 }
 
 /// Why a technique takes none of the scene's materials, where it takes none.

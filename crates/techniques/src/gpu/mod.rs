@@ -6,9 +6,11 @@
 //! the viewer and position. [`module`] makes the complete module, [`library`] what other entry points start with.
 
 mod fetch;
+mod light;
 mod wgsl;
 
 pub use fetch::ROW;
+pub use light::{Kernel, LightCube, LightTables};
 use std::borrow::Cow;
 pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_of, module};
 

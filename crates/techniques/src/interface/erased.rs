@@ -2,7 +2,7 @@
 
 use super::given::Given;
 use crate::certify::Report;
-use crate::gpu::Uniform;
+use crate::gpu::{LightTables, Uniform};
 use crate::tensors::{self, TensorFile};
 use crate::{
     Bake, BakeError, Card, Geometry, GpuTechnique, Material, Part, Parts, Points, Radiance, Technique,
@@ -80,6 +80,9 @@ pub trait AnyBake: Send + Sync {
     /// What [`AnyBake::frame`] changes of [`AnyBake::gpu`] and [`AnyBake::gpu_varied`], for
     /// [`GpuTechnique::set_uniforms`]: no tables are copied. `None` where a frame changes more than uniforms.
     fn gpu_frame(&self) -> Option<Vec<Uniform>>;
+    /// Which data of [`AnyBake::gpu`], or of [`AnyBake::gpu_varied`] where `varied`, are filtered light; `None` where others
+    /// depend on the light too.
+    fn light_tables(&self, varied: bool) -> Option<LightTables>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
     /// The technique as plain data for a GPU with a lobe per point; `None` where nothing varies.
@@ -355,6 +358,10 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn gpu_frame(&self) -> Option<Vec<Uniform>> {
         T::gpu_frame(&self.bake, &self.frame)
+    }
+
+    fn light_tables(&self, varied: bool) -> Option<LightTables> {
+        T::light_tables(&self.bake, varied)
     }
 
     fn varies(&self) -> Varies {

@@ -1,7 +1,7 @@
 //! The trait of a technique: bake each factor, link them, shade batches of points, describe the shader.
 
 use crate::certify::{Model, Report, Target};
-use crate::gpu::Uniform;
+use crate::gpu::{LightTables, Uniform};
 use crate::{BakeError, Card, Geometry, GpuTechnique, Material, Part, Points, Radiance, Varies, View};
 use std::sync::Arc;
 use steradian_base::{Certificate, Params, Task};
@@ -109,6 +109,12 @@ pub trait Technique: Send + Sync + 'static {
     /// where frames change more than uniforms. Techniques with tables say it themselves, so that none is copied here.
     fn gpu_frame(b: &Bake<Self>, f: &Self::Frame) -> Option<Vec<Uniform>> {
         Some(Self::gpu(b, f).uniforms)
+    }
+    /// Which data of [`Technique::gpu`], or of [`Technique::gpu_varied`] where `varied`, are filtered light, where no others depend
+    /// on the light: a device then makes them of changing light itself.
+    fn light_tables(b: &Bake<Self>, varied: bool) -> Option<LightTables> {
+        let _ = (b, varied);
+        None
     }
     /// What of each point's own lobe ([`Points::lobe`]) shading takes.
     fn varies(b: &Bake<Self>) -> Varies {

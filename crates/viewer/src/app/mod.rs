@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use steradian_render::ToneMapper;
 use steradian_session::live::{Live, Truth};
-use threads::Threads;
+use threads::{Order, Threads};
 
 /// How long nothing moves before a still is drawn.
 const REST: Duration = Duration::from_millis(220);
@@ -133,6 +133,8 @@ struct App {
     /// The wish of each side that was asked for last, without what needs no bake.
     asked: [Option<Wish>; 2],
     lives: [Option<Arc<Live>>; 2],
+    /// The wish that each of `lives` was baked for.
+    baked: [Option<Wish>; 2],
     seconds: [f64; 2],
     adapter: Option<(String, bool)>,
     error: Option<String>,
@@ -175,8 +177,8 @@ impl PartialEq for Drawn {
         a.sides.len() == b.sides.len()
             && a.sides.iter().zip(&b.sides).all(|(x, y)| Arc::ptr_eq(x, y))
             && pair(&a.truth, &b.truth)
-            && (a.camera, a.turn, a.size, a.exposure, a.mapper, a.look, a.still)
-                == (b.camera, b.turn, b.size, b.exposure, b.mapper, b.look, b.still)
+            && (a.camera, a.turn, a.size, a.exposure, a.mapper, a.look, a.still, &a.sky)
+                == (b.camera, b.turn, b.size, b.exposure, b.mapper, b.look, b.still, &b.sky)
     }
 }
 
@@ -189,6 +191,7 @@ impl App {
             kept,
             asked: [None, None],
             lives: [None, None],
+            baked: [None, None],
             seconds: [0.0; 2],
             adapter: None,
             error: None,
@@ -250,6 +253,7 @@ impl App {
                         self.suns = suns::suns(&live.scene().lights);
                     }
                     self.lives[side] = Some(live);
+                    self.baked[side] = Some(*wish);
                     self.seconds[side] = seconds;
                     if side == 0 {
                         (self.error, self.before_drop) = (None, None);
@@ -266,6 +270,9 @@ impl App {
                     }
                     if frame.still {
                         self.still_ms = frame.draw_ms;
+                    }
+                    if frame.unfinished {
+                        self.drawn = None;
                     }
                     if let (Some(n), Some(last)) = (frame.numbers.first(), self.truth_history.last_mut()) {
                         last.1 = Some(n[0]);
@@ -307,16 +314,53 @@ impl App {
         wish
     }
 
+    /// Why a GPU does not filter the sky of a side anew while its sun moves.
+    fn not_filtered(&self, live: &Live) -> Option<String> {
+        match self.adapter {
+            Some((_, false)) => live.light_tables().err(),
+            // It would take the bakes' processors, and longer.
+            _ => Some("the adapter computes on the CPU".into()),
+        }
+    }
+
+    /// The sky that a side follows until there is a bake for it: one with a sun elsewhere, where nothing else has changed.
+    fn follows(&self, side: usize, plain: &Wish) -> Option<String> {
+        let (live, baked, spec) =
+            (self.lives[side].as_ref()?, self.baked[side].as_ref()?, plain.light.as_ref()?);
+        let before = live.light_name();
+        let sunny = |spec: &str| suns::of_spec(spec).is_some();
+        let light_alone = || Wish { light: plain.light.clone(), ..baked.clone() } == *plain;
+        let follows = before != spec
+            && sunny(before)
+            && sunny(spec)
+            && light_alone()
+            && self.not_filtered(live).is_none();
+        follows.then(|| spec.clone())
+    }
+
     /// Asks for what has changed.
     fn ask(&mut self, ctx: &egui::Context) {
+        let still = self.moved.elapsed() >= REST;
+        let mut sky = None;
         for side in 0..if self.kept.split { 2 } else { 1 } {
             let of = self.side(side);
             // What needs no bake is not asked for.
             let plain = Wish { turn: 0.0, exposure: None, orbit: None, tone_mapper: String::new(), ..of };
+            let follows = self.follows(side, &plain);
             if self.asked[side].as_ref() != Some(&plain) {
-                self.asked[side] = Some(plain.clone());
-                self.threads.bakes[side].ask(plain);
+                if follows.is_some() && !still {
+                    // Each bake would be stopped by the next step of the sun.
+                    self.threads.bakes[side].cancel();
+                    self.asked[side] = None;
+                } else {
+                    self.asked[side] = Some(plain.clone());
+                    self.threads.bakes[side].ask(Order { wish: plain, preview: follows.is_none() });
+                }
             }
+            sky = sky.or(follows);
+        }
+        if let Some(sun) = sky.as_deref().and_then(suns::direction_of) {
+            self.suns = vec![sun];
         }
         let Some(orbit) = self.kept.wish.orbit else { return };
         let mut sides: Vec<_> = self.lives[0].iter().cloned().collect();
@@ -326,7 +370,6 @@ impl App {
         if sides.is_empty() || self.pixels.contains(&0) || self.adapter.is_none() {
             return;
         }
-        let still = self.moved.elapsed() >= REST;
         if !still {
             ctx.request_repaint_after(REST);
         }
@@ -357,6 +400,7 @@ impl App {
             look: self.look,
             truth: self.truth.as_ref().map(|t| t.0.clone()),
             still,
+            sky,
         };
         let drawn = Drawn(view);
         if self.drawn.as_ref() != Some(&drawn) {
@@ -441,6 +485,7 @@ fn style(ctx: &egui::Context) {
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = Vec2::new(8.0, 5.0);
         style.spacing.interact_size.y = 22.0;
+        style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(11.0));
     });
 }
 

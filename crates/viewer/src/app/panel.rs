@@ -49,10 +49,9 @@ impl App {
         let name = split_spec(&wish.input).0.to_owned();
         let known = shapes.iter().any(|s| s.name == name);
         let shown = if known { name.clone() } else { file_name(&wish.input) };
-        egui::ComboBox::from_id_salt("object")
-            .width(ui.available_width() - 8.0)
-            .selected_text(shown)
-            .show_ui(ui, |ui| {
+        egui::ComboBox::from_id_salt("object").width(ui.available_width()).selected_text(shown).show_ui(
+            ui,
+            |ui| {
                 for s in shapes.iter() {
                     if ui.selectable_label(s.name == name, s.name).on_hover_text(s.about).clicked() {
                         (wish.input, wish.orbit, wish.normal_map) = (s.name.into(), None, None);
@@ -60,7 +59,8 @@ impl App {
                         wish.light.get_or_insert_with(|| "studio".into());
                     }
                 }
-            });
+            },
+        );
         if !wish.is_scene() {
             let mut ground = wish.ground.is_some();
             if ui.checkbox(&mut ground, "Ground").changed() {
@@ -90,7 +90,7 @@ impl App {
             None if spec.is_empty() => "of the scene file".into(),
             None => file_name(&spec),
         };
-        egui::ComboBox::from_id_salt("light").width(ui.available_width() - 8.0).selected_text(shown).show_ui(
+        egui::ComboBox::from_id_salt("light").width(ui.available_width()).selected_text(shown).show_ui(
             ui,
             |ui| {
                 if wish.is_scene() && ui.selectable_label(wish.light.is_none(), "of the scene file").clicked()
@@ -108,13 +108,14 @@ impl App {
             && let Some(new) = controls::of_spec(ui, &spec, steradian_light::sky::PARAMETERS[k])
         {
             wish.light = Some(new);
+            self.moved = Instant::now();
         }
         if let Some([_, azimuth]) = suns::of_spec(&spec) {
             ui.horizontal(|ui| {
                 let about =
                     "Solar time at 35° north on the day of equal length; north is −Z, east +X. J and K step.";
                 controls::label(ui, "time of day").on_hover_text(about);
-                ui.spacing_mut().slider_width = (ui.available_width() - 58.0).max(40.0);
+                controls::fill(ui);
                 let mut hour = suns::hour_of(azimuth).clamp(*suns::DAY.start(), *suns::DAY.end());
                 let clock = |h: f64, _| {
                     format!("{}:{:02}", (60.0 * h).round() as u32 / 60, (60.0 * h).round() as u32 % 60)
@@ -122,12 +123,13 @@ impl App {
                 let slider = egui::Slider::new(&mut hour, suns::DAY).custom_formatter(clock);
                 if ui.add(slider).changed() {
                     wish.light = suns::with_sun(&spec, suns::at_hour(hour));
+                    self.moved = Instant::now();
                 }
             });
         }
         ui.horizontal(|ui| {
             controls::label(ui, "turned");
-            ui.spacing_mut().slider_width = (ui.available_width() - 58.0).max(40.0);
+            controls::fill(ui);
             let slider = egui::Slider::new(&mut wish.turn, -180.0..=180.0).suffix("°").max_decimals(1);
             if ui.add(slider).changed() {
                 self.moved = Instant::now();
@@ -151,10 +153,9 @@ impl App {
         let name = split_spec(&spec).0.to_owned();
         let model = steradian_brdf::models().iter().find(|m| m.name == name);
         let shown = if spec.is_empty() { "of the file".into() } else { name.clone() };
-        egui::ComboBox::from_id_salt("material")
-            .width(ui.available_width() - 8.0)
-            .selected_text(shown)
-            .show_ui(ui, |ui| {
+        egui::ComboBox::from_id_salt("material").width(ui.available_width()).selected_text(shown).show_ui(
+            ui,
+            |ui| {
                 if ui.selectable_label(spec.is_empty(), "of the file").clicked() {
                     wish.brdf = None;
                 }
@@ -164,7 +165,8 @@ impl App {
                         wish.brdf = Some(first);
                     }
                 }
-            });
+            },
+        );
         match model {
             Some(m) => {
                 if let Some(new) = controls::of_spec(ui, &spec, m.parameters) {
@@ -289,7 +291,7 @@ fn pick(
         .as_deref()
         .and_then(steradian_techniques::find)
         .map_or("the best for the material", |t| t.card().title);
-    let width = ui.available_width() - 8.0;
+    let width = ui.available_width();
     egui::ComboBox::from_id_salt(id).width(width).truncate().selected_text(shown).height(420.0).show_ui(
         ui,
         |ui| {

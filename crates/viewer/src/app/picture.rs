@@ -1,6 +1,6 @@
 //! The picture: what the mouse does in it, and what is written over and below it.
 
-use super::{App, Look, degrees, short, tag};
+use super::{App, Look, degrees, short, suns, tag};
 use crate::paint::FALSE_COLOUR;
 use crate::reference::STEPS;
 use eframe::egui::{self, Color32, Pos2, Rect, RichText, Sense, Ui, Vec2};
@@ -224,6 +224,7 @@ impl App {
         let read = self.probe().unwrap_or_else(|| "Point at the picture to read it".into());
         let mut words = Vec::new();
         if let Some(f) = &self.frame {
+            words.extend(self.moving_sky(f.filter_ms));
             words.push(format!("draw {:.0} ms", f.draw_ms));
             words.push(format!("develop {:.0} ms", f.develop_ms));
             words.push(format!("data {}", size_in_words(f.bytes as u64)));
@@ -246,6 +247,17 @@ impl App {
                 });
             });
         });
+    }
+
+    /// How the objects follow a sky that is not baked yet.
+    fn moving_sky(&self, filter_ms: Option<f64>) -> Option<String> {
+        if let Some(ms) = filter_ms {
+            return Some(format!("sky filtered on the GPU, {ms:.0} ms"));
+        }
+        let live = self.lives[0].as_ref().filter(|_| self.threads.bakes[0].is_busy())?;
+        let moved = self.kept.wish.light.as_ref().is_some_and(|s| s != live.light_name());
+        let sunny = suns::of_spec(live.light_name()).is_some() && (moved || live.is_preview());
+        self.not_filtered(live).filter(|_| sunny).map(|why| format!("sky by previews: {why}"))
     }
 
     /// What is under the pointer.

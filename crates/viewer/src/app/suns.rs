@@ -53,6 +53,13 @@ pub(super) fn of_spec(spec: &str) -> Option<[f64; 2]> {
     Some([elevation?, azimuth?])
 }
 
+/// Unit direction to a sky's sun.
+pub(super) fn direction_of(spec: &str) -> Option<Vec3> {
+    let [elevation, azimuth] = of_spec(spec)?.map(f64::to_radians);
+    let flat = elevation.cos();
+    Some(DVec3::new(flat * azimuth.cos(), elevation.sin(), flat * azimuth.sin()).as_vec3())
+}
+
 /// The sky with its sun elsewhere.
 pub(super) fn with_sun(spec: &str, [elevation, azimuth]: [f64; 2]) -> Option<String> {
     let (k, infos) = parameters(spec)?;

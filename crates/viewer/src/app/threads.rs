@@ -14,6 +14,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 use steradian_base::{Progress, Task};
 use steradian_session::Session;
+use steradian_session::live::Live;
 
 /// Progress that a window reads.
 #[derive(Default)]
@@ -39,9 +40,16 @@ impl Progress for Bar {
     }
 }
 
+/// What is to be baked.
+pub(super) struct Order {
+    pub wish: Wish,
+    /// Is a preview shown first?
+    pub preview: bool,
+}
+
 /// Threads and what they are asked.
 pub(super) struct Threads {
-    pub bakes: Vec<Arc<Desk<Wish>>>,
+    pub bakes: Vec<Arc<Desk<Order>>>,
     pub bars: Vec<Arc<Bar>>,
     pub paint: Arc<Desk<View>>,
     pub truth: Arc<Desk<Posed>>,
@@ -60,26 +68,32 @@ impl Threads {
         let mut running = Vec::new();
         let (mut bakes, mut bars) = (Vec::new(), Vec::new());
         for side in 0..2 {
-            let (desk, bar) = (Arc::new(Desk::<Wish>::new()), Arc::new(Bar::default()));
+            let (desk, bar) = (Arc::new(Desk::<Order>::new()), Arc::new(Bar::default()));
             bakes.push(desk.clone());
             bars.push(bar.clone());
             let (say, ctx) = (say.clone(), ctx.clone());
             running.push(std::thread::spawn(move || {
                 let mut baker = Baker::new(Session::new());
-                while let Some((wish, cancel)) = desk.next() {
+                while let Some((Order { wish, preview }, cancel)) = desk.next_protected() {
                     let start = Instant::now();
                     let task =
                         Task::quiet().with_max_memory(memory).with_progress(bar.clone()).with_cancel(cancel);
-                    let made = baker.bake_after(&wish, task, |early| {
-                        let seconds = start.elapsed().as_secs_f64();
-                        let _ = say.send(Said::Baked {
-                            side,
-                            wish: Box::new(wish.clone()),
-                            made: Ok(early),
-                            seconds,
-                        });
-                        ctx.request_repaint();
-                    });
+                    let shown = |early: Option<Arc<Live>>| {
+                        if let Some(early) = early {
+                            let seconds = start.elapsed().as_secs_f64();
+                            let wish = Box::new(wish.clone());
+                            let _ = say.send(Said::Baked { side, wish, made: Ok(early), seconds });
+                            ctx.request_repaint();
+                        }
+                        desk.release();
+                    };
+                    let made = match preview {
+                        true => baker.bake_after(&wish, task, shown),
+                        false => {
+                            desk.release();
+                            baker.bake(&wish, task)
+                        }
+                    };
                     let seconds = start.elapsed().as_secs_f64();
                     let _ = say.send(Said::Baked { side, wish: Box::new(wish), made, seconds });
                     ctx.request_repaint();

@@ -11,9 +11,14 @@ const steradian = (() => {
   // ---------------------------------------------------------------------------------------------- data
   const waiting = new Map(), files = new Map();
 
-  // Called by the scripts that hold the data: gzip in base64.
+  // Called by the scripts that hold the data: gzip, seven bits a character.
   function file(name, text) {
-    const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    const packed = new Uint8Array(text.length * 7 >> 3);
+    for (let i = 0, n = 0, bits = 0, have = 0; i < text.length; i++) {
+      bits = bits << 7 | text.charCodeAt(i) & 127;
+      have += 7;
+      if (have >= 8) packed[n++] = bits >> (have -= 8);
+    }
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     new Response(stream).arrayBuffer().then((b) => waiting.get(name).done(new Uint8Array(b)), (e) => waiting.get(name).failed(e));
   }
@@ -25,6 +30,7 @@ const steradian = (() => {
         if (!self.DecompressionStream) throw new Error("this browser cannot unpack the data");
         waiting.set(name, { done, failed });
         const script = document.createElement("script");
+        script.charset = "utf-8";
         script.src = name + ".js";
         script.onerror = () => { files.delete(name); failed(new Error(name + ".js cannot be loaded")); };
         document.head.append(script);

@@ -16,7 +16,7 @@ mod shade;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
-use crate::gpu::Uniform;
+use crate::gpu::{Kernel, LightTables, Uniform};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::tables;
@@ -125,6 +125,11 @@ impl Technique for DiffuseMap {
 
     fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
+    }
+
+    fn light_tables(_: &Bake<Self>, _: bool) -> Option<LightTables> {
+        let cubes = vec![LightTables::cube("irradiance_over_pi", Kernel::Lambert, 1.0)];
+        Some(LightTables { cubes, irradiance: None })
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

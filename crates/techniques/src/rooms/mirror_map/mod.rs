@@ -16,7 +16,7 @@ mod shade;
 mod tests;
 
 use crate::certify::{Report, Target};
-use crate::gpu::Uniform;
+use crate::gpu::{Kernel, LightTables, Uniform};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::{tables, trials::lights};
@@ -126,6 +126,11 @@ impl Technique for MirrorMap {
 
     fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
+    }
+
+    fn light_tables(_: &Bake<Self>, varied: bool) -> Option<LightTables> {
+        let cubes = vec![LightTables::cube("environment", Kernel::Mirror, 1.0)];
+        (!varied).then_some(LightTables { cubes, irradiance: None })
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

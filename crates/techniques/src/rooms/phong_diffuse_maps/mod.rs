@@ -18,7 +18,7 @@ mod shade;
 mod tests;
 
 use crate::certify::{Report, Target};
-use crate::gpu::Uniform;
+use crate::gpu::{Kernel, LightTables, Uniform};
 use crate::shared::light::distant::{DistantLight, ORDER};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::reflectance::Reflectance;
@@ -137,6 +137,16 @@ impl Technique for PhongDiffuseMaps {
 
     fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {
         Some(vec![f.uniform()])
+    }
+
+    fn light_tables(b: &Bake<Self>, varied: bool) -> Option<LightTables> {
+        let n = b.linked.n;
+        let phong = Kernel::Phong { n: f64::from(n) };
+        let cubes = vec![
+            LightTables::cube("phong", phong, std::f32::consts::TAU / (n + 1.0)),
+            LightTables::cube("irradiance", Kernel::Lambert, std::f32::consts::PI),
+        ];
+        (!varied && n >= 1.0).then_some(LightTables { cubes, irradiance: None })
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

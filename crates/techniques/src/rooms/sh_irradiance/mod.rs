@@ -16,6 +16,7 @@ mod shade;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
+use crate::gpu::LightTables;
 use crate::shared::maths::quadric::Quadric;
 use crate::shared::trials::lights;
 use crate::{
@@ -117,6 +118,11 @@ impl Technique for ShIrradiance {
 
     fn gpu(_: &Bake<Self>, f: &Quadric) -> GpuTechnique {
         shade::gpu(f)
+    }
+
+    fn light_tables(b: &Bake<Self>, _: bool) -> Option<LightTables> {
+        let gain = b.material.0.map(|a| (a / std::f64::consts::PI) as f32);
+        Some(LightTables { cubes: Vec::new(), irradiance: Some(gain) })
     }
 
     fn varies(_: &Bake<Self>) -> Varies {

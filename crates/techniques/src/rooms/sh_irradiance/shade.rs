@@ -1,6 +1,6 @@
 //! nᵀMn over batches; `shade.wgsl` has the same functions.
 
-use crate::gpu::Entry;
+use crate::gpu::{Entry, LightTables};
 use crate::shared::maths::quadric::{self, Quadric};
 use crate::shared::surface::lobe;
 use crate::{GpuTechnique, Points, Radiance, Technique};
@@ -47,7 +47,7 @@ pub(super) fn gpu(f: &Quadric) -> GpuTechnique {
         modules: vec![include_str!("shade.wgsl").into()],
         entry: Entry::PLAIN,
         tables: Vec::new(),
-        uniforms: f.uniforms(["red", "green", "blue"]).collect(),
+        uniforms: f.uniforms(LightTables::QUADRICS).collect(),
         buffers: Vec::new(),
     }
 }

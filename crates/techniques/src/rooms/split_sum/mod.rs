@@ -23,7 +23,7 @@ mod stretched;
 mod tests;
 
 use crate::certify::{Report, Target};
-use crate::gpu::Uniform;
+use crate::gpu::{LightTables, Uniform};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::{maths::quadric::Quadric, trials::lights};
@@ -154,6 +154,10 @@ impl Technique for SplitSum {
 
     fn gpu_frame(_: &Bake<Self>, f: &(LightRotation, Quadric)) -> Option<Vec<Uniform>> {
         Some(shade::frame_uniforms(f).collect())
+    }
+
+    fn light_tables(b: &Bake<Self>, varied: bool) -> Option<LightTables> {
+        Some(shade::light_tables(&b.light.chain, &b.linked, varied))
     }
 
     fn varies(b: &Bake<Self>) -> Varies {

@@ -3,7 +3,7 @@
 
 use super::bake::Specular;
 use super::stretched::{Frame, Stretched};
-use crate::gpu::{Entry, Format, Level, Shape, Table, Uniform, Value};
+use crate::gpu::{Entry, Format, Kernel, Level, LightCube, LightTables, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::material::albedo;
 use crate::shared::maths::quadric::Quadric;
@@ -120,7 +120,20 @@ pub(super) fn gpu_lobe(chain: &Chain, s: &Specular, frame: &(LightRotation, Quad
 pub(super) fn frame_uniforms(
     (turn, mean_radiance): &(LightRotation, Quadric),
 ) -> impl Iterator<Item = Uniform> {
-    std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(["red", "green", "blue"]))
+    std::iter::once(turn.uniform()).chain(mean_radiance.uniforms(LightTables::QUADRICS))
+}
+
+/// The chain, of which one roughness looks up two levels, and E/π.
+pub(super) fn light_tables(chain: &Chain, s: &Specular, varied: bool) -> LightTables {
+    let first = s.level.floor();
+    let used = |k: f32| varied || s.stretched.is_some() || k == first || k == first + 1.0 && s.level > first;
+    let kernel = |k: f32| match k {
+        0.0 => Kernel::Mirror,
+        _ => Kernel::Ggx { alpha: f64::from(k / chain.last()).powi(2) },
+    };
+    let levels = (0..chain.levels().len()).map(|k| used(k as f32).then(|| (kernel(k as f32), 1.0)));
+    let chain = LightCube { table: "chain", levels: levels.collect() };
+    LightTables { cubes: vec![chain], irradiance: Some([std::f32::consts::FRAC_1_PI; 3]) }
 }
 
 pub(super) fn gpu(chain: &Chain, s: &Specular, frame: &(LightRotation, Quadric)) -> GpuTechnique {
