@@ -20,6 +20,7 @@ mod gaussians;
 mod grazing;
 mod kautz;
 mod light;
+mod mesh;
 mod microfacet;
 mod occluded;
 mod picture;

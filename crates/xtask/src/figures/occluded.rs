@@ -5,14 +5,13 @@
 //! error of visibility, beside that of the filtered light, and none of the fit. Pictures compare by the relative RMS error of radiance and
 //! by FLIP, both over the pixels of the object.
 
-use super::{Options, light, percent, save, say};
+use super::{Options, light, mesh, percent, save, say};
 use anyhow::{Context, Result, anyhow};
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_brdf::fit::gaussian::{GaussianFit, GaussianLobe, Plan};
 use steradian_brdf::model::lobes::Lobes;
 use steradian_brdf::{SharedBrdf, parse};
-use steradian_formats::Limits;
 use steradian_light::Lights;
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
@@ -20,11 +19,10 @@ use steradian_render::{
     Background, BakeShader, Cell, Develop, Display, Errors, Film, Row, Settings, Sheet, Stage, Surface,
     SurfaceMaps, ToneMapper, errors, render,
 };
-use steradian_scene::{Bvh, Camera, Framing, Mesh, shapes};
+use steradian_scene::{Bvh, Camera, Framing, Mesh};
 use steradian_session::{Method, Paths, Scene, Session};
 use steradian_techniques::shared::trials::lights::furnace;
 use steradian_techniques::{AnyBake, Geometry, Material, Sites, View, find};
-use steradian_testkit::data_dir;
 use steradian_transfer::{Refinement, refine};
 
 /// Five materials between matte and mirror-like, of the published fits to MERL's measurements.
@@ -71,14 +69,7 @@ struct Stand {
 
 impl Stand {
     fn new(o: &Options) -> Result<Self> {
-        let path = data_dir().map(|d| d.join("meshes/bunny_pedestal.ply")).filter(|p| p.exists());
-        let mesh = match path {
-            Some(path) => steradian_scene::load(&path, &Limits::default())?.merged(),
-            None => {
-                say("no meshes/bunny_pedestal.ply (STERADIAN_DATA): a knot on a plate stands in");
-                Mesh::merged(&[shapes::knot(2, 3, 0.55, 0.25, 0.18, 160), shapes::plane(3.2, -0.62, 8)])
-            }
-        };
+        let mesh = mesh::bunny()?;
         let task = Task::quiet();
         let mesh = refine(&mesh, None, &Refinement { coarsest: 1.0 / 24.0, ..Refinement::default() }, &task)?;
         let camera = Framing { share: 0.98, elevation: 0.35, ..Framing::default() };

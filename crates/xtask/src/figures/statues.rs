@@ -1,14 +1,12 @@
 //! Figures 3, 7 and 8 of Kautz, Sloan & Snyder 2002: brushed metal under several lights, shadows with anisotropic
 //! reflectance, and reflectance models beside each other, on meshes.
 
-use super::{Options, light, save, say};
+use super::{Options, light, mesh, save, say};
 use anyhow::{Context, Result, anyhow};
 use glam::{Affine3A, Vec3};
-use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_brdf::{SharedBrdf, parse};
-use steradian_formats::Limits;
 use steradian_light::Lights;
 use steradian_render::tone::auto_exposure;
 use steradian_render::{
@@ -17,7 +15,6 @@ use steradian_render::{
 };
 use steradian_scene::{Bvh, Camera, Framing, Mesh, shapes};
 use steradian_techniques::{AnyBake, Geometry, Material, Sites, View, find};
-use steradian_testkit::data_dir;
 
 /// Brushed metal.
 const BRUSHED: &str = "ashikhmin-shirley:nu=24,nv=2,rs=0.9/0.8/0.6";
@@ -29,23 +26,7 @@ const OPEN: [(&str, f64); 2] = [("lights", 0.0), ("window", WINDOW)];
 const LIGHTS: [&str; 4] =
     ["probulator_grace.hdr", "probulator_uffizi.hdr", "probulator_ennis.hdr", "probulator_pisa.hdr"];
 
-/// A mesh of the data folder, or a shape; brushed along the projection of a constant vector.
-fn mesh(file: &str, stand_in: Mesh, along: Vec3) -> Result<Mesh> {
-    let path: Option<PathBuf> = data_dir().map(|d| d.join("meshes").join(file)).filter(|p| p.exists());
-    let mesh = match path {
-        // The head looks along −Z.
-        Some(path) => {
-            let about = Affine3A::from_rotation_y(std::f32::consts::PI);
-            steradian_scene::load(&path, &Limits::default())?.merged().transformed(&about)
-        }
-        None => {
-            say(&format!("no meshes/{file} (STERADIAN_DATA): a built-in shape stands in"));
-            stand_in
-        }
-    };
-    Ok(brushed(mesh, along))
-}
-
+/// A mesh brushed along the projection of a constant vector.
 fn brushed(mut mesh: Mesh, along: Vec3) -> Mesh {
     let tangent =
         |n: &Vec3| (along - *n * n.dot(along)).try_normalize().unwrap_or(n.any_orthonormal_vector());
@@ -97,7 +78,7 @@ fn cell(picture: Display, caption: String) -> Option<Cell> {
 /// Figure 3: a brushed head under several lights.
 pub fn lights(o: &Options) -> Result<()> {
     let brdf = parse(o.brdfs.first().map_or(BRUSHED, String::as_str))?;
-    let head = mesh("max_planck_decimated.obj", shapes::teapot(16, true), Vec3::Y)?;
+    let head = brushed(mesh::bust()?, Vec3::Y);
     let mut cells = Vec::new();
     for file in LIGHTS {
         let (name, lights) = light::of(o, &format!("environments/latlong/{file}"))?;
@@ -135,7 +116,7 @@ pub fn shadows(o: &Options) -> Result<()> {
     ];
     let mut rows = [Vec::new(), Vec::new()];
     for (_, spec, along) in columns {
-        let (brdf, shape) = (parse(spec)?, brushed(shapes::knot(2, 3, 1.0, 0.45, 0.28, 160), along));
+        let (brdf, shape) = (parse(spec)?, brushed(mesh::knot(), along));
         for (row, slug) in rows.iter_mut().zip(["sh_brdf", "prt_brdf"]) {
             let params: &[(&str, f64)] =
                 if slug == "sh_brdf" { &OPEN } else { &[("precision", 0.01), ("window", WINDOW)] };
@@ -172,10 +153,14 @@ pub fn models(o: &Options) -> Result<()> {
     .map(String::from)
     .into();
     specs.extend(o.brdfs.iter().cloned());
+    let about = Affine3A::from_rotation_y(std::f32::consts::PI);
     let shapes = [
         ("ball", brushed(shapes::sphere(128), Vec3::Y)),
-        ("teapot", mesh("teapot.obj", shapes::teapot(16, true), Vec3::Y)?),
-        ("head", mesh("max_planck_decimated.obj", shapes::knot(2, 3, 1.0, 0.45, 0.28, 160), Vec3::Y)?),
+        (
+            "teapot",
+            brushed(mesh::of("teapot.obj", || shapes::teapot(16, true))?.transformed(&about), Vec3::Y),
+        ),
+        ("head", brushed(mesh::bust()?, Vec3::Y)),
     ];
     let mut rows: Vec<Row> =
         shapes.iter().map(|s| Row { label: vec![s.0.into()], cells: Vec::new() }).collect();

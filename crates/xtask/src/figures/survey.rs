@@ -4,13 +4,12 @@
 //! Figures 6 and 7 are held against the model itself, 8 and 9 against paths on the surface that the bumps stand for, 15 and 23
 //! against paths of one reflection. Errors are relative RMS errors of radiance over the pixels that all pictures of a row cover wholly.
 
-use super::{Options, light, percent, save, say};
+use super::{Options, light, mesh, percent, save, say};
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 use steradian_base::ParamValues;
-use steradian_formats::Limits;
 use steradian_light::{DirectionalLight, Lights};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::tone::auto_exposure;
@@ -19,7 +18,6 @@ use steradian_scene::surface::Planes;
 use steradian_scene::{Camera, Framing, Mesh, shapes};
 use steradian_session::atlas::three_lights;
 use steradian_session::{Local, Material, Method, Paths, Scene, Session, Shadows};
-use steradian_testkit::data_dir;
 
 /// Pixels a side.
 const SIDE: usize = 256;
@@ -348,19 +346,9 @@ pub fn bumps(o: &Options) -> Result<()> {
 
 /// Figures 15 and 23: a bust in a diffuse environment map, and with self-shadowing.
 pub fn bust(o: &Options) -> Result<()> {
-    let path = data_dir().map(|d| d.join("meshes/max_planck_decimated.obj")).filter(|p| p.exists());
-    let mesh = match path {
-        Some(path) => {
-            let about = glam::Affine3A::from_rotation_y(PI);
-            steradian_scene::load(&path, &Limits::default())?.merged().transformed(&about)
-        }
-        None => {
-            say("no meshes/max_planck_decimated.obj (STERADIAN_DATA): a knot stands in");
-            shapes::knot(2, 3, 1.0, 0.45, 0.28, 160)
-        }
-    };
     let (name, lights) = light::of(o, "environments/latlong/probulator_ennis.hdr")?;
-    let scene = scene(o, mesh, o.brdfs.first().map_or("lambert:albedo=0.8", String::as_str), lights)?;
+    let scene =
+        scene(o, mesh::bust()?, o.brdfs.first().map_or("lambert:albedo=0.8", String::as_str), lights)?;
     say(&format!(
         "STAR04 figures 15 and 23: a bust under {name}, relative RMS error beside paths of one reflection"
     ));

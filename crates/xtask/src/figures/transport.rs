@@ -2,21 +2,19 @@
 //! coefficients light needs, spherical harmonics beside Haar wavelets (Kautz 2004, 7.4; Ng, Ramamoorthi & Hanrahan 2003).
 
 use super::survey::{Way, film as drawn, row, sheet};
-use super::{Options, light, save, say};
+use super::{Options, light, mesh, save, say};
 use anyhow::{Context, Result, anyhow};
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
-use steradian_formats::Limits;
 use steradian_render::{
     Background, Cell, Develop, Film, Row, Settings, Shader, Sheet, Stage, Surface, SurfaceMaps, ToneMapper,
     render,
 };
-use steradian_scene::{Bvh, Camera, Framing, Mesh, shapes};
+use steradian_scene::{Bvh, Camera, Framing, Mesh};
 use steradian_session::{Material, Scene};
 use steradian_sphere::sh;
 use steradian_techniques::{Points, Radiance};
-use steradian_testkit::data_dir;
 use steradian_transfer::{Site, Transfer, transfer};
 
 /// Albedo of the bunny.
@@ -46,16 +44,6 @@ fn coloured(mesh: &Mesh, camera: Camera, settings: &Settings, colours: Vec<Vec3>
     Ok(render(&stage, settings, &Task::quiet())?)
 }
 
-fn mesh(file: &str, stand_in: impl Fn() -> Mesh) -> Result<Mesh> {
-    match data_dir().map(|d| d.join("meshes").join(file)).filter(|p| p.exists()) {
-        Some(path) => Ok(steradian_scene::load(&path, &Limits::default())?.merged()),
-        None => {
-            say(&format!("no meshes/{file} (STERADIAN_DATA): a built-in shape stands in"));
-            Ok(stand_in())
-        }
-    }
-}
-
 fn vectors(mesh: &Mesh, bands: usize) -> Result<Transfer> {
     let scene = steradian_transfer::Scene::new(mesh).map_err(|e| anyhow!("{e}"))?;
     let settings = steradian_transfer::Settings {
@@ -70,9 +58,7 @@ fn vectors(mesh: &Mesh, bands: usize) -> Result<Transfer> {
 /// A head lit by each of the first 25 harmonics: red where the light that arrives is positive, blue where it is negative.
 pub fn basis(o: &Options) -> Result<()> {
     const BANDS: usize = 5;
-    let knot = || shapes::knot(2, 3, 1.0, 0.45, 0.28, 160);
-    let about = Affine3A::from_rotation_y(std::f32::consts::PI);
-    let head = mesh("max_planck_decimated.obj", knot)?.transformed(&about);
+    let head = mesh::bust()?;
     let t = vectors(&head, BANDS)?;
     let camera = Framing { share: 0.9, ..Framing::default() }.camera(&head.positions).context("a mesh")?;
     let side = o.side.unwrap_or(112);
@@ -112,9 +98,7 @@ pub fn basis(o: &Options) -> Result<()> {
 pub fn wavelets(o: &Options) -> Result<()> {
     const BANDS: [usize; 4] = [3, 5, 10, 14];
     const WAVELETS: [usize; 4] = [9, 25, 100, 200];
-    let stand_in =
-        || Mesh::merged(&[shapes::knot(2, 3, 0.55, 0.25, 0.18, 160), shapes::plane(3.2, -0.62, 64)]);
-    let bunny = mesh("bunny_pedestal.ply", stand_in)?;
+    let bunny = mesh::bunny()?;
     let (name, lights) = light::of(o, "environments/latlong/probulator_grace.hdr")?;
     let side = o.side.unwrap_or(200);
     let camera = Framing { share: 0.95, elevation: 0.35, ..Framing::default() };
