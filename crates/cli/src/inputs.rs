@@ -8,7 +8,8 @@ use steradian_base::{ParamValues, Value};
 use steradian_light::load::{Arrangement, FileLayout, Profile};
 use steradian_light::suns::Taken;
 use steradian_light::{Lamp, Lights};
-use steradian_session::{Adjust, Destinations, Local, Paths};
+use steradian_scene::shadow::MapOptions;
+use steradian_session::{Adjust, Destinations, Local, Paths, Shadows};
 use steradian_techniques::direct::Suns;
 
 /// How the file of a light is read, turned and scaled.
@@ -203,4 +204,56 @@ impl PathArgs {
         let usual = Paths::default();
         Ok(Paths { bounces: self.bounces.unwrap_or(usual.bounces), noise: self.noise.unwrap_or(usual.noise) })
     }
+}
+
+/// Shadows of lights beside a technique's data.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct ShadowArg {
+    /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
+    /// know shadows); map, map:size=1024,taps=3 (shadow maps) or volume (shadow volumes); lobe: as ray, and the environment by
+    /// rays over the reflectance's lobe, under the reference too [default: auto]
+    #[arg(long, value_name = "HOW", value_parser = shadows)]
+    pub shadows: Option<Shadows>,
+}
+
+fn shadows(text: &str) -> Result<Shadows, String> {
+    match text {
+        "auto" => Ok(Shadows::Auto),
+        "none" => Ok(Shadows::Off),
+        "ray" => Ok(Shadows::Ray),
+        "volume" => Ok(Shadows::Volume),
+        "lobe" => Ok(Shadows::Lobe),
+        _ => match text.strip_prefix("map") {
+            Some("") => Ok(Shadows::Map(MapOptions::default())),
+            Some(rest) if rest.starts_with(':') => Ok(Shadows::Map(map_options(&rest[1..])?)),
+            _ => Err(steradian_base::unknown(
+                "shadows",
+                text,
+                &["auto", "none", "ray", "map", "volume", "lobe"],
+            )),
+        },
+    }
+}
+
+/// `size=N,taps=N` of shadow maps.
+fn map_options(text: &str) -> Result<MapOptions, String> {
+    let mut options = MapOptions::default();
+    for pair in text.split(',') {
+        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+        let number = |range: std::ops::RangeInclusive<usize>| {
+            let n = value.parse().ok().filter(|n| range.contains(n));
+            n.ok_or_else(|| {
+                format!("{key} = '{value}' is no whole number in {} … {}", range.start(), range.end())
+            })
+        };
+        match key {
+            "size" => options.size = number(16..=16384)?,
+            "taps" => options.taps = number(1..=15)?,
+            _ => return Err(steradian_base::unknown("parameter of map", key, &["size", "taps"])),
+        }
+    }
+    if options.taps.is_multiple_of(2) {
+        return Err(format!("taps = {} is even: a square about a texel has 1, 3, 5 … a side", options.taps));
+    }
+    Ok(options)
 }

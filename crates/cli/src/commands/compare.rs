@@ -3,7 +3,7 @@
 use crate::commands::render::{size, tone_mapper};
 use crate::context::{self, Context};
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, LocalArg, PathArgs};
+use crate::inputs::{self, AdjustArgs, LocalArg, PathArgs, ShadowArg};
 use clap::Args;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
@@ -18,8 +18,8 @@ use steradian_session::comparison::{
     Finding, Kept, Sweep, Swept, csv, digest, document, drawing, html, latex, mark as file_mark, sheet, table,
 };
 use steradian_session::{
-    DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, check_output,
-    for_any_mesh, light_as_baked, make_tangents,
+    DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, Shadows,
+    check_output, for_any_mesh, light_as_baked, make_tangents,
 };
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
@@ -88,6 +88,8 @@ pub struct Options {
     path: bool,
     #[command(flatten)]
     paths: PathArgs,
+    #[command(flatten)]
+    shadows: ShadowArg,
     /// Light that varies over space, as `probes` writes it, in place of every other light; --environment is seen behind
     #[arg(long, value_name = "FILE.safetensors", conflicts_with = "path")]
     probes: Option<PathBuf>,
@@ -148,6 +150,11 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
         // Suns beside techniques that know shadows are shadowed by rays, as paths are.
         context.suns = Suns::Exact;
     }
+    context.shadows = o.shadows.shadows.unwrap_or_default();
+    if !o.path && !matches!(context.shadows, Shadows::Auto | Shadows::Off | Shadows::Lobe) {
+        let why = "the reference has no shadows: add --path, or give lobe, which shadows both";
+        return Err(Failure::usage(format!("--shadows: {why}")));
+    }
     let plan = Plan { reference_tolerance: o.reference_tolerance, paths: o.path, ev: 0.0 };
     let renderers = renderers(context)?;
     let scenes = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
@@ -201,6 +208,7 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
         o.probes.as_ref().map_or_else(String::new, |path| file_mark(&path.display().to_string())),
         format!("{}x{}", o.size.0, o.size.1),
         format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
+        format!("{:?}", o.shadows),
         o.tone_mapper.unwrap_or_default().name().into(),
     ];
     let one = |label: String, backend: &str| digest(&[&common[..], &[label, backend.into()]].concat());

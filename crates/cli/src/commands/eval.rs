@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::csv;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs};
+use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs, ShadowArg};
 use crate::report::points_json;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -12,8 +12,8 @@ use std::sync::Arc;
 use steradian_formats::CsvTable;
 use steradian_light::Lights;
 use steradian_reference::Lookup;
-use steradian_session::Method;
 use steradian_session::eval::{Answers, Points, Request};
+use steradian_session::{Method, Shadows};
 use steradian_sphere::Frame;
 
 /// Options of `steradian eval`.
@@ -58,6 +58,8 @@ pub struct Options {
     /// Mesh for path and for techniques that bake transfer
     #[arg(long, value_name = "FILE|SHAPE")]
     mesh: Option<String>,
+    #[command(flatten)]
+    shadows: ShadowArg,
     /// Output CSV [default: standard output]
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -110,6 +112,19 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         None => Method::find(o.technique.as_deref().unwrap_or("reference"))?,
     };
     context.paths = o.paths.get(matches!(method, Method::Path))?;
+    context.shadows = o.shadows.shadows.unwrap_or_default();
+    let why = match context.shadows {
+        Shadows::Auto | Shadows::Off => None,
+        _ if matches!(method, Method::Reference) => {
+            Some("the reference has no shadows: --technique path has")
+        }
+        Shadows::Lobe => Some("lobe belongs to pictures: give ray, map or volume"),
+        _ if o.mesh.is_none() => Some("what stands in the way is missing: give --mesh"),
+        _ => None,
+    };
+    if let Some(why) = why {
+        return Err(Failure::usage(format!("--shadows: {why}")));
+    }
     if o.lookup.is_some() && !matches!(method, Method::Reference) {
         return Err(Failure::usage(
             "--lookup belongs to --technique reference; techniques fix their own lookup",

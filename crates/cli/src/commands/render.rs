@@ -6,7 +6,7 @@ mod values;
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
-use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs};
+use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs, ShadowArg};
 use clap::Args;
 use report::report;
 pub use scene::scene;
@@ -15,10 +15,10 @@ use steradian_formats::{Raster, WriteOptions};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{NormalFiltering, ToneMapper};
 use steradian_session::{
-    ANIMATION, Backend, FRAME_RATE, Method, Renderer, Scene, Shadows, check_output, is_animation,
+    ANIMATION, Backend, FRAME_RATE, Method, Renderer, Scene, check_output, is_animation,
 };
 pub use values::{Exposure, blur, exposure, size, tone_mapper};
-use values::{background, normal_filtering, shadows};
+use values::{background, normal_filtering};
 
 /// Options of `steradian render`.
 #[derive(Debug, Default, Args)]
@@ -84,11 +84,8 @@ pub struct Options {
     /// With path: the variance of each pixel's radiance
     #[arg(long, value_name = "FILE.exr|FILE.pfm")]
     pub variance: Option<PathBuf>,
-    /// What shadows suns, points and other lights beside a technique's data: ray, none, or auto (ray under techniques that
-    /// know shadows); map, map:size=1024,taps=3 (shadow maps) or volume (shadow volumes); lobe: as ray, and the environment by
-    /// rays over the reflectance's lobe, under the reference too [default: auto]
-    #[arg(long, value_name = "HOW", value_parser = shadows)]
-    pub shadows: Option<Shadows>,
+    #[command(flatten)]
+    pub shadows: ShadowArg,
     /// Leave out the materials of the mesh file
     #[arg(long)]
     pub plain: bool,

@@ -122,3 +122,57 @@ fn what_knows_shadows_itself_refuses_others() {
     ];
     fails(d.path(), 1, "shadow maps of 1 lights", &[&base[..], &few].concat());
 }
+
+/// The same shadows in a comparison with paths, and at points.
+#[test]
+fn comparisons_and_points_are_shadowed_as_pictures_are() {
+    let d = tempfile::tempdir().expect("a folder");
+    corner(d.path());
+    let sun = ["--light", "directional:direction=-1/9/0,irradiance=2/2/2", "-b", "lambert:albedo=0.5"];
+    let one = [
+        "compare",
+        "corner.obj",
+        "-t",
+        "sh_irradiance",
+        "--path",
+        "--bounces",
+        "1",
+        "--size",
+        "48",
+        "--json",
+    ];
+    let error = |how: &str| {
+        let text = well(d.path(), &[&one[..], &sun, &["--shadows", how]].concat());
+        let all: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        all["comparisons"][0]["techniques"][1]["relative_rms"].as_f64().expect("an error")
+    };
+    let [none, rays, volume, map] = ["none", "ray", "volume", "map:size=2048,taps=1"].map(error);
+    // Paths look at more points of the pixels at the shadow's edge.
+    assert!(none > 0.2 && rays < 0.03, "{none} {rays}");
+    assert!((volume - rays).abs() < 5e-3 && (map - rays).abs() < 1e-2, "{rays} {volume} {map}");
+
+    fs::write(d.path().join("p.csv"), "nx,ny,nz,vx,vy,vz,px,py,pz\n0,1,0,0,1,0,0.5,0,0\n0,1,0,0,1,0,3,0,0\n")
+        .expect("written");
+    let at = ["eval", "-p", "p.csv", "-t", "sh_irradiance", "--mesh", "corner.obj"];
+    let red = |how: &str| -> Vec<f64> {
+        let text = well(d.path(), &[&at[..], &sun, &["--shadows", how]].concat());
+        let column = text.lines().next().expect("a head").split(',').position(|c| c == "r").expect("red");
+        text.lines()
+            .skip(1)
+            .map(|l| l.split(',').nth(column).expect("red").parse().expect("a number"))
+            .collect()
+    };
+    for how in ["ray", "map", "volume"] {
+        let (open, got) = (red("none"), red(how));
+        assert!(open[0] > 0.1 && got[0] == 0.0 && (got[1] - open[1]).abs() < 1e-6, "{how}: {open:?} {got:?}");
+    }
+
+    let fails = |code, why: &str, args: &[&str]| fails(d.path(), code, why, &[args, &sun].concat());
+    fails(2, "add --path", &["compare", "corner.obj", "-t", "sh_irradiance", "--shadows", "ray"]);
+    fails(2, "give --mesh", &["eval", "-p", "p.csv", "-t", "sh_irradiance", "--shadows", "ray"]);
+    fails(
+        2,
+        "the reference has no shadows",
+        &["eval", "-p", "p.csv", "--mesh", "corner.obj", "--shadows", "map"],
+    );
+}

@@ -18,7 +18,7 @@ use steradian_techniques::SavedBake;
 
 pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     context.suns = o.lights.suns();
-    context.shadows = o.shadows.unwrap_or_default();
+    context.shadows = o.shadows.shadows.unwrap_or_default();
     let mut scene = if Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         let overrides = overrides(o, context)?;
         context.scene_file(Path::new(&o.input), &overrides)?

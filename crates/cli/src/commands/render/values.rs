@@ -3,8 +3,6 @@
 use crate::inputs;
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{NormalFiltering, ToneMapper};
-use steradian_scene::shadow::MapOptions;
-use steradian_session::Shadows;
 
 /// Exposure of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,48 +39,6 @@ pub fn tone_mapper(text: &str) -> Result<ToneMapper, String> {
 pub fn normal_filtering(text: &str) -> Result<NormalFiltering, String> {
     let names = NormalFiltering::ALL.map(|a| a.0);
     NormalFiltering::from_name(text).ok_or_else(|| steradian_base::unknown("way", text, &names))
-}
-
-pub fn shadows(text: &str) -> Result<Shadows, String> {
-    match text {
-        "auto" => Ok(Shadows::Auto),
-        "none" => Ok(Shadows::Off),
-        "ray" => Ok(Shadows::Ray),
-        "volume" => Ok(Shadows::Volume),
-        "lobe" => Ok(Shadows::Lobe),
-        _ => match text.strip_prefix("map") {
-            Some("") => Ok(Shadows::Map(MapOptions::default())),
-            Some(rest) if rest.starts_with(':') => Ok(Shadows::Map(map_options(&rest[1..])?)),
-            _ => Err(steradian_base::unknown(
-                "shadows",
-                text,
-                &["auto", "none", "ray", "map", "volume", "lobe"],
-            )),
-        },
-    }
-}
-
-/// `size=N,taps=N` of shadow maps.
-fn map_options(text: &str) -> Result<MapOptions, String> {
-    let mut options = MapOptions::default();
-    for pair in text.split(',') {
-        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-        let number = |range: std::ops::RangeInclusive<usize>| {
-            let n = value.parse().ok().filter(|n| range.contains(n));
-            n.ok_or_else(|| {
-                format!("{key} = '{value}' is no whole number in {} … {}", range.start(), range.end())
-            })
-        };
-        match key {
-            "size" => options.size = number(16..=16384)?,
-            "taps" => options.taps = number(1..=15)?,
-            _ => return Err(steradian_base::unknown("parameter of map", key, &["size", "taps"])),
-        }
-    }
-    if options.taps.is_multiple_of(2) {
-        return Err(format!("taps = {} is even: a square about a texel has 1, 3, 5 … a side", options.taps));
-    }
-    Ok(options)
 }
 
 pub fn background(text: &str) -> Result<SceneBackground, String> {
