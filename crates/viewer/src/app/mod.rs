@@ -242,6 +242,10 @@ impl App {
                     self.error = Some(e.to_string());
                     if let (0, Some(before)) = (side, self.before_drop.take()) {
                         self.kept.wish = before;
+                        // What is shown is baked for that; a bake of it would take the message away.
+                        if self.lives[0].as_ref().is_some_and(|live| !live.is_preview()) {
+                            self.asked[0] = self.baked[0].clone();
+                        }
                     }
                 }
                 Said::Baked { side, wish, made: Ok(live), seconds } => {
