@@ -45,11 +45,12 @@ pub fn technique(b: &Prepared) -> Option<GpuTechnique> {
 }
 
 /// One object per material slot that has triangles.
+#[cfg(feature = "gpu")]
 pub fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
     scene_by(stage, baked, technique)
 }
 
-/// [`scene`] with what `technique` makes of each material.
+/// One object per material slot that has triangles, with what `technique` makes of each material.
 pub fn scene_by(
     stage: &Stage<'_>,
     baked: &[Prepared],
