@@ -15,7 +15,7 @@ use steradian_scene::{Bvh, Camera, Framing, Mesh};
 use steradian_session::{Material, Scene};
 use steradian_sphere::sh;
 use steradian_techniques::{Points, Radiance};
-use steradian_transfer::{Site, Transfer, transfer};
+use steradian_transfer::{Refinement, Site, Transfer, refine, transfer};
 
 /// Albedo of the bunny.
 const ALBEDO: f64 = 0.8;
@@ -98,7 +98,9 @@ pub fn basis(o: &Options) -> Result<()> {
 pub fn wavelets(o: &Options) -> Result<()> {
     const BANDS: [usize; 4] = [3, 5, 10, 14];
     const WAVELETS: [usize; 4] = [9, 25, 100, 200];
-    let bunny = mesh::bunny()?;
+    // Shadows on the plate vary between vertices that are close.
+    let finer = Refinement { coarsest: 1.0 / 48.0, ..Refinement::default() };
+    let bunny = refine(&mesh::bunny()?, None, &finer, &Task::quiet())?;
     let (name, lights) = light::of(o, "environments/latlong/probulator_grace.hdr")?;
     let side = o.side.unwrap_or(200);
     let camera = Framing { share: 0.95, elevation: 0.35, ..Framing::default() };
