@@ -131,7 +131,9 @@ impl Session {
         m: &Material,
         measured: bool,
     ) -> Result<Prepared, Error> {
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
+        let sites = &scene.sited();
+        let under =
+            Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene, sites };
         if let (Some(method), false) = (&m.method, measured) {
             return self.prepare(m, method, under, &self.task);
         }

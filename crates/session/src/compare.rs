@@ -3,7 +3,7 @@
 use crate::material::Under;
 use crate::picture::{auto_exposure, background};
 use crate::probes::has_no_light;
-use crate::scene::given_to;
+use crate::scene::{Sited, given_to};
 use crate::{Error, Kind, Material, Method, Outcome, Prepared, Renderer, Scene, Session};
 use std::time::Instant;
 use steradian_base::Certificate;
@@ -125,7 +125,7 @@ impl Session {
         plan: &Plan,
     ) -> Result<Vec<Answer>, Error> {
         let camera = scene.camera_or_framed()?;
-        let scene = &*scene.staged(&camera, scene.spacing_by(methods), &self.task)?;
+        let scene = &*scene.staged(&camera, &scene.sited_by(methods), &self.task)?;
         let renderers = if scene.probes.is_some() {
             methods.iter().chain(plan.paths.then_some(&Method::Path)).try_for_each(has_no_light)?;
             &[Renderer::Cpu]
@@ -243,7 +243,13 @@ impl Session {
             };
             let mut m = m.with(method.clone());
             m.params = given_to(method, &m.params);
-            let under = Under { lights: &case.lights, camera: &case.camera, tolerance, scene: case.scene };
+            let under = Under {
+                lights: &case.lights,
+                camera: &case.camera,
+                tolerance,
+                scene: case.scene,
+                sites: &Sited::ALL,
+            };
             let prepared = self.prepare(&m, method, under, &self.task)?;
             self.tell_left_out(&prepared);
             Ok::<_, Error>(prepared)

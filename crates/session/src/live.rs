@@ -13,6 +13,7 @@ use crate::compare::{differences, worst};
 use crate::gpu_scene::{scene as drawn, unlit};
 use crate::material::{Changed, Under, view};
 use crate::picture::background;
+use crate::scene::Sited;
 use crate::{Error, Method, Prepared, Renderer, Scene, Session};
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
@@ -40,8 +41,8 @@ pub struct Names {
 pub struct Live {
     scene: Scene,
     names: Names,
-    /// How far apart vertices lie at most where data are baked at them.
-    spacing: Option<f32>,
+    /// Where data are baked at vertices.
+    sited: Sited,
     bvh: Arc<Bvh>,
     camera: Camera,
     materials: Vec<Prepared>,
@@ -103,7 +104,7 @@ impl Session {
     /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser bakes of unknown
     /// error under light of fewer texels. `None` where nothing of `before` can be taken over, or all of it.
     pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
-        let same_mesh = before.names.mesh == names.mesh && before.spacing == scene.spacing();
+        let same_mesh = before.names.mesh == names.mesh && before.sited == scene.sited();
         let materials = scene.materials.iter().chain(&scene.ground);
         let mut any = false;
         for (p, m) in before.materials.iter().zip(materials) {
@@ -137,8 +138,8 @@ impl Session {
     ) -> Result<Live, Error> {
         crate::probes::refuse(scene)?;
         let camera = scene.camera_or_framed()?;
-        let spacing = scene.spacing();
-        let mesh = before.filter(|b| b.names.mesh == names.mesh && b.spacing == spacing);
+        let sited = scene.sited();
+        let mesh = before.filter(|b| b.names.mesh == names.mesh && b.sited == sited);
         let (staged, bvh) = match mesh {
             Some(b) => {
                 let mut staged = scene.clone();
@@ -148,13 +149,18 @@ impl Session {
                 (staged, b.bvh.clone())
             }
             None => {
-                let staged = scene.staged(&camera, scene.spacing(), &self.task)?.into_owned();
+                let staged = scene.staged(&camera, &sited, &self.task)?.into_owned();
                 let bvh = Arc::new(Bvh::build(&staged.mesh));
                 (staged, bvh)
             }
         };
-        let under =
-            Under { lights: &staged.lights, camera: &camera, tolerance: staged.tolerance, scene: &staged };
+        let under = Under {
+            sites: &sited,
+            lights: &staged.lights,
+            camera: &camera,
+            tolerance: staged.tolerance,
+            scene: &staged,
+        };
         let mut materials: Vec<Prepared> = Vec::new();
         let mut rebaked = 0;
         for (k, m) in staged.materials.iter().enumerate() {
@@ -190,7 +196,7 @@ impl Session {
         if let Some(why) = unlit(&materials) {
             return Err(Error::usage(why));
         }
-        Ok(Live { scene: staged, names, spacing, bvh, camera, materials, rebaked, preview })
+        Ok(Live { scene: staged, names, sited, bvh, camera, materials, rebaked, preview })
     }
 
     /// The reference's picture, by quadrature to a relative error of `tolerance` at each point, under the light turned by
@@ -208,7 +214,13 @@ impl Session {
             lights.adjust(degrees, 1.0);
         }
         let seen = Scene { lights, ..live.scene.clone() };
-        let under = Under { lights: &seen.lights, camera: &camera, tolerance: Some(tolerance), scene: &seen };
+        let under = Under {
+            lights: &seen.lights,
+            camera: &camera,
+            tolerance: Some(tolerance),
+            scene: &seen,
+            sites: &Sited::ALL,
+        };
         let exact = |m: &crate::Material| self.prepare(m, &Method::Reference, under, &self.task);
         let prepared = seen.materials.iter().map(exact).collect::<Result<Vec<_>, _>>()?;
         let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();
@@ -405,6 +417,36 @@ mod tests {
                 None => assert_eq!((brdf, light), ("ggx:alpha=0.2,f0=1", "sky")),
             }
         }
+    }
+
+    /// A ring on the ground, whose techniques bake at vertices; that of the ring and its reflectance as given.
+    fn standing(session: &mut Session, brdf: &str, technique: &str) -> Scene {
+        let named = |slug: &str| Some(Method::find(slug).expect("registered"));
+        let mut scene = scene(session, brdf, "studio");
+        let coarse = steradian_base::ParamValues([("precision".to_string(), 0.1.into())].into());
+        scene.materials.iter_mut().for_each(|m| m.method = named(technique));
+        let ground = Material::new(session.brdf("lambert:albedo=0.4").expect("a spec"));
+        scene.ground = Some(Material { method: named("prt_diffuse"), params: coarse.clone(), ..ground });
+        if technique == "prt_diffuse" {
+            scene.materials.iter_mut().for_each(|m| m.params = coarse.clone());
+        }
+        scene
+    }
+
+    #[test]
+    fn sites_are_those_of_the_materials_that_bake_there() {
+        let mut session = Session::new();
+        let first = standing(&mut session, FIRST, "split_sum");
+        let a = session.live(&first, names("studio"), None).expect("bakes");
+        // Another reflectance of the ring leaves the ground's data as they are.
+        let other = standing(&mut session, "ggx:alpha=0.4,f0=1", "split_sum");
+        let b = session.live(&other, names("studio"), Some(&a)).expect("bakes");
+        assert!(b.same_mesh(&a) && b.rebaked() == 1);
+        // The ground's own technique and reflectance for the ring too: one bake with the vertices of both.
+        let alike = standing(&mut session, "lambert:albedo=0.4", "prt_diffuse");
+        let c = session.live(&alike, names("studio"), Some(&b)).expect("bakes");
+        let fresh = session.live(&alike, names("studio"), None).expect("bakes");
+        assert!(!c.same_mesh(&b) && drawn(&c) == drawn(&fresh));
     }
 
     #[test]

@@ -49,7 +49,7 @@ impl Session {
         renderer: Option<Renderer>,
     ) -> Result<Outcome<Picture>, Error> {
         let camera = scene.camera_or_framed()?;
-        let scene = &*scene.staged(&camera, scene.spacing(), &self.task)?;
+        let scene = &*scene.staged(&camera, &scene.sited(), &self.task)?;
         let mean = self.in_mean_light(scene)?;
         if by_paths(scene)? {
             let picture = self.traced(scene, camera)?;
@@ -82,7 +82,7 @@ impl Session {
             return Err(Error::usage("light fields are shaded one picture at a time: leave --orbit out"));
         }
         let camera = scene.camera_or_framed()?;
-        let mut scene = scene.staged(&camera, scene.spacing(), &self.task)?.into_owned();
+        let mut scene = scene.staged(&camera, &scene.sited(), &self.task)?.into_owned();
         let bvh = Bvh::build(&scene.mesh);
         let mut materials = self.prepare_all(&scene, &bvh, camera)?;
         let renderer = self.renderer_for(&materials, renderer)?;

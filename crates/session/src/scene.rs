@@ -11,6 +11,7 @@ use steradian_light::{Lights, Probes};
 use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
 use steradian_scene::{Camera, Framing, Mesh};
+use steradian_techniques::Sites;
 use steradian_transfer::{Refinement, refine};
 
 /// A mesh with its materials, lights, camera, and how its picture is made.
@@ -93,27 +94,33 @@ impl Scene {
         camera.ok_or_else(|| Error::input("the mesh has no triangles"))
     }
 
-    /// The scene with its ground as part of the mesh, for a camera; with vertices at most `spacing` apart near the object, where
-    /// shadows and reflections vary between them.
-    pub(crate) fn staged(
-        &self,
-        camera: &Camera,
-        spacing: Option<f32>,
-        task: &Task,
-    ) -> Result<Cow<'_, Self>, Error> {
+    /// The scene with its ground as part of the mesh, for a camera; with vertices as near to each other as `sited` asks for
+    /// where shadows and reflections vary between them.
+    pub(crate) fn staged(&self, camera: &Camera, sited: &Sited, task: &Task) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        let Some(coarsest) = spacing else { return Ok(scene) };
+        let Some(coarsest) = sited.spacing else { return Ok(scene) };
         let mut scene = scene.into_owned();
         let refinement = Refinement { coarsest, ..Refinement::default() };
-        scene.mesh = refine(&scene.mesh, self.mesh.bounds(), &refinement, task)?;
+        scene.mesh = refine(&scene.mesh, self.mesh.bounds(), sited.slots.as_deref(), &refinement, task)?;
         Ok(Cow::Owned(scene))
     }
 
-    /// How far apart vertices lie at most for those of the materials' techniques that bake shadows at them.
-    pub(crate) fn spacing(&self) -> Option<f32> {
+    /// Where its own techniques bake at vertices. Those that are chosen do so nowhere.
+    pub(crate) fn sited(&self) -> Sited {
+        let all = || self.materials.iter().chain(&self.ground);
         let own = |m: &Material| spacing(m.method.as_ref()?, &m.params);
-        let all = self.materials.iter().chain(&self.ground);
-        all.filter_map(own).chain(self.local_spacings()).reduce(f32::min)
+        let needs = |m: &Material| {
+            let by = match &m.method {
+                Some(Method::Technique(t)) => t.needs_sites(&m.params),
+                _ => false,
+            };
+            by || m.local.as_ref().is_some_and(|l| l.technique.needs_sites(&l.params))
+        };
+        let slots: Arc<[u32]> = all().enumerate().filter(|(_, m)| needs(m)).map(|(k, _)| k as u32).collect();
+        Sited {
+            spacing: all().filter_map(own).chain(self.local_spacings()).reduce(f32::min),
+            slots: (slots.len() < all().count()).then_some(slots),
+        }
     }
 
     /// The same of those for directional and point lights.
@@ -122,10 +129,10 @@ impl Scene {
     }
 
     /// The same where all materials are shaded by each of `methods`.
-    pub(crate) fn spacing_by(&self, methods: &[Method]) -> Option<f32> {
+    pub(crate) fn sited_by(&self, methods: &[Method]) -> Sited {
         let all = self.materials.iter().chain(&self.ground);
         let each = all.flat_map(|m| methods.iter().filter_map(|by| spacing(by, &given_to(by, &m.params))));
-        each.chain(self.local_spacings()).reduce(f32::min)
+        Sited { spacing: each.chain(self.local_spacings()).reduce(f32::min), slots: None }
     }
 
     /// The techniques that its materials ask for.
@@ -146,6 +153,25 @@ impl Scene {
         complete(&mut parts);
         scene.mesh = Mesh::merged(&parts);
         Cow::Owned(scene)
+    }
+}
+
+/// Where techniques bake at vertices of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sited {
+    /// How far apart these lie at most near the object, over its diagonal; `None`: as they were modelled.
+    pub spacing: Option<f32>,
+    /// The slots of the mesh, the ground's behind all others; `None`: all.
+    pub slots: Option<Arc<[u32]>>,
+}
+
+impl Sited {
+    /// At all vertices, as they were modelled.
+    pub const ALL: Self = Self { spacing: None, slots: None };
+
+    /// The sites.
+    pub fn sites(&self) -> Sites {
+        self.slots.clone().map_or(Sites::Vertices, Sites::Slots)
     }
 }
 

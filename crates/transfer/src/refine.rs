@@ -38,17 +38,20 @@ impl Default for Refinement {
 const BANDS: usize = 3;
 /// |t| of an open hemisphere in these bands: √Σ A_l² (2l + 1)/4π with A = π, 2π/3, π/4.
 const OPEN: f64 = 1.441;
-/// Error of the vectors that are compared.
-const PRECISION: f64 = 1e-2;
+/// Rays of each vector that is compared: what such a grid leaves of an edge of shadow stays well below what is asked for, where
+/// 256 rays mark edges for their noise alone.
+const RAYS: u32 = 1024;
 
 /// `mesh` with edges halved where transfer varies between their ends. `object` are the corners of the box of what is
-/// looked at, where a ground reaches far beyond it; else the mesh's own.
+/// looked at, where a ground reaches far beyond it; else the mesh's own. With `slots` only triangles in these are divided, and
+/// what borders on them.
 ///
 /// # Errors
 /// A mesh without triangles, too little memory, or the task was cancelled.
 pub fn refine(
     mesh: &Mesh,
     object: Option<(Vec3, Vec3)>,
+    slots: Option<&[u32]>,
     refinement: &Refinement,
     task: &Task,
 ) -> Result<Mesh, TransferError> {
@@ -58,9 +61,10 @@ pub fn refine(
     let margin = Vec3::splat(0.25 * diagonal);
     let mut work = Work {
         scene: &scene,
-        settings: Settings { bands: BANDS, tolerance: PRECISION, ..Settings::default() },
+        settings: Settings { bands: BANDS, rays: Some(RAYS), ..Settings::default() },
         task,
         near: (low - margin, high + margin),
+        slots,
         fine: mesh.clone(),
         vectors: vec![Vec::new(); mesh.positions.len()],
         settled: HashSet::new(),
@@ -102,6 +106,7 @@ struct Work<'a> {
     settings: Settings,
     task: &'a Task,
     near: (Vec3, Vec3),
+    slots: Option<&'a [u32]>,
     fine: Mesh,
     /// Of vertices that were looked at; empty for others.
     vectors: Vec<Vec<f32>>,
@@ -113,8 +118,13 @@ impl Work<'_> {
     /// Edges that nothing is known of, in order.
     fn open_edges(&self) -> Vec<Edge> {
         let sides = |t: &[u32; 3]| [edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])];
-        let mut all: Vec<Edge> =
-            self.fine.triangles.iter().flat_map(sides).filter(|e| !self.settled.contains(e)).collect();
+        let triangles = self.fine.triangles.iter().enumerate();
+        let within = |i: usize| self.slots.is_none_or(|slots| slots.contains(&self.fine.material(i)));
+        let mut all: Vec<Edge> = triangles
+            .filter(|(i, _)| within(*i))
+            .flat_map(|(_, t)| sides(t))
+            .filter(|e| !self.settled.contains(e))
+            .collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -170,14 +180,27 @@ mod tests {
         let mut plate = shapes::plane(6.0, 0.0, 1);
         plate.materials.clear();
         let mesh = Mesh::merged(&[ball, plate.clone()]);
-        let fine = refine(&mesh, None, &Refinement::default(), &Task::quiet()).unwrap();
+        let fine = refine(&mesh, None, None, &Refinement::default(), &Task::quiet()).unwrap();
         assert!((fine.area() - mesh.area()).abs() < 1e-4);
         let at = |r: f32| move |p: &&Vec3| p.y == 0.0 && p.xz().length() < r;
         let density = |r: f32| fine.positions.iter().filter(at(r)).count() as f32 / (r * r);
         assert!(density(1.0) > 2.0 * density(3.0), "{} {}", density(1.0), density(3.0));
         assert!(fine.positions.len() < mesh.positions.len() + 20_000, "{}", fine.positions.len());
 
-        let lone = refine(&plate, None, &Refinement::default(), &Task::quiet()).unwrap();
+        let lone = refine(&plate, None, None, &Refinement::default(), &Task::quiet()).unwrap();
         assert!(lone.positions.len() < 800, "{}", lone.positions.len());
+    }
+
+    #[test]
+    fn other_slots_stay_as_they_are() {
+        let ball = shapes::icosphere(2).transformed(&Affine3A::from_translation(Vec3::Y)).with_material(0);
+        let mesh = Mesh::merged(&[ball.clone(), shapes::plane(6.0, 0.0, 1).with_material(1)]);
+        let divided = |slots: Option<&[u32]>| {
+            let fine = refine(&mesh, None, slots, &Refinement::default(), &Task::quiet()).unwrap();
+            [0, 1].map(|slot| (0..fine.triangles.len()).filter(|&i| fine.material(i) == slot).count())
+        };
+        let (all, plate) = (divided(None), divided(Some(&[1])));
+        assert!(all[0] > ball.triangles.len(), "{all:?}");
+        assert_eq!(plate, [ball.triangles.len(), all[1]]);
     }
 }

@@ -37,6 +37,18 @@ impl Site {
         (0..mesh.positions.len()).map(site).collect()
     }
 
+    /// The same of the vertices of triangles in these slots of the mesh; the others get no normal.
+    pub fn vertices_in(mesh: &Mesh, slots: &[u32]) -> Vec<Self> {
+        let mut all = Self::vertices(mesh);
+        let mut within = vec![false; all.len()];
+        for (i, t) in mesh.triangles.iter().enumerate() {
+            let inside = slots.contains(&mesh.material(i));
+            t.iter().for_each(|&v| within[v as usize] |= inside);
+        }
+        all.iter_mut().zip(within).filter(|(_, w)| !w).for_each(|(s, _)| s.n = Vec3::ZERO);
+        all
+    }
+
     /// The texels of an atlas of `width` × `height` over the mesh's texture coordinates, rows from the top: where a
     /// texel's centre lies in a triangle, that point of it. Other texels are absent.
     pub fn texels(mesh: &Mesh, width: usize, height: usize) -> (Vec<Self>, Atlas) {

@@ -3,6 +3,7 @@
 #[cfg(feature = "gpu")]
 use super::Changed;
 use super::{Beside, Material, PICTURE_TOLERANCE, Prepared};
+use crate::scene::Sited;
 use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
 use std::sync::Arc;
@@ -18,7 +19,7 @@ use steradian_scene::shadow::Blocker;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
-use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, Sites, View};
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, View};
 
 /// The light and the view of a picture, and the accuracy asked of it.
 #[derive(Clone, Copy)]
@@ -28,6 +29,8 @@ pub(crate) struct Under<'a> {
     pub tolerance: Option<f64>,
     /// What techniques with sites bake on.
     pub scene: &'a crate::Scene,
+    /// Which of its vertices are sites.
+    pub sites: &'a Sited,
 }
 
 impl Under<'_> {
@@ -45,7 +48,7 @@ impl Under<'_> {
         };
         bakes_on.then(|| Geometry {
             materials: self.scene.materials.iter().map(slot).collect(),
-            ..Geometry::new(Arc::new(self.scene.mesh.clone()), Sites::Vertices)
+            ..Geometry::new(Arc::new(self.scene.mesh.clone()), self.sites.sites())
         })
     }
 }
@@ -202,7 +205,9 @@ impl Session {
         materials: Vec<Prepared>,
         camera: Camera,
     ) -> Result<Vec<Prepared>, Error> {
-        let under = Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene };
+        let sites = &scene.sited();
+        let under =
+            Under { lights: &scene.lights, camera: &camera, tolerance: scene.tolerance, scene, sites };
         let again = |p: Prepared| match &p.method {
             Method::Technique(t)
                 if t.card().needs.view || p.material.local.as_ref().is_some_and(Local::sees_view) =>

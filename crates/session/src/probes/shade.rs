@@ -3,6 +3,7 @@
 
 use crate::eval::{Answers, Points as At, Request};
 use crate::material::{PICTURE_TOLERANCE, Under};
+use crate::scene::Sited;
 use crate::{Backend, Error, Method, Prepared, Scene, Session};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -141,7 +142,13 @@ impl Session {
                 }
                 None => {
                     let camera = scene.camera_or_framed()?;
-                    let under = Under { lights: &lights, camera: &camera, tolerance: scene.tolerance, scene };
+                    let under = Under {
+                        lights: &lights,
+                        camera: &camera,
+                        tolerance: scene.tolerance,
+                        scene,
+                        sites: &Sited::ALL,
+                    };
                     self.prepare(&prepared.material, &prepared.method, under, &task)?.surface.shader
                 }
             });

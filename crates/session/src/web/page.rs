@@ -5,6 +5,7 @@ use crate::gpu_scene::{scene_by, technique, unlit};
 use crate::material::Under;
 use crate::page::encoded;
 use crate::picture::{auto_exposure, background};
+use crate::scene::Sited;
 use crate::web::{Request, Truth, Written};
 use crate::{Error, Kind, Method, Outcome, Prepared, Renderer, Scene, Session};
 use std::f64::consts::TAU;
@@ -77,11 +78,11 @@ impl Session {
                 return Err(Error::usage(format!("{}: {why}", t.card().slug)));
             }
         }
-        let spacing = match &request.methods[..] {
-            [] => scene.spacing(),
-            methods => scene.spacing_by(methods),
+        let sited = match &request.methods[..] {
+            [] => scene.sited(),
+            methods => scene.sited_by(methods),
         };
-        let mut staged = scene.staged(&camera, spacing, &self.task)?.into_owned();
+        let mut staged = scene.staged(&camera, &sited, &self.task)?.into_owned();
         let bvh = Bvh::build(&staged.mesh);
         let (mut techniques, mut lights) = (Vec::new(), Vec::new());
         for (name, light) in &request.lights {
@@ -170,7 +171,13 @@ impl Session {
     /// The materials as `method` shades them, and those that it refuses as the scene says; `None` where it takes none.
     fn web_materials(&self, method: &Method, lit: &Lit<'_>) -> Result<Option<Vec<Prepared>>, Error> {
         let scene = lit.scene;
-        let under = Under { lights: &scene.lights, camera: &lit.camera, tolerance: scene.tolerance, scene };
+        let under = Under {
+            lights: &scene.lights,
+            camera: &lit.camera,
+            tolerance: scene.tolerance,
+            scene,
+            sites: &Sited::ALL,
+        };
         let mut out: Vec<Option<Prepared>> = Vec::new();
         for m in &scene.materials {
             let mut m = m.with(method.clone());
@@ -224,7 +231,13 @@ impl Session {
             }
             Truth::Integral(tolerance) => {
                 let tolerance = Some(tolerance);
-                let under = Under { lights: &scene.lights, camera: &lit.camera, tolerance, scene };
+                let under = Under {
+                    lights: &scene.lights,
+                    camera: &lit.camera,
+                    tolerance,
+                    scene,
+                    sites: &Sited::ALL,
+                };
                 let exact = |m: &crate::Material| self.prepare(m, &Method::Reference, under, &self.task);
                 let prepared = scene.materials.iter().map(exact).collect::<Result<Vec<_>, _>>()?;
                 let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();

@@ -9,7 +9,7 @@
 use super::Report;
 use super::errors::{Errors, Look};
 use crate::shared::geometry::transport;
-use crate::{BakeError, Geometry, PointsBuf, Radiance, Sites};
+use crate::{BakeError, Geometry, PointsBuf, Radiance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use steradian_base::{Certificate, Task};
 use steradian_brdf::Brdf;
@@ -140,7 +140,7 @@ impl Paths<'_> {
     /// them; else some of the sites.
     fn spots(&self, slug: &'static str) -> Result<Vec<Spot>, BakeError> {
         let mesh = &self.geometry.mesh;
-        if matches!(self.geometry.sites, Sites::Vertices) && mesh.normals.len() == mesh.positions.len() {
+        if mesh.normals.len() == mesh.positions.len() {
             let area = |t: &[u32; 3]| {
                 let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
                 0.5 * (b - a).cross(c - a).length()
@@ -149,8 +149,11 @@ impl Paths<'_> {
             let ends: Vec<f64> = mesh
                 .triangles
                 .iter()
-                .map(|t| {
-                    sum += area(t);
+                .enumerate()
+                .map(|(i, t)| {
+                    if self.geometry.spans(i) {
+                        sum += area(t);
+                    }
                     sum
                 })
                 .collect();

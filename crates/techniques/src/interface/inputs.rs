@@ -57,6 +57,15 @@ impl Geometry {
     pub fn new(mesh: Arc<Mesh>, sites: Sites) -> Self {
         Self { mesh, sites, materials: Arc::default() }
     }
+
+    /// Are the sites vertices, between which triangle `i` of the mesh interpolates?
+    pub(crate) fn spans(&self, i: usize) -> bool {
+        match &self.sites {
+            Sites::Vertices => true,
+            Sites::Slots(slots) => slots.contains(&self.mesh.material(i)),
+            Sites::Texels { .. } | Sites::Points { .. } => false,
+        }
+    }
 }
 
 /// The places on a mesh that get transfer data.
@@ -64,6 +73,9 @@ impl Geometry {
 pub enum Sites {
     /// Every vertex.
     Vertices,
+    /// The vertices of triangles in these slots of the mesh ([`Mesh::materials`]). The others keep their numbers and shade as
+    /// nothing in particular: black mostly.
+    Slots(Arc<[u32]>),
     /// Every texel of a texture atlas.
     Texels {
         /// Width of the atlas.

@@ -71,7 +71,8 @@ impl Stand {
     fn new(o: &Options) -> Result<Self> {
         let mesh = mesh::bunny()?;
         let task = Task::quiet();
-        let mesh = refine(&mesh, None, &Refinement { coarsest: 1.0 / 24.0, ..Refinement::default() }, &task)?;
+        let mesh =
+            refine(&mesh, None, None, &Refinement { coarsest: 1.0 / 24.0, ..Refinement::default() }, &task)?;
         let camera = Framing { share: 0.98, elevation: 0.35, ..Framing::default() };
         let camera = camera.camera(&mesh.positions).context("an empty mesh")?;
         let (light, lights) = light::of(o, LIGHT)?;

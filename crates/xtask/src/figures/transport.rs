@@ -100,7 +100,7 @@ pub fn wavelets(o: &Options) -> Result<()> {
     const WAVELETS: [usize; 4] = [9, 25, 100, 200];
     // Shadows on the plate vary between vertices that are close.
     let finer = Refinement { coarsest: 1.0 / 48.0, ..Refinement::default() };
-    let bunny = refine(&mesh::bunny()?, None, &finer, &Task::quiet())?;
+    let bunny = refine(&mesh::bunny()?, None, None, &finer, &Task::quiet())?;
     let (name, lights) = light::of(o, "environments/latlong/probulator_grace.hdr")?;
     let side = o.side.unwrap_or(200);
     let camera = Framing { share: 0.95, elevation: 0.35, ..Framing::default() };

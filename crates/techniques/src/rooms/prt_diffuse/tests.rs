@@ -1,6 +1,8 @@
 use super::*;
 use crate::AnyBake;
+use crate::shared::trials::trial::vertices;
 use crate::shared::trials::trial::{at_vertices, farthest, on_mesh};
+use crate::{Geometry, Sites, find};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
 
@@ -36,6 +38,34 @@ fn reflected_light_is_that_of_paths() {
         let (more, less) = (at_vertices(&*b, &mesh), at_vertices(&*direct, &mesh));
         assert!(more.iter().zip(&less).all(|(a, b)| a[0] > b[0] - 2e-3));
         assert!(farthest(&more, &less) > 0.02);
+    }
+}
+
+/// Sites in one slot of the mesh get what they get among all, also of light that the others reflect; the others get nothing.
+#[test]
+fn slots_have_the_data_that_they_have_among_all() {
+    let mut low = ring();
+    low.positions.iter_mut().for_each(|p| p.y -= 0.7);
+    let mesh = Mesh::merged(&[ring().with_material(0), low.with_material(1)]);
+    let first = ring().positions.len();
+    let all = vertices(&mesh);
+    let lower = Geometry { sites: Sites::Slots([1].into()), ..all.clone() };
+    for bounces in [1.0, 2.0] {
+        let of = |g: &Geometry| {
+            let material = Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap());
+            let params = [("bounces", bounces), ("precision", 0.05)].into_iter().collect();
+            let t = find("prt_diffuse").unwrap();
+            t.bake(&lights::smooth(), &material, Some(g), &params, &Task::quiet()).unwrap()
+        };
+        let (whole, part) = (of(&all), of(&lower));
+        let (want, got) = (at_vertices(&*whole, &mesh), at_vertices(&*part, &mesh));
+        assert_eq!(got[first..], want[first..], "{bounces}");
+        assert!(got[first..].iter().all(|l| l[0] > 0.0) && want[..first].iter().all(|l| l[0] > 0.0));
+        if bounces == 1.0 {
+            assert!(got[..first].iter().all(|l| *l == [0.0; 3]));
+        }
+        // Its points lie in the slot that has data.
+        assert!(part.certificate().error < 0.1, "{bounces}: {}", part.certificate().error);
     }
 }
 

@@ -52,6 +52,7 @@ impl Part for PerSite {
 pub fn sites(slug: &'static str, g: &Geometry) -> Result<Vec<Site>, BakeError> {
     match &g.sites {
         Sites::Vertices => Ok(Site::vertices(&g.mesh)),
+        Sites::Slots(slots) => Ok(Site::vertices_in(&g.mesh, slots)),
         Sites::Points { p, n } if p.len() == n.len() => {
             Ok(p.iter().zip(n.iter()).map(|(&p, &n)| Site { p, n }).collect())
         }
@@ -92,7 +93,12 @@ pub fn bake(
         e => BakeError::Geometry { slug, why: e.to_string() },
     };
     let scene = Scene::new(&g.mesh).map_err(error)?;
-    transfer(&scene, &sites(slug, g)?, &settings, None, task).map_err(error)
+    let places = match &g.sites {
+        // What the other vertices get is reflected.
+        Sites::Slots(_) if settings.bounces > 1 => Site::vertices(&g.mesh),
+        _ => sites(slug, g)?,
+    };
+    transfer(&scene, &places, &settings, None, task).map_err(error)
 }
 
 /// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each channel.

@@ -35,7 +35,7 @@ impl SiteFrames {
         let sites = crate::shared::geometry::transport::sites(slug, g)?;
         let none = vec![Vec3::ZERO; sites.len()];
         let along = match &g.sites {
-            Sites::Vertices if g.mesh.tangents.len() == sites.len() => {
+            Sites::Vertices | Sites::Slots(_) if g.mesh.tangents.len() == sites.len() => {
                 g.mesh.tangents.iter().map(|t| t.truncate()).collect()
             }
             _ => none,
