@@ -104,7 +104,7 @@ impl Session {
     /// `scene` to look at while [`Session::live`] bakes it: within a tenth of a second or two, by coarser bakes of unknown
     /// error under light of fewer texels. `None` where nothing of `before` can be taken over, or all of it.
     pub fn preview(&self, scene: &Scene, names: Names, before: &Live) -> Result<Option<Live>, Error> {
-        let same_mesh = before.names.mesh == names.mesh && before.sited == scene.sited();
+        let same_mesh = before.has_mesh_of(scene, &names);
         let materials = scene.materials.iter().chain(&scene.ground);
         let mut any = false;
         for (p, m) in before.materials.iter().zip(materials) {
@@ -264,6 +264,11 @@ impl Live {
     /// Is it a preview, of which no error is known?
     pub fn is_preview(&self) -> bool {
         self.preview
+    }
+
+    /// Does it stay the same triangles, with data at the same vertices, where `scene` is baked after it?
+    pub fn has_mesh_of(&self, scene: &Scene, names: &Names) -> bool {
+        self.names.mesh == names.mesh && self.sited == scene.sited()
     }
 
     /// Has `other` the same triangles?

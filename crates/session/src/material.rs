@@ -134,6 +134,11 @@ impl Beside {
 }
 
 impl Prepared {
+    /// Does its technique know what the mesh hides?
+    pub fn knows_shadows(&self) -> bool {
+        matches!(&self.method, Method::Technique(t) if t.self_shadowing(&self.material.params))
+    }
+
     /// The error reached: what the technique states, or the largest that the reference was left with.
     pub fn error(&self) -> f64 {
         let judged = self.reference.as_ref().map_or(0.0, |j| j.worst());

@@ -12,6 +12,9 @@ use steradian_session::{
 };
 use steradian_techniques::AnyTechnique;
 
+/// What shades a ground while its shadows are baked.
+const OPEN_GROUND: &str = "sh_irradiance";
+
 /// Loads inputs and bakes; what is loaded or baked already stays.
 pub struct Baker {
     session: Session,
@@ -46,7 +49,8 @@ impl Baker {
         Ok(live)
     }
 
-    /// The same; `preview` gets a coarser one first, `None` where one takes no less than the bake.
+    /// The same; `preview` gets a coarser one first, or one whose ground has no shadows yet; `None` where that takes no less than
+    /// the bake.
     pub fn bake_after(
         &mut self,
         wish: &Wish,
@@ -56,10 +60,19 @@ impl Baker {
         self.session.task = task;
         let (scene, names) = self.scene(wish)?;
         let early = match &self.last {
-            Some(last) => self.session.preview(&scene, names.clone(), last)?,
+            Some(last) => self.session.preview(&scene, names.clone(), last)?.map(Arc::new),
             None => None,
         };
-        preview(early.map(Arc::new));
+        let known = self.last.as_ref().is_some_and(|l| l.has_mesh_of(&scene, &names));
+        let early = match wish.ground_technique.is_some() && scene.ground.is_some() && !known {
+            true => {
+                let open = Wish { ground_technique: Some(OPEN_GROUND.into()), ..wish.clone() };
+                let (scene, names) = self.scene(&open)?;
+                Some(self.finish(&scene, names)?)
+            }
+            false => early,
+        };
+        preview(early);
         self.finish(&scene, names)
     }
 
@@ -104,7 +117,9 @@ impl Baker {
             by(m, method.as_ref(), &wish.params)?;
         }
         if let Some(m) = &mut scene.ground {
-            by(m, method.as_ref().filter(|m| !matches!(m, Method::File(_))), &wish.params)?;
+            let own = named(&wish.ground_technique)?.filter(|_| !wish.is_scene());
+            let method = own.as_ref().or(method.as_ref().filter(|m| !matches!(m, Method::File(_))));
+            by(m, method, &wish.params)?;
         }
         if let (Some(Method::Technique(t)), false) =
             (&method, scene.materials.iter().any(|m| m.method.is_some()))

@@ -115,6 +115,9 @@ pub struct Options {
     /// --technique shades it too where it takes its reflectance; else one is chosen [default of the SPEC: lambert:albedo=0.4]
     #[arg(long, value_name = "SPEC", num_args = 0..=1, require_equals = true, default_missing_value = "lambert:albedo=0.4")]
     pub ground: Option<String>,
+    /// Technique of the ground, with its parameters, such as prt_diffuse:precision=0.05, which knows the mesh's shadows on it
+    #[arg(long, value_name = "SLUG[:NAME=VALUE,…]", requires = "ground")]
+    pub ground_technique: Option<String>,
     /// Upward direction of the camera [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = inputs::vector)]
     pub up: Option<[f64; 3]>,

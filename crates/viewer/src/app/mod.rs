@@ -418,18 +418,18 @@ impl App {
             return;
         }
         let mut shown = true;
-        egui::Window::new("Keys and mouse").open(&mut shown).collapsible(false).resizable(false).show(
-            ui.ctx(),
-            |ui| {
-                egui::Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true).show(ui, |ui| {
-                    for (key, what) in KEYS {
-                        ui.label(RichText::new(*key).strong());
-                        ui.label(*what);
-                        ui.end_row();
-                    }
-                });
-            },
-        );
+        let rows = |ui: &mut Ui| {
+            for (key, what) in KEYS {
+                ui.label(RichText::new(*key).strong());
+                ui.label(*what);
+                ui.end_row();
+            }
+        };
+        let window = egui::Window::new("Keys and mouse").open(&mut shown).collapsible(false).resizable(false);
+        // Small windows scroll.
+        window.vscroll(true).show(ui.ctx(), |ui| {
+            egui::Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true).show(ui, rows);
+        });
         self.help = shown;
     }
 }

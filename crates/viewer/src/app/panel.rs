@@ -1,6 +1,7 @@
 //! The controls beside the picture.
 
 use super::{App, Look, Theme, file_name, section, suns};
+use crate::wish::{GROUND, SHADOWS};
 use crate::{Wish, controls};
 use eframe::egui::{self, RichText, Ui};
 use std::time::Instant;
@@ -62,10 +63,19 @@ impl App {
             },
         );
         if !wish.is_scene() {
-            let mut ground = wish.ground.is_some();
-            if ui.checkbox(&mut ground, "Ground").changed() {
-                wish.ground = ground.then(|| "lambert:albedo=0.4".into());
-            }
+            ui.horizontal(|ui| {
+                let mut ground = wish.ground.is_some();
+                if ui.checkbox(&mut ground, "Ground").changed() {
+                    wish.ground = ground.then(|| GROUND.into());
+                }
+                let mut shadows = wish.ground_technique.is_some();
+                let about = "What the object keeps from the ground, baked at its vertices";
+                let shown = ui.add_enabled(ground, egui::Checkbox::new(&mut shadows, "with shadows"));
+                if shown.on_hover_text(about).changed() {
+                    wish.ground_technique = shadows.then(|| SHADOWS.0.into());
+                    wish.params.entry(SHADOWS.0.into()).or_insert_with(|| SHADOWS.1.into());
+                }
+            });
         }
         let mut cleared = false;
         if let Some(map) = &wish.normal_map {

@@ -4,9 +4,11 @@ use super::{App, Look, degrees, short, suns, tag};
 use crate::paint::FALSE_COLOUR;
 use crate::reference::STEPS;
 use eframe::egui::{self, Color32, Pos2, Rect, RichText, Sense, Ui, Vec2};
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
+use steradian_render::Film;
+use steradian_session::live::Live;
 use steradian_session::size_in_words;
 
 impl App {
@@ -204,6 +206,10 @@ impl App {
             text += &format!("\nits error pass by pass: {}", history.join(", then "));
         }
         let names = [self.kept.wish.technique.clone(), self.kept.other.clone()];
+        let shadows = |live: &Live| live.materials().iter().any(|m| m.knows_shadows());
+        if self.lives.iter().flatten().any(|live| shadows(live)) {
+            text += "\nthe reference knows no shadows: those in the picture count as errors";
+        }
         if let Some(frame) = &self.frame {
             for (n, name) in frame.numbers.iter().zip(names) {
                 let name = name.unwrap_or_else(|| "chosen".into());
@@ -234,7 +240,10 @@ impl App {
             words.push(format!("{} triangles", live.scene().mesh.triangles.len()));
         }
         // Where there is little room, what is under the pointer matters more.
-        words.truncate((room / 180.0) as usize);
+        const LETTER: f32 = 5.5;
+        const WORD: f32 = 110.0;
+        let left = room - LETTER * read.chars().count() as f32;
+        words.truncate((left / WORD).max(0.0) as usize);
         ui.horizontal(|ui| {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.small_button("?").on_hover_text("Keys and mouse (F1)").clicked() {
@@ -260,34 +269,36 @@ impl App {
         self.not_filtered(live).filter(|_| sunny).map(|why| format!("sky by previews: {why}"))
     }
 
-    /// What is under the pointer.
+    /// What is under the pointer: the surface, and of each side the radiance, its certificate and its true error.
     pub(super) fn probe(&self) -> Option<String> {
         let ([u, v], frame, live) = (self.hover?, self.frame.as_ref()?, self.lives[0].as_ref()?);
-        let side = usize::from(self.kept.split && frame.films.len() > 1 && u > self.kept.wipe);
-        let film = frame.films.get(side)?;
         let at = |n: usize, t: f32| ((t * n as f32) as usize).min(n.saturating_sub(1));
-        let i = at(film.height, v) * film.width + at(film.width, u);
-        let [r, g, b] = film.pixel(i);
-        let mut text = format!("L = {} {} {} W/sr/m²", short(r), short(g), short(b));
+        let pixel = |film: &Film| film.pixel(at(film.height, v) * film.width + at(film.width, u));
+        let y = steradian_render::tone::luminance;
+        let should = self.truth.as_ref().map(|(truth, ..)| y(pixel(&truth.film))).filter(|y| *y > 0.0);
         let camera = self.kept.wish.orbit?.camera();
         let point = [u * self.pixels[0] as f32, v * self.pixels[1] as f32];
-        if let Some(p) = live.probe(camera, point, self.pixels) {
-            let n = p.normal;
-            text += &format!("   n = {:.2} {:.2} {:.2}   n·v = {:.2}", n.x, n.y, n.z, n.dot(p.wo));
-            let shown = self.lives[side].as_ref().unwrap_or(live);
-            if let Some(m) = shown.materials().get(p.material).filter(|_| !shown.is_preview()) {
-                text += &format!("   {}: ±{:.1} % ({})", m.method.slug(), 100.0 * m.error(), m.known());
+        let under = live.probe(camera, point, self.pixels);
+        let side = |(film, shown): (&Arc<Film>, &Option<Arc<Live>>)| {
+            let rgb = pixel(film);
+            let [r, g, b] = rgb.map(short);
+            let mut text = format!("L = {r} {g} {b} W/sr/m²");
+            let shown = shown.as_ref().filter(|l| !l.is_preview());
+            if let Some(m) = under.as_ref().zip(shown).and_then(|(p, l)| l.materials().get(p.material)) {
+                text += &format!(", {} ±{:.1} % ({})", m.method.slug(), 100.0 * m.error(), m.known());
             }
-        }
-        if let Some((truth, ..)) = &self.truth {
-            let t = &truth.film;
-            let j = at(t.height, v) * t.width + at(t.width, u);
-            let y = steradian_render::tone::luminance;
-            let (is, should) = (y([r, g, b]), y(t.pixel(j)));
-            if should > 0.0 {
-                text += &format!("   here {:+.1} % off the reference", 100.0 * (is / should - 1.0));
+            if let Some(should) = should {
+                text += &format!(", here {:+.1} %", 100.0 * (y(rgb) / should - 1.0));
             }
+            text
+        };
+        let mut words: Vec<String> = frame.films.iter().zip(&self.lives).map(side).collect();
+        if let Some(p) = &under {
+            let three = |v: glam::Vec3| format!("{:.2} {:.2} {:.2}", v.x, v.y, v.z);
+            words.push(format!("n = {}", three(p.normal)));
+            words.push(format!("v = {}", three(p.wo)));
+            words.push(format!("n·v = {:.2}", p.normal.dot(p.wo)));
         }
-        Some(text)
+        Some(words.join("   "))
     }
 }

@@ -7,6 +7,7 @@ use crate::inputs;
 use glam::{Affine3A, Vec3};
 use std::path::Path;
 use std::sync::Arc;
+use steradian_base::{ParamValues, split_spec};
 use steradian_light::Lights;
 use steradian_render::SurfaceMaps;
 use steradian_render::scenefile::SceneBackground;
@@ -68,6 +69,19 @@ pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
 /// The technique of the mesh shades the ground too where it takes its reflectance; else one is chosen.
 fn ground(o: &Options, spec: &str, context: &mut Context) -> Result<Material, Failure> {
     let brdf = context.brdf(spec)?;
+    if let Some(spec) = &o.ground_technique {
+        let (name, body) = split_spec(spec);
+        let method = Method::find(name)?;
+        let Method::Technique(t) = method else {
+            return Err(Failure::usage(format!("--ground-technique: {name} shades all of a scene, or none")));
+        };
+        if let Err(why) = (t.card().materials)(&*brdf) {
+            return Err(Failure::usage(format!("--ground-technique: {name} {why}")));
+        }
+        let params = ParamValues::parse(body, t.params())
+            .map_err(|e| Failure::usage(format!("--ground-technique: {e}")))?;
+        return Ok(Material { method: Some(method), params, ..Material::new(brdf) });
+    }
     let named = o.technique.as_deref().map(Method::find).transpose()?;
     let method = named.filter(|m| match m {
         Method::Technique(t) => (t.card().materials)(&*brdf).is_ok(),
