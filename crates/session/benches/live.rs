@@ -1,5 +1,5 @@
 //! How long a window waits for a change: milliseconds to the rebaked scene by [`Session::live`], of techniques that need no
-//! sites of a mesh; then milliseconds of pictures under a sun that moves with every one of them.
+//! sites of a mesh, of an image of 2048 × 1024 texels with the time that its file takes; then milliseconds of pictures under a sun that moves with every one of them.
 //!
 //!     cargo bench -p steradian-session --features gpu --bench live
 //!     cargo bench -p steradian-session --features gpu --bench live -- split_sum shrm
@@ -7,11 +7,13 @@
 #![allow(clippy::print_stdout)]
 
 use glam::Mat3;
+use std::path::Path;
 use std::time::Instant;
+use steradian_formats::{Raster, WriteOptions, write_image};
 use steradian_gpu::scene::Settings;
 use steradian_gpu::{Gpu, Renderer as GpuRenderer};
 use steradian_light::Lights;
-use steradian_session::live::{Following, Live, MovingSky, Names};
+use steradian_session::live::{Following, Live, MovingSky, Names, Turned, rotation};
 use steradian_session::{Adjust, Error, Material, Method, Scene, Session};
 
 const FIRST: &str = "ggx:alpha=0.2,f0=1/0.77/0.34";
@@ -74,6 +76,20 @@ impl Shown {
         Ok(Self { live, renderer })
     }
 
+    /// A picture under the light turned by a few degrees.
+    fn turn(&mut self, gpu: &Gpu) -> Result<(), Error> {
+        let rotation = rotation(5.0);
+        self.renderer.set_light_rotation(gpu, rotation);
+        for (k, turned) in self.live.turned(self.live.camera(), rotation).into_iter().enumerate() {
+            match turned {
+                Turned::Uniforms(u) => self.renderer.update_uniforms(gpu, k, &u)?,
+                Turned::Technique(t) => self.renderer.set_technique(gpu, k, *t)?,
+            }
+        }
+        self.renderer.render(gpu)?;
+        Ok(())
+    }
+
     /// A bake in place of the one before.
     fn replace(&mut self, gpu: &Gpu, live: Live) -> Result<(), Error> {
         let scene = live.gpu(live.camera(), SIZE[1], Mat3::IDENTITY);
@@ -103,8 +119,8 @@ fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
     );
     println!("{}", gpu.describe());
     println!(
-        "{:26} {:>9} {:>13} {:>15} {:>16} {:>9}",
-        "technique", "standing", "by previews", "filtered, 8 ms", "pictures behind", "at once"
+        "{:26} {:>9} {:>9} {:>13} {:>15} {:>16} {:>9}",
+        "technique", "standing", "turned", "by previews", "filtered, 8 ms", "pictures behind", "at once"
     );
     let mut session = Session::new();
     for t in steradian_techniques::registry() {
@@ -129,6 +145,9 @@ fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
         let start = Instant::now();
         shown.renderer.render(gpu)?;
         let standing = 1e3 * start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        shown.turn(gpu)?;
+        let turned = 1e3 * start.elapsed().as_secs_f64();
         let mut previews = Vec::new();
         for k in 1..=STEPS {
             let start = Instant::now();
@@ -137,7 +156,7 @@ fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
             shown.replace(gpu, live)?;
             previews.push(1e3 * start.elapsed().as_secs_f64());
         }
-        print!("{:26} {standing:9.0} {:>13}", card.slug, summary(&previews));
+        print!("{:26} {standing:9.0} {turned:9.0} {:>13}", card.slug, summary(&previews));
         match filtered(gpu, &mut shown)? {
             Some((ms, behind, at_once)) => println!(" {:>15} {behind:16} {at_once:9.0}", summary(&ms)),
             None => println!(" {:>15}", "not filtered"),
@@ -186,6 +205,17 @@ fn filtered(gpu: &Gpu, shown: &mut Shown) -> Result<Option<(Vec<f64>, usize, f64
     Ok(Some((ms, behind, 1e3 * start.elapsed().as_secs_f64())))
 }
 
+/// A sky as an OpenEXR file of 2048 × 1024 texels.
+fn image_2k(folder: &Path) -> Result<String, Error> {
+    let failed = |e: String| Error::failed(e);
+    let sky = Lights::of_sky("sky:elevation=30", (2048, 1024)).map_err(|e| failed(e.to_string()))?;
+    let image = &sky.environment.as_ref().ok_or_else(|| failed("no sky".into()))?.image;
+    let path = folder.join("sky.exr");
+    let raster = Raster::rgb(image.width, image.height, image.planes.clone());
+    write_image(&path, &raster, &WriteOptions::default()).map_err(|e| failed(e.to_string()))?;
+    Ok(path.display().to_string())
+}
+
 /// Milliseconds until scenes are baked.
 fn rebakes(asked: &[String]) -> Result<(), Error> {
     let mut session = Session::new();
@@ -193,10 +223,12 @@ fn rebakes(asked: &[String]) -> Result<(), Error> {
     let (sky, studio) =
         (session.light("sky", &Adjust::default())?, session.light("studio", &Adjust::default())?);
     let mut scene = Scene::of("teapot", Some(FIRST), "studio", &mut session)?;
-    println!("milliseconds until the scene is baked; lights of 1024 x 512 texels");
+    let folder = tempfile::tempdir().map_err(|e| Error::failed(e.to_string()))?;
+    let image = image_2k(folder.path())?;
+    println!("milliseconds until the scene is baked; lights of 1024 x 512 texels, and a file of 2048 x 1024");
     println!(
-        "{:26} {:>9} {:>11} {:>9} {:>14} {:>9} {:>9}",
-        "technique", "at first", "other alpha", "preview", "other light", "preview", "again"
+        "{:26} {:>9} {:>11} {:>9} {:>14} {:>9} {:>9} {:>9} {:>9}",
+        "technique", "at first", "other alpha", "preview", "other light", "preview", "again", "2k", "preview"
     );
     for t in steradian_techniques::registry() {
         let card = t.card();
@@ -216,8 +248,14 @@ fn rebakes(asked: &[String]) -> Result<(), Error> {
         let early_light = preview(&session, &scene, "sky", &b)?;
         let (light, c) = time(&session, &scene, "sky", Some(&b))?;
         let (again, _) = time(&session, &scene, "sky", Some(&c))?;
+        let start = Instant::now();
+        scene.lights = session.light(&image, &Adjust::default())?;
+        let read = 1e3 * start.elapsed().as_secs_f64();
+        let early_2k = read + preview(&session, &scene, "2k", &c)?;
+        let (baked, _) = time(&session, &scene, "2k", Some(&c))?;
+        let at_2k = read + baked;
         println!(
-            "{:26} {cold:9.0} {alpha:11.0} {early:9.0} {light:14.0} {early_light:9.0} {again:9.1}",
+            "{:26} {cold:9.0} {alpha:11.0} {early:9.0} {light:14.0} {early_light:9.0} {again:9.1} {at_2k:9.0} {early_2k:9.0}",
             card.slug
         );
     }

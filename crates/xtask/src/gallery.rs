@@ -7,6 +7,8 @@ use steradian_techniques::{Card, locals, registry};
 
 /// Folder of the pictures, below `docs`.
 const FOLDER: &str = "gallery";
+/// The live page in it.
+const LIVE: &str = "live/index.html";
 /// The file of numbers in it.
 pub const NUMBERS: &str = "numbers.csv";
 
@@ -96,8 +98,11 @@ pub fn page(root: &Path) -> Result<String> {
     let folder = root.join("docs").join(FOLDER);
     let rows = rows(&folder.join(NUMBERS))?;
     let mut out = String::from(
-        "# Gallery\n\nEvery technique at the left, the reference at the right, of the same knot; that of techniques which know the mesh is the path tracer with shadows and one reflection, whose noise of 5 % is taken off. Techniques with data per texel stand beside the same surface without them. The errors are those of these pictures, over the pixels that the object covers; certified is what the technique itself states, over all normals and views.\n\n    cargo run --release -p steradian-xtask -- figures gallery -o docs/gallery\n    cargo run -p steradian-xtask -- pages\n\ndraw the pictures that are missing and write this page. The same to turn with the mouse, in a browser ([web pages](web.md)):\n\n    cargo run --release --features web -- export-web knot -e studio -b ggx:alpha=0.25,f0=1/0.77/0.34 -t split-sum -t gaussian-lobes -t shrm -t shrm-slices --reference -o page\n",
+        "# Gallery\n\nEvery technique at the left, the reference at the right, of the same knot; that of techniques which know the mesh is the path tracer with shadows and one reflection, whose noise of 5 % is taken off. Techniques with data per texel stand beside the same surface without them. The errors are those of these pictures, over the pixels that the object covers; certified is what the technique itself states, over all normals and views.\n\n    cargo run --release -p steradian-xtask -- figures gallery -o docs/gallery\n    cargo run -p steradian-xtask -- pages\n\ndraw the pictures that are missing and write this page. The same to turn with the mouse, in a browser: [gallery/live/index.html](gallery/live/index.html), which opens from the folder and from any static server ([web pages](web.md)). It is what this command wrote:\n\n    cargo run --release --features web -- export-web knot -e studio -b ggx:alpha=0.25,f0=1/0.77/0.34 -t split-sum -t shrm --reference --size 480x300 -o docs/gallery/live\n",
     );
+    if !folder.join(LIVE).exists() {
+        bail!("docs/{FOLDER} lacks {LIVE}: run the command of docs/gallery.md");
+    }
     let of = |card: &Card| rows.iter().find(|r| r.slug == card.slug);
     for (title, light, cards) in [
         ("Environments", "Light: `studio`.", registry().iter().map(|t| t.card()).collect::<Vec<_>>()),
