@@ -140,7 +140,14 @@ impl<S: Source> Par<S> {
             let result = block.map(|block| consume(block.iter()));
             places[k].lock().unwrap_or_else(PoisonError::into_inner).1 = result;
         });
-        places.into_iter().filter_map(|p| p.into_inner().unwrap_or_else(PoisonError::into_inner).1).collect()
+        // Not collected by an iterator, which would bring the machinery of collecting in place to every loop.
+        let mut results = Vec::with_capacity(count);
+        for place in places {
+            if let Some(result) = place.into_inner().unwrap_or_else(PoisonError::into_inner).1 {
+                results.push(result);
+            }
+        }
+        results
     }
 
     /// Does something with each item.

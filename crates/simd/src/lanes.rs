@@ -30,9 +30,11 @@ pub trait Lanes: Copy {
 }
 
 /// Plain loops.
+#[cfg(any(test, not(target_arch = "x86_64")))]
 #[derive(Clone, Copy)]
 pub struct Plain([f32; 8]);
 
+#[cfg(any(test, not(target_arch = "x86_64")))]
 impl Plain {
     #[inline(always)]
     fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
@@ -45,6 +47,7 @@ impl Plain {
     }
 }
 
+#[cfg(any(test, not(target_arch = "x86_64")))]
 impl Lanes for Plain {
     #[inline(always)]
     fn load(x: &[f32; 8]) -> Self {

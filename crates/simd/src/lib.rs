@@ -9,16 +9,19 @@
 //! `scripts/test-aarch64.sh` runs the tests there under emulation.
 
 mod lanes;
+#[cfg(any(test, not(target_arch = "x86_64")))]
+mod plain;
 mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use lanes::Lanes;
+#[cfg(any(test, not(target_arch = "x86_64")))]
+use plain::Plain;
 use std::sync::OnceLock;
-use vector::Plain;
 pub use vector::{Double, Single, Vector};
 #[cfg(target_arch = "x86_64")]
-use x86::{EightSingle, Sixteen};
+use x86::{EightSingle, FourSingle, Pair, Sixteen, SseLanes, TwoDouble};
 
 /// An instruction set that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -200,10 +203,31 @@ impl<V: Single> Arch for Fused<V> {
     }
 }
 
-/// Separate multiplication and addition.
+/// SSE2: separate multiplication and addition.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct Sse;
+
+#[cfg(target_arch = "x86_64")]
+impl Arch for Sse {
+    type F32x8 = SseLanes;
+    type F64x4 = Pair<TwoDouble>;
+    type Octet = Pair<FourSingle>;
+    type F64 = TwoDouble;
+    type F32 = FourSingle;
+
+    #[inline(always)]
+    fn fma(a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+/// Plain loops over arrays, with separate multiplication and addition.
+#[cfg(any(test, not(target_arch = "x86_64")))]
 #[derive(Clone, Copy)]
 struct Separate;
 
+#[cfg(any(test, not(target_arch = "x86_64")))]
 impl Arch for Separate {
     type F32x8 = lanes::Plain;
     type F64x4 = Plain<f64, 4, false>;
@@ -265,11 +289,12 @@ unsafe fn run_unchecked<K: Kernel>(isa: Isa, kernel: K) -> K::Output {
         }
     }
     let _ = isa;
-    if cfg!(target_arch = "aarch64") {
-        kernel.run::<Fused<Plain<f32, 4, true>>>()
-    } else {
-        kernel.run::<Separate>()
-    }
+    #[cfg(target_arch = "x86_64")]
+    return kernel.run::<Sse>();
+    #[cfg(target_arch = "aarch64")]
+    return kernel.run::<Fused<Plain<f32, 4, true>>>();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    kernel.run::<Separate>()
 }
 
 #[cfg(test)]
@@ -335,7 +360,9 @@ mod tests {
     #[test]
     fn lanes_give_the_same_bits_on_every_instruction_set() {
         let plain = Operations.run::<Separate>();
-        assert_eq!(run(Operations), plain);
+        for isa in Isa::available() {
+            assert_eq!(run_on(isa, Operations), plain, "{isa:?}");
+        }
         // A lane compared with itself: all are equal but NaN, none is less.
         assert_eq!(plain[56..59], [0, 0b1110_1111, 0b1110_1111]);
     }
@@ -484,9 +511,12 @@ mod tests {
     /// A square of numbers, turned over its diagonal; c − a·b and a − b of its first two rows.
     struct Square<'a, T>(&'a mut [T]);
 
+    /// The same of the registers of four f64 and of eight f32.
+    struct Fixed<'a, T>(&'a mut [T]);
+
     macro_rules! square {
-        ($t:ident, $register:ident) => {
-            impl Kernel for Square<'_, $t> {
+        ($kernel:ident, $t:ident, $register:ident) => {
+            impl Kernel for $kernel<'_, $t> {
                 type Output = usize;
                 #[inline(always)]
                 fn run<A: Arch>(self) -> usize {
@@ -510,17 +540,38 @@ mod tests {
         };
     }
 
-    square!(f64, F64);
-    square!(f32, F32);
+    square!(Square, f64, F64);
+    square!(Square, f32, F32);
+    square!(Fixed, f64, F64x4);
+    square!(Fixed, f32, Octet);
+
+    #[test]
+    fn plain_loops_sum_to_the_same_bits_as_the_narrowest_registers() {
+        let x: Vec<f64> = (0..192).map(|k| 1.0 / f64::from(k + 1)).collect();
+        let y: Vec<f32> = x.iter().map(|x| *x as f32).collect();
+        assert_eq!(run_on(Isa::Portable, Sums(&x[..])), Sums(&x[..]).run::<Separate>());
+        assert_eq!(run_on(Isa::Portable, Sums(&y[..])), Sums(&y[..]).run::<Separate>());
+        let half: Vec<u16> = (0..32).map(|k| 0x3c00 + 97 * k).collect();
+        assert_eq!(
+            run_on(Isa::Portable, SingleOnly(&y[..32], &half)),
+            SingleOnly(&y[..32], &half).run::<Separate>()
+        );
+    }
 
     #[test]
     fn squares_are_transposed() {
         #[repr(align(64))]
         struct Aligned<T>([T; 288]);
-        for isa in Isa::available() {
+        let check = |isa, fixed| {
             let mut single = Aligned(std::array::from_fn(|k| k as f32));
             let mut double = Aligned(std::array::from_fn(|k| k as f64));
-            let (n, m) = (run_on(isa, Square(&mut single.0[..])), run_on(isa, Square(&mut double.0[..])));
+            let (x, y) = (&mut single.0[..], &mut double.0[..]);
+            let (n, m) = if fixed {
+                (run_on(isa, Fixed(x)), run_on(isa, Fixed(y)))
+            } else {
+                (run_on(isa, Square(x)), run_on(isa, Square(y)))
+            };
+            assert!(!fixed || (n, m) == (8, 4), "{isa:?}");
             for i in 0..n * n {
                 assert_eq!(single.0[i], (i % n * n + i / n) as f32, "{isa:?}");
             }
@@ -534,6 +585,10 @@ mod tests {
             for i in 0..n {
                 assert_eq!(single.0[n * (n + 1) + i], (n * (n * i) + n * (n - 1) / 2) as f32, "{isa:?}");
             }
+        };
+        for isa in Isa::available() {
+            check(isa, false);
+            check(isa, true);
         }
     }
 }

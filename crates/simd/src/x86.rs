@@ -1,4 +1,4 @@
-//! The registers of x86 instruction sets.
+//! The registers of AVX2 and AVX-512; those of SSE2, which every x86-64 has, are in `sse.rs`.
 
 use crate::vector::{Double, Single, Vector};
 use std::arch::x86_64::*;
@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 macro_rules! register {
     ($doc:literal, $name:ident, $t:ty, $reg:ty, $lanes:literal, $registers:literal,
      $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $fma:ident, $fnma:ident,
-     $transpose:path, $lane_sums:path, $sums:path) => {
+     $transpose:path, $lane_sums:path, $add_sums:path) => {
         #[doc = $doc]
         /// Only [`crate::run`] names it, after detection of the instruction set, which is what makes the calls
         /// of intrinsics sound.
@@ -77,10 +77,7 @@ macro_rules! register {
             }
             #[inline(always)]
             fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
-                let four: [Four; 3] = $sums(v);
-                for k in 0..3 {
-                    Four::load(&sums[4 * k..]).add(four[k]).store(&mut sums[4 * k..]);
-                }
+                $add_sums(v, sums)
             }
         }
     };
@@ -103,7 +100,7 @@ register!(
     _mm256_fnmadd_pd,
     Four::across,
     Four::lane_sums,
-    Four::sums
+    Four::add_sums
 );
 register!(
     "Eight f32 of AVX2 with FMA.",
@@ -122,7 +119,7 @@ register!(
     _mm256_fnmadd_ps,
     EightSingle::across,
     EightSingle::lane_sums,
-    EightSingle::sums
+    EightSingle::add_sums
 );
 register!(
     "Eight f64 of AVX-512.",
@@ -141,7 +138,7 @@ register!(
     _mm512_fnmadd_pd,
     Eight::across,
     Eight::lane_sums,
-    Eight::sums
+    Eight::add_sums
 );
 register!(
     "Sixteen f32 of AVX-512.",
@@ -160,7 +157,7 @@ register!(
     _mm512_fnmadd_ps,
     Sixteen::across,
     Sixteen::lane_sums,
-    Sixteen::sums
+    Sixteen::add_sums
 );
 
 /// Sums by way of [`Vector::transpose`].
@@ -181,6 +178,26 @@ macro_rules! transposed_sums {
 }
 
 transposed_sums!(Four, Eight);
+
+mod sse;
+pub use sse::{FourSingle, Lanes as SseLanes, Pair, TwoDouble};
+
+/// Sums over the lanes of twelve vectors, which `sums` finds in four at a time.
+macro_rules! sums_in_fours {
+    ($($name:ident),*) => {$(
+        impl $name {
+            #[inline(always)]
+            fn add_sums(v: &[Self; 12], sums: &mut [f64; 16]) {
+                let four: [Four; 3] = Self::sums(v);
+                for k in 0..3 {
+                    Four::load(&sums[4 * k..]).add(four[k]).store(&mut sums[4 * k..]);
+                }
+            }
+        }
+    )*};
+}
+
+sums_in_fours!(Four, EightSingle, Eight, Sixteen);
 
 impl Four {
     #[inline(always)]

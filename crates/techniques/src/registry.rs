@@ -8,7 +8,8 @@ use crate::rooms::{
 };
 use crate::{AnyTechnique, Erased};
 
-const TECHNIQUES: &[&dyn AnyTechnique] = &[
+// Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that reads it.
+static TECHNIQUES: &[&dyn AnyTechnique] = &[
     &Erased::<mirror_map::MirrorMap>::new(),
     &Erased::<sh_irradiance::ShIrradiance>::new(),
     &Erased::<diffuse_map::DiffuseMap>::new(),

@@ -66,6 +66,9 @@ type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 /// Radiance of a frame towards a local view.
 type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
 
+/// A technique's shading of points. (Not a generic parameter: certificates would be compiled anew for each technique.)
+pub(crate) type Shade<'a> = &'a dyn Fn(&crate::Points<'_>, &mut Radiance<'_>);
+
 /// A reflectance as direct evaluation needs it, in the local frame.
 pub struct Model<'a> {
     /// May f_cos be non-zero below the horizon?
@@ -107,16 +110,11 @@ pub enum Target<'a> {
 
 impl Target<'_> {
     /// What `shade` errs by, over normals and views.
-    pub(crate) fn errors(
-        &self,
-        tree: &Tree,
-        task: &Task,
-        shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
-    ) -> Result<Errors, Cancelled> {
+    pub(crate) fn errors(&self, tree: &Tree, task: &Task, shade: Shade<'_>) -> Result<Errors, Cancelled> {
         match self {
             Self::Integral(m) => {
                 let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);
-                compare(&probes, |frame, wo| radiance(tree, m, frame, wo), task, shade)
+                compare(&probes, &|frame, wo| radiance(tree, m, frame, wo), task, shade)
             }
             Self::Limit(exact) => {
                 let mirror =
@@ -192,9 +190,9 @@ fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelle
 
 fn compare(
     probes: &[Probe],
-    exact: impl Fn(&Frame, DVec3) -> [f64; 3] + Sync,
+    exact: &(dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync),
     task: &Task,
-    shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+    shade: Shade<'_>,
 ) -> Result<Errors, Cancelled> {
     let at = |p: &Probe| {
         task.check()?;
@@ -214,7 +212,7 @@ fn compare(
 }
 
 /// What `shade` gives at the probe points.
-fn shaded(probes: &[Probe], shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>)) -> Vec<[f64; 3]> {
+fn shaded(probes: &[Probe], shade: Shade<'_>) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(probes.len());
     for p in probes {
         let wo = p.frame.to_world(p.wo);

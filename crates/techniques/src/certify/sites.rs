@@ -6,8 +6,8 @@
 //! shifts' means is the noise of the value, which is stated; it is part of the error as stated, so that this is hardly
 //! ever too small.
 
-use super::Report;
 use super::errors::{Errors, Look};
+use super::{Report, Shade};
 use crate::shared::geometry::transport;
 use crate::{BakeError, Geometry, PointsBuf, Radiance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -61,7 +61,7 @@ impl Paths<'_> {
         slug: &'static str,
         report: &Report,
         task: &Task,
-        shade: impl FnOnce(&crate::Points<'_>, &mut Radiance<'_>),
+        shade: Shade<'_>,
     ) -> Result<Certificate, BakeError> {
         let sample = self.spots(slug)?;
         let image = self.lights.environment.as_ref().and_then(|e| SphereDistribution::new(&e.image));

@@ -76,7 +76,7 @@ fn what_a_sun_decides_is_stated() {
             (0..3).for_each(|c| out.rgb[c][i] = l[c] as f32);
         }
     };
-    let seen = Target::Integral(Model::of(&*brdf)).errors(&tree, &Task::quiet(), blind).unwrap();
+    let seen = Target::Integral(Model::of(&*brdf)).errors(&tree, &Task::quiet(), &blind).unwrap();
     assert!((0.8..1.0).contains(&seen.mean) && (0.85..1.1).contains(&seen.all), "{seen:?}");
     // Most points see no sun: what single points err by tells.
     let s = seen.spread;
@@ -90,6 +90,6 @@ fn what_a_sun_decides_is_stated() {
     stated.sort_by(f64::total_cmp);
     assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");
     let plain = probes::all(PROBES, 0.0, &dark, &m.lobes);
-    let same = compare(&plain, |f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), blind).unwrap();
+    let same = compare(&plain, &|f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), &blind).unwrap();
     assert!(plain.len() == PROBES + PROBES / 4 && same.all < 1e-6, "{same:?}");
 }

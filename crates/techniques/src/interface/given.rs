@@ -52,9 +52,9 @@ impl Given {
         let mut frame = T::Frame::default();
         T::frame(b, &View::default(), &mut frame);
         let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
-        let mut c = target.errors(tree, task, shade)?.certificate(report);
+        let mut c = target.errors(tree, task, &shade)?.certificate(report);
         if let Some((name, target)) = T::also_against(b) {
-            c = c.detail(name, target.errors(tree, task, shade)?.all);
+            c = c.detail(name, target.errors(tree, task, &shade)?.all);
         }
         Ok(Some(c))
     }
@@ -73,6 +73,6 @@ impl Given {
         T::frame(b, &View::default(), &mut frame);
         let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
         let paths = sites::Paths { geometry, lights, brdf: &**brdf, events: T::events(b) };
-        Ok(Some(paths.certificate(T::CARD.slug, report, task, shade)?))
+        Ok(Some(paths.certificate(T::CARD.slug, report, task, &shade)?))
     }
 }

@@ -40,7 +40,8 @@ use steradian_brdf::Brdf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::NormalMap;
 
-const LOCALS: &[&dyn AnyLocal] = &[
+// Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that reads it.
+static LOCALS: &[&dyn AnyLocal] = &[
     &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
     &ErasedLocal::<banks_table::BanksTable>::new(),
     &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),

@@ -12,7 +12,7 @@ mod cube;
 mod meridians;
 mod read;
 
-use super::transform::{Precision, Real, Sample, ShTransform};
+use super::transform::{PlanesMut, Precision, Real, Sample, ShTransform};
 use super::{ColumnsRgb, Grid};
 use bell::{WIDEST, WindowSpectrum, polynomials};
 pub(super) use cube::CubeAngles;
@@ -70,12 +70,23 @@ impl PointSynthesis {
     /// # Panics
     /// If a plane is shorter than the directions.
     pub fn at<S: Sample>(&self, directions: &[DVec3], planes: [&mut [S]; 3]) {
+        self.at_any(directions, S::planes_mut(planes));
+    }
+
+    fn at_any(&self, directions: &[DVec3], planes: PlanesMut<'_>) {
+        match planes {
+            PlanesMut::Single(planes) => self.at_all(directions, planes),
+            PlanesMut::Double(planes) => self.at_all(directions, planes),
+        }
+    }
+
+    fn at_all<S: Sample>(&self, directions: &[DVec3], planes: [&mut [S]; 3]) {
         let n = directions.len();
         let [r, g, b] = planes.map(|p| p[..n].par_chunks_mut(1024));
         let shares = r.zip(g).zip(b).zip(directions.par_chunks(1024));
         shares.for_each(|(((r, g), b), directions)| {
             let angles: Vec<[f64; 2]> = directions.iter().map(|d| angles(*d)).collect();
-            self.values(&angles, [r, g, b]);
+            self.read(&angles, [r, g, b]);
         });
     }
 
@@ -85,6 +96,17 @@ impl PointSynthesis {
     /// # Panics
     /// If a plane is shorter than the angles.
     pub fn values<S: Sample>(&self, angles: &[[f64; 2]], planes: [&mut [S]; 3]) {
+        self.values_any(angles, S::planes_mut(planes));
+    }
+
+    fn values_any(&self, angles: &[[f64; 2]], planes: PlanesMut<'_>) {
+        match planes {
+            PlanesMut::Single(planes) => self.read(angles, planes),
+            PlanesMut::Double(planes) => self.read(angles, planes),
+        }
+    }
+
+    fn read<S: Sample>(&self, angles: &[[f64; 2]], planes: [&mut [S]; 3]) {
         each!(&self.0, fine => steradian_simd::run(Read { fine, angles, out: planes }));
     }
 }

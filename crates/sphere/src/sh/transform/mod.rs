@@ -37,6 +37,8 @@ use pool::Pool;
 use recursion::{FindStarts, Starts, Step, steps};
 pub use rings::Grid;
 use rings::Rings;
+use sample::Planes;
+pub(in crate::sh) use sample::PlanesMut;
 pub use sample::Sample;
 use std::f64::consts::PI;
 use std::mem::take;
@@ -164,8 +166,9 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long.
     pub fn analyze<S: Sample>(&self, planes: [&[S]; 3]) -> ShRgb {
-        let mut sh = self.analyze_polar(planes);
-        exchange_yz(self.order, sh.c.each_mut().map(Vec::as_mut_slice));
+        let mut sh = ShRgb::zero(self.order);
+        self.to_polar(S::planes(planes), &mut sh);
+        exchange(&mut sh);
         sh
     }
 
@@ -176,7 +179,7 @@ impl ShTransform {
     /// If a plane is not `width·height` long.
     pub fn analyze_polar<S: Sample>(&self, planes: [&[S]; 3]) -> ShRgb {
         let mut sh = ShRgb::zero(self.order);
-        self.analyze_polar_into(planes, &mut sh);
+        self.to_polar(S::planes(planes), &mut sh);
         sh
     }
 
@@ -185,10 +188,14 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long.
     pub fn analyze_polar_into<S: Sample>(&self, planes: [&[S]; 3], sh: &mut ShRgb) {
+        self.to_polar(S::planes(planes), sh);
+    }
+
+    fn to_polar(&self, planes: Planes<'_>, sh: &mut ShRgb) {
         sh.order = self.order;
         sh.c.iter_mut().for_each(|c| c.resize(super::count(self.order), 0.0));
         let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
-        self.analyze_columns(planes, &mut columns);
+        self.to_columns(planes, &mut columns);
         self.each(bands(sh), &Pool::default(), |(), _, (bands, planes)| columns.gather(bands, planes));
         *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
     }
@@ -199,13 +206,19 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long.
     pub fn analyze_columns<S: Sample>(&self, planes: [&[S]; 3], columns: &mut ColumnsRgb) {
+        self.to_columns(S::planes(planes), columns);
+    }
+
+    fn to_columns(&self, planes: Planes<'_>, columns: &mut ColumnsRgb) {
         let area = self.width * self.height;
-        assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
+        assert!(planes.are_long(area), "planes of width·height samples");
         columns.renew(self.order);
-        match &self.work {
+        match (&self.work, planes) {
             _ if area == 0 => *columns = ColumnsRgb::zero(self.order),
-            AnyWork::Double(work) => self.analyze_with(work, planes, columns),
-            AnyWork::Image(work) => self.analyze_with(work, planes, columns),
+            (AnyWork::Double(work), Planes::Single(planes)) => self.analyze_with(work, planes, columns),
+            (AnyWork::Double(work), Planes::Double(planes)) => self.analyze_with(work, planes, columns),
+            (AnyWork::Image(work), Planes::Single(planes)) => self.analyze_with(work, planes, columns),
+            (AnyWork::Image(work), Planes::Double(planes)) => self.analyze_with(work, planes, columns),
         }
     }
 
@@ -216,8 +229,8 @@ impl ShTransform {
     pub fn synthesize<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
         let order = self.order.min(sh.order);
         let mut sh = ShRgb { order, c: sh.c.each_ref().map(|c| c[..super::count(order)].to_vec()) };
-        exchange_yz(order, sh.c.each_mut().map(Vec::as_mut_slice));
-        self.synthesize_polar(&sh, planes);
+        exchange(&mut sh);
+        self.polar_to(&sh, S::planes_mut(planes));
     }
 
     /// [`ShTransform::synthesize`] from coefficients of Y(x, z, y), see [`ShTransform::analyze_polar`].
@@ -225,10 +238,14 @@ impl ShTransform {
     /// # Panics
     /// If a plane is not `width·height` long, or the plan is one of cells, which only analyse.
     pub fn synthesize_polar<S: Sample>(&self, sh: &ShRgb, planes: [&mut [S]; 3]) {
+        self.polar_to(sh, S::planes_mut(planes));
+    }
+
+    fn polar_to(&self, sh: &ShRgb, planes: PlanesMut<'_>) {
         let mut columns = take(&mut *self.columns.lock().unwrap_or_else(PoisonError::into_inner));
         columns.renew(self.order);
         self.each(columns.tiles(), &Pool::default(), |(), tile, rows| scatter(sh, self.order, tile, rows));
-        self.synthesize_columns(&columns, &[], planes);
+        self.columns_to(&columns, &[], planes);
         *self.columns.lock().unwrap_or_else(PoisonError::into_inner) = columns;
     }
 
@@ -244,16 +261,26 @@ impl ShTransform {
         factors: &[f64],
         planes: [&mut [S]; 3],
     ) {
+        self.columns_to(columns, factors, S::planes_mut(planes));
+    }
+
+    fn columns_to(&self, columns: &ColumnsRgb, factors: &[f64], planes: PlanesMut<'_>) {
         let area = self.width * self.height;
-        assert!(planes.iter().all(|p| p.len() == area), "planes of width·height samples");
+        assert!(planes.are_long(area), "planes of width·height samples");
         assert!(self.grid != Grid::Cells, "cells are integrals, not samples");
-        if area > 0 {
-            match &self.work {
-                AnyWork::Double(work) => self.synthesize_with(work, columns, factors, planes),
-                AnyWork::Image(work) => self.synthesize_with(work, columns, factors, planes),
-            }
+        match (&self.work, planes) {
+            _ if area == 0 => {}
+            (AnyWork::Double(w), PlanesMut::Single(p)) => self.synthesize_with(w, columns, factors, p),
+            (AnyWork::Double(w), PlanesMut::Double(p)) => self.synthesize_with(w, columns, factors, p),
+            (AnyWork::Image(w), PlanesMut::Single(p)) => self.synthesize_with(w, columns, factors, p),
+            (AnyWork::Image(w), PlanesMut::Double(p)) => self.synthesize_with(w, columns, factors, p),
         }
     }
+}
+
+/// Exchanges y and z in all bands.
+fn exchange(sh: &mut ShRgb) {
+    exchange_yz(sh.order, sh.c.each_mut().map(Vec::as_mut_slice));
 }
 
 #[cfg(test)]

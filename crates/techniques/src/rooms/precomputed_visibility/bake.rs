@@ -238,9 +238,10 @@ fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> 
     let lights_of_frame = local.rows(&View::default());
     let rows = t.seen.as_ref().map(|s| shade::Rows::new(s, &lights_of_frame, p)).unwrap_or_default();
     let paths = Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events: p.bounces as u32 + 1 };
-    let c = paths.certificate(SLUG, &Report::default(), task, |q, out| {
+    let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::add(t, &rows, &lights_of_frame, None, q, out);
-    })?;
+    };
+    let c = paths.certificate(SLUG, &Report::default(), task, &shade)?;
     let noise = c.details.iter().find(|d| d.0 == "noise of the paths").map_or(0.0, |d| d.1);
     Ok([c.error, noise])
 }
