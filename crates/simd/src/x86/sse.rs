@@ -259,8 +259,8 @@ impl<V: Vector> Vector for Pair<V> {
     fn lane_sums(v: &mut [Self]) -> Self {
         Self::transpose(v);
         let mut sum = v[0];
-        for k in 1..Self::LANES {
-            sum = sum.add(v[k]);
+        for v in &v[1..Self::LANES] {
+            sum = sum.add(*v);
         }
         sum
     }
