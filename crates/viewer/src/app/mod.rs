@@ -392,7 +392,9 @@ impl App {
             self.truth_asked = None;
             self.truth = None;
         }
-        let half = !still && self.still_ms > SLOW;
+        // The first picture comes soon rather than whole.
+        let first = self.frame.is_none();
+        let half = first || !still && self.still_ms > SLOW;
         let size = if half { self.pixels.map(|n| n.div_ceil(2)) } else { self.pixels };
         let view = View {
             sides,
@@ -403,7 +405,7 @@ impl App {
             mapper: ToneMapper::from_name(&self.kept.wish.tone_mapper).unwrap_or_default(),
             look: self.look,
             truth: self.truth.as_ref().map(|t| t.0.clone()),
-            still,
+            still: still && !first,
             sky,
         };
         let drawn = Drawn(view);

@@ -128,7 +128,7 @@ impl App {
                 let fill = Rect::from_min_size(track.min, Vec2::new(220.0 * part, 3.0));
                 painter.rect_filled(fill, 1.5, Color32::from_rgb(255, 190, 90));
                 y += 36.0;
-                ui.ctx().request_repaint_after(Duration::from_millis(100));
+                ui.ctx().request_repaint_after(Duration::from_millis(250));
             }
         }
         if self.frame.is_none() && self.error.is_none() && y < rect.top() + 20.0 {
