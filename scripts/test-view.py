@@ -9,12 +9,14 @@ SHOTS is a folder for screenshots. Needs Xvfb, xdotool, ImageMagick and python-x
 python3-xlib) and a Vulkan driver (mesa-vulkan-drivers is one in software). Exit code 1 where a check fails.
 """
 
+import math
 import os
 import struct
 import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 from Xlib import X, Xatom, display
 from Xlib.protocol import event
@@ -200,6 +202,32 @@ def apart(a, b):
     return sum(abs(x - y) for x, y in zip(a, b)) / max(len(a), 1)
 
 
+def wipe(w):
+    """Where the white line between both sides stands."""
+    x0, y0, x1, y1 = box = (320, 560, 1260, 600)
+    line, width = w.pixels(box), x1 - x0
+    whites = [x for x in range(width)
+              if all(min(line[3 * (y * width + x):][:3]) > 200 for y in range(y1 - y0))]
+    return x0 + whites[len(whites) // 2] if whites else 0
+
+
+def normal_map(path):
+    """Waves as a PNG of 64 x 64 tangent-space normals."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = b""
+    for y in range(64):
+        rows += b"\0"
+        for x in range(64):
+            n = (0.6 * math.sin(math.pi * x / 4), 0.6 * math.sin(math.pi * y / 4), 1.0)
+            size = math.sqrt(sum(c * c for c in n))
+            rows += bytes(round(127.5 * (c / size + 1)) for c in n)
+    with open(path, "wb") as f:
+        f.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 64, 64, 8, 2, 0, 0, 0)))
+        f.write(chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
 def main():
     command, shots = os.path.abspath(sys.argv[1]), sys.argv[2]
     os.makedirs(shots, exist_ok=True)
@@ -226,6 +254,11 @@ def main():
         check("Ctrl Z undoes that", apart(turned, w.changed(first)) < 0.5)
         w.key("0")
         first = w.changed(turned)
+        w.drag(700, 300, 120, 60, button="3")
+        panned = w.changed(first)
+        check("a drag with the right button pans", apart(first, panned) > 1, f"{apart(first, panned):.1f} steps")
+        w.key("0")
+        first = w.changed(panned)
         w.drag(700, 300, 150, 0, key="shift")
         lit = w.changed(first)
         check("a drag with Shift turns the light", apart(first, lit) > 1, f"{apart(first, lit):.1f} steps")
@@ -255,6 +288,12 @@ def main():
         split = w.changed(sky)
         check("B splits the view", split != sky)
         w.shot(os.path.join(shots, "split.png"))
+        at = wipe(w)
+        w.drag(at, 500, 150, 0)
+        w.changed(split)
+        check("a drag moves the wipe", abs(wipe(w) - at - 150) < 8, f"{at} to {wipe(w)}")
+        w.drag(wipe(w), 500, -150, 0)
+        w.settled()
         w.key("b")
         w.changed(split)
         w.key("f")
@@ -315,6 +354,19 @@ def main():
         share = [sum(red[k::3]) for k in range(3)]
         check("a light dropped onto it is the light", taken and share[0] > 1.5 * share[1], f"{taken}, {share}")
         w.shot(os.path.join(shots, "dropped.png"))
+
+        bumps, bake, mesh = [os.path.join(home, n) for n in ("bumps.png", "bake.safetensors", "mesh.obj")]
+        normal_map(bumps)
+        subprocess.run([command, "bake", "studio", "-t", "split_sum", "-b", "ggx:alpha=0.6,f0=0.3", "-o", bake],
+                       check=True, capture_output=True)
+        with open(mesh, "w", encoding="ascii") as f:
+            f.write("v 1 0 -1\nv -1 0 -1\nv 0 0 1\nv 0 1.5 0\nf 1 2 3\nf 2 1 4\nf 3 2 4\nf 1 3 4\n")
+        for what, file in (("a normal map", bumps), ("a saved bake", bake), ("a mesh", mesh)):
+            taken = drop(w.display, w.id, file)
+            now = w.changed(red)
+            check(f"{what} dropped onto it is shown", taken and apart(red, now) > 0.5, f"{taken}, {apart(red, now):.1f} steps")
+            w.shot(os.path.join(shots, os.path.basename(file) + ".png"))
+            red = now
         damaged = os.path.join(home, "damaged.obj")
         with open(damaged, "w", encoding="ascii") as f:
             f.write("v 0 0 zero\nf 1 2 3\n")

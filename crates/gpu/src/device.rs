@@ -121,6 +121,11 @@ impl Gpu {
         self.device.destroy();
     }
 
+    /// Is the device lost? What is on it is too; [`Gpu::open`] opens another.
+    pub fn is_lost(&self) -> bool {
+        self.lost.lock().is_ok_and(|l| l.is_some())
+    }
+
     /// Can passes be timed on the device?
     pub fn has_timestamps(&self) -> bool {
         self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)

@@ -455,6 +455,35 @@ mod tests {
     }
 
     #[test]
+    fn a_saved_bake_of_the_same_technique_is_no_bake_of_before() {
+        use crate::Adjust;
+        use crate::bake::{Accuracy, Output, Request};
+        let mut session = Session::new();
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("x.safetensors");
+        let request = Request {
+            environment: "furnace".into(),
+            adjust: Adjust::default(),
+            sun_lights: None,
+            brdf: "ggx:alpha=0.6,f0=0.3".into(),
+            technique: steradian_techniques::find("split_sum").expect("registered"),
+            params: steradian_base::ParamValues::default(),
+            accuracy: Accuracy::Usual,
+            mesh: None,
+            half: false,
+        };
+        let baked = session.bake(&request).expect("bakes").met().expect("no tolerance");
+        baked.write(&Output::of(&file).expect("a place"), &session).expect("writes");
+        let mut scene = scene(&mut session, FIRST, "studio");
+        let before = session.live(&scene, names("studio"), None).expect("bakes");
+        let saved = Arc::new(session.saved_bake(&file, &Adjust::default()).expect("reads"));
+        scene.materials.iter_mut().for_each(|m| m.method = Some(Method::File(saved.clone())));
+        let after = session.live(&scene, names("studio"), Some(&before)).expect("loads");
+        assert!(after.rebaked() == 1 && drawn(&after) != drawn(&before));
+        assert!(drawn(&after) == drawn(&session.live(&scene, names("studio"), None).expect("loads")));
+    }
+
+    #[test]
     fn the_reference_and_its_numbers_are_those_of_compare() {
         let mut session = Session::new();
         let scene = scene(&mut session, FIRST, "studio");

@@ -248,7 +248,11 @@ impl Changed {
     pub fn of(before: &Prepared, after: &Material, light: bool, geometry: bool) -> Option<Self> {
         let Method::Technique(t) = before.method else { return None };
         let kept = match &after.method {
-            Some(m) => m.slug() == before.method.slug() && after.params == before.material.params,
+            // A saved bake has its technique's slug, and data of its own.
+            Some(Method::Technique(m)) => {
+                m.card().slug == t.card().slug && after.params == before.material.params
+            }
+            Some(_) => return None,
             // The session's choice stays for what it was made for.
             None => before.material.method.is_none() && after.brdf.spec() == before.material.brdf.spec(),
         };

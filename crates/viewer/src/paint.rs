@@ -119,8 +119,18 @@ impl Painter {
         self.gpu.is_software()
     }
 
-    /// Draws and develops a view.
+    /// Draws and develops a view; where the device turns out to be lost, on one that is opened anew.
     pub fn paint(&mut self, view: &View) -> Result<Frame, Error> {
+        match self.paint_here(view) {
+            Err(_) if self.gpu.is_lost() => {
+                *self = Self::open()?;
+                self.paint_here(view)
+            }
+            painted => painted,
+        }
+    }
+
+    fn paint_here(&mut self, view: &View) -> Result<Frame, Error> {
         let start = Instant::now();
         self.sides.resize_with(view.sides.len(), || [None, None, None]);
         if let Some(spec) = view.sky.as_ref().filter(|s| self.sky.as_ref().is_none_or(|k| k.0 != **s)) {
@@ -297,4 +307,53 @@ fn false_colour(film: &Film, ev: f32) -> Display {
     };
     let map: Vec<f32> = (0..film.len()).map(stops).collect();
     difference_picture(&map, film.width, film.height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Baker, Wish};
+    use steradian_base::Task;
+    use steradian_session::Session;
+
+    #[test]
+    fn a_lost_device_costs_no_picture() {
+        let mut painter = match Painter::open() {
+            Ok(p) => p,
+            Err(e) if std::env::var_os("STERADIAN_REQUIRE_GPU").is_none() => {
+                return eprintln!("left out: {e}");
+            }
+            Err(e) => panic!("{e}"),
+        };
+        let wish = Wish {
+            input: "sphere".into(),
+            technique: Some("sh_irradiance".into()),
+            brdf: Some("lambert".into()),
+            ground: None,
+            ..Wish::default()
+        };
+        let live = Baker::new(Session::new()).bake(&wish, Task::quiet()).expect("bakes");
+        let view = View {
+            camera: live.camera(),
+            sides: vec![live],
+            turn: 0.0,
+            size: [64, 48],
+            exposure: None,
+            mapper: ToneMapper::default(),
+            look: Look::Picture,
+            truth: None,
+            still: true,
+            sky: None,
+        };
+        let film = |painter: &mut Painter| painter.paint(&view).expect("paints").films[0].clone();
+        let before = film(&mut painter);
+        painter.gpu.destroy();
+        assert!(painter.gpu.is_lost());
+        // The picture that is on the host already is not drawn again; another size is.
+        let (again, wider) = (film(&mut painter), View { size: [80, 48], ..view.clone() });
+        assert_eq!(before.rgb, again.rgb);
+        assert_eq!(painter.paint(&wider).expect("paints").films[0].width, 80);
+        assert!(!painter.gpu.is_lost());
+        assert_eq!(film(&mut painter).rgb, before.rgb);
+    }
 }

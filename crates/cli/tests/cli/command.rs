@@ -318,6 +318,39 @@ tone_mapper = "agx"
     assert!(fs::metadata(d.path().join("s.png")).unwrap().len() > 500);
 }
 
+#[test]
+fn a_ground_has_a_technique_of_its_own() {
+    let d = folder();
+    let picture = |technique: &str, name: &str| {
+        let spec = format!("--ground-technique={technique}");
+        let args = ["render", "sphere", "-e", "sky:elevation=30", "-t", "sh_irradiance", "-b", "lambert"];
+        let size = ["--size", "32x24", "--ground", &spec, "-o", name, "--json"];
+        let v = json(&run(d.path(), &[&args[..], &size[..]].concat()));
+        let used: Vec<_> =
+            v["materials"].as_array().unwrap().iter().map(|m| m["technique"].clone()).collect();
+        (used, fs::read(d.path().join(name)).unwrap())
+    };
+    let (open, bright) = picture("sh_irradiance", "open.pfm");
+    let (shadowed, dark) = picture("prt_diffuse:precision=0.1", "shadowed.pfm");
+    assert_eq!(open, ["sh_irradiance", "sh_irradiance"]);
+    assert_eq!(shadowed, ["sh_irradiance", "prt_diffuse"]);
+    // The sphere's shadow is on the ground, and none of its pixels is brighter.
+    let sum = |pfm: &[u8]| -> f32 {
+        let data = &pfm[pfm.len() - 32 * 24 * 12..];
+        data.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).sum()
+    };
+    assert!(sum(&dark) < 0.98 * sum(&bright), "{} {}", sum(&dark), sum(&bright));
+    let ground = |technique: &str, says: &str| {
+        let spec = format!("--ground-technique={technique}");
+        fails(d.path(), 2, says, &["render", "sphere", "-e", "studio", "--ground", &spec, "-o", "x.png"]);
+    };
+    ground("path", "--ground-technique: path shades all of a scene");
+    ground("prt_diffuse:bands=0", "--ground-technique: ");
+    ground("no_such", "no_such");
+    let alone = ["render", "sphere", "-e", "studio", "--ground-technique=ambient", "-o", "x.png"];
+    fails(d.path(), 2, "--ground", &alone);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_reader_that_goes_away_ends_it_quietly() {

@@ -182,13 +182,8 @@ fn paint_all(desk: &Desk<View>, say: &Sender<Said>, ctx: &egui::Context) {
     ctx.request_repaint();
     while let Some((view, _)) = desk.next() {
         let painted = painter.paint(&view).map(Box::new).map_err(|e| e.to_string());
-        let failed = painted.is_err();
         let _ = say.send(Said::Painted(painted));
         ctx.request_repaint();
-        // A lost device is opened anew.
-        if failed && let Ok(p) = Painter::open() {
-            painter = p;
-        }
     }
 }
 
