@@ -223,11 +223,11 @@ impl Arch for Sse {
 }
 
 /// Plain loops over arrays, with separate multiplication and addition.
-#[cfg(any(test, not(target_arch = "x86_64")))]
+#[cfg(any(test, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
 #[derive(Clone, Copy)]
 struct Separate;
 
-#[cfg(any(test, not(target_arch = "x86_64")))]
+#[cfg(any(test, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
 impl Arch for Separate {
     type F32x8 = lanes::Plain;
     type F64x4 = Plain<f64, 4, false>;
@@ -545,6 +545,8 @@ mod tests {
     square!(Fixed, f64, F64x4);
     square!(Fixed, f32, Octet);
 
+    // Elsewhere the narrowest fuse.
+    #[cfg(target_arch = "x86_64")]
     #[test]
     fn plain_loops_sum_to_the_same_bits_as_the_narrowest_registers() {
         let x: Vec<f64> = (0..192).map(|k| 1.0 / f64::from(k + 1)).collect();
