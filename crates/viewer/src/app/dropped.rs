@@ -36,9 +36,10 @@ impl App {
             "png" | "jpg" | "jpeg" | "tga" => wish.normal_map = Some(name),
             "safetensors" => wish.bake = Some(name),
             _ => {
-                let (say, file) = (self.threads.say.clone(), name);
+                let (say, ctx, file) = (self.threads.say.clone(), self.threads.ctx.clone(), name);
                 std::thread::spawn(move || {
                     let _ = say.send(Said::Reflectance(measured(&file)));
+                    ctx.request_repaint();
                 });
                 return;
             }

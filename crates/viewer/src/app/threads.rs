@@ -59,7 +59,7 @@ pub(super) struct Threads {
     pub running: Vec<JoinHandle<()>>,
     turntable: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
     memory: u64,
-    ctx: egui::Context,
+    pub ctx: egui::Context,
 }
 
 impl Threads {
