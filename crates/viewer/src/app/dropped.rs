@@ -5,6 +5,7 @@ use crate::Wish;
 use eframe::egui;
 use std::path::{Path, PathBuf};
 use steradian_session::Session;
+use steradian_techniques::{AnyTechnique, find};
 
 impl App {
     /// Takes files that were dropped.
@@ -37,8 +38,9 @@ impl App {
             "safetensors" => wish.bake = Some(name),
             _ => {
                 let (say, ctx, file) = (self.threads.say.clone(), self.threads.ctx.clone(), name);
+                let technique = wish.technique.clone();
                 std::thread::spawn(move || {
-                    let _ = say.send(Said::Reflectance(measured(&file)));
+                    let _ = say.send(Said::Reflectance(measured(&file, technique.as_deref())));
                     ctx.request_repaint();
                 });
                 return;
@@ -48,8 +50,8 @@ impl App {
     }
 }
 
-/// The reflectance that a file of measurements holds, by whichever reader takes it.
-fn measured(file: &str) -> Result<String, String> {
+/// The reflectance that a file of measurements holds, by whichever reader takes it; is it one that `technique` takes?
+fn measured(file: &str, technique: Option<&str>) -> Result<(String, bool), String> {
     let mut session = Session::new();
     let mut first = None;
     for model in steradian_brdf::measured_models() {
@@ -62,7 +64,10 @@ fn measured(file: &str) -> Result<String, String> {
             format!("{}:{}={file}", model.name, info.name)
         };
         match session.brdf(&spec) {
-            Ok(_) => return Ok(spec),
+            Ok(brdf) => {
+                let takes = |t: &dyn AnyTechnique| (t.card().materials)(&*brdf).is_ok();
+                return Ok((spec, technique.and_then(find).is_some_and(takes)));
+            }
             Err(e) => {
                 first.get_or_insert_with(|| e.to_string());
             }
@@ -77,7 +82,7 @@ mod tests {
 
     #[test]
     fn a_file_of_nothing_known_is_refused_in_a_line() {
-        let e = measured("/nonexistent/file.abc").expect_err("no such file");
+        let e = measured("/nonexistent/file.abc", None).expect_err("no such file");
         assert!(e.contains("file.abc") && !e.contains('\n'), "{e}");
     }
 }

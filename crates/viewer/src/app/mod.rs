@@ -65,7 +65,7 @@ enum Said {
     Opened(Result<(String, bool), String>),
     Painted(Result<Box<Frame>, String>),
     True { made: Result<Arc<Truth>, steradian_session::Error>, step: usize, of: Box<Posed> },
-    Reflectance(Result<String, String>),
+    Reflectance(Result<(String, bool), String>),
     Turned(Result<PathBuf, String>),
 }
 
@@ -295,8 +295,10 @@ impl App {
                         self.error = Some(e.to_string());
                     }
                 }
-                Said::Reflectance(Ok(spec)) => {
+                Said::Reflectance(Ok((spec, taken))) => {
                     self.kept.wish.brdf = Some(spec);
+                    // Else the best is chosen for it.
+                    self.kept.wish.technique.take_if(|_| !taken);
                     self.kept.wish.bake = None;
                 }
                 Said::Reflectance(Err(e)) | Said::Turned(Err(e)) => self.error = Some(e),
