@@ -355,13 +355,17 @@ def main():
         check("a light dropped onto it is the light", taken and share[0] > 1.5 * share[1], f"{taken}, {share}")
         w.shot(os.path.join(shots, "dropped.png"))
 
-        bumps, bake, mesh = [os.path.join(home, n) for n in ("bumps.png", "bake.safetensors", "mesh.obj")]
+        names = ("bumps.png", "bake.safetensors", "mesh.obj", "measured.binary")
+        bumps, bake, mesh, measured = [os.path.join(home, n) for n in names]
         normal_map(bumps)
         subprocess.run([command, "bake", "studio", "-t", "split_sum", "-b", "ggx:alpha=0.6,f0=0.3", "-o", bake],
                        check=True, capture_output=True)
         with open(mesh, "w", encoding="ascii") as f:
             f.write("v 1 0 -1\nv -1 0 -1\nv 0 0 1\nv 0 1.5 0\nf 1 2 3\nf 2 1 4\nf 3 2 4\nf 1 3 4\n")
-        for what, file in (("a normal map", bumps), ("a saved bake", bake), ("a mesh", mesh)):
+        subprocess.run([command, "convert", "brdf:ward:alpha=0.3,rd=0.05/0.1/0.3,rs=0.2", "-o", measured],
+                       check=True, capture_output=True)
+        drops = ("a normal map", bumps), ("a saved bake", bake), ("a mesh", mesh), ("a measured reflectance", measured)
+        for what, file in drops:
             taken = drop(w.display, w.id, file)
             now = w.changed(red, seconds=120)
             check(f"{what} dropped onto it is shown", taken and apart(red, now) > 0.5, f"{taken}, {apart(red, now):.1f} steps")

@@ -8,7 +8,8 @@ use steradian_light::Lights;
 use steradian_render::ToneMapper;
 use steradian_session::live::{Live, Names};
 use steradian_session::{
-    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, Shadows, for_any_mesh, make_tangents,
+    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, Shadows, for_any_mesh, light_as_baked,
+    make_tangents,
 };
 use steradian_techniques::AnyTechnique;
 
@@ -92,22 +93,28 @@ impl Baker {
         let Some((_, model)) = &self.model else { return Err(Error::failed("nothing was loaded")) };
         let mut scene = model.clone();
         let mut method = named(&wish.technique)?;
+        // A light beside a saved bake stands as the bake's did.
+        let mut adjust = Adjust::default();
         if let Some(path) = &wish.bake {
             let file = self.session.saved_bake(Path::new(path), &Adjust::default())?;
             for_any_mesh(&file)?;
+            adjust = light_as_baked(&file, &adjust);
             method = Some(Method::File(Arc::new(file)));
         }
         let mut light_name = format!("of {}", wish.input);
         if let Some(spec) = &wish.light {
-            if self.lights.as_ref().is_none_or(|(name, _)| name != spec) {
-                self.lights = Some((spec.clone(), self.session.light(spec, &Adjust::default())?));
+            light_name.clone_from(spec);
+            if (adjust.rotate, adjust.light_exposure) != (0.0, 0.0) {
+                light_name += &format!(" turned by {}, {} EV", adjust.rotate, adjust.light_exposure);
+            }
+            if self.lights.as_ref().is_none_or(|(name, _)| *name != light_name) {
+                self.lights = Some((light_name.clone(), self.session.light(spec, &adjust)?));
             }
             if let Some((_, lights)) = &self.lights {
                 // Points belong to the scene's places, not to its surroundings.
                 scene.lights = Lights { points: std::mem::take(&mut scene.lights.points), ..lights.clone() };
                 scene.probes = None;
             }
-            light_name.clone_from(spec);
         }
         let brdf = wish.brdf.as_deref().map(|spec| self.session.brdf(spec)).transpose()?;
         for m in &mut scene.materials {

@@ -65,7 +65,7 @@ enum Said {
     Opened(Result<(String, bool), String>),
     Painted(Result<Box<Frame>, String>),
     True { made: Result<Arc<Truth>, steradian_session::Error>, step: usize, of: Box<Posed> },
-    Reflectance(Result<(String, bool), String>),
+    Dropped(Result<dropped::Change, String>),
     Turned(Result<PathBuf, String>),
 }
 
@@ -295,13 +295,13 @@ impl App {
                         self.error = Some(e.to_string());
                     }
                 }
-                Said::Reflectance(Ok((spec, taken))) => {
-                    self.kept.wish.brdf = Some(spec);
-                    // Else the best is chosen for it.
-                    self.kept.wish.technique.take_if(|_| !taken);
-                    self.kept.wish.bake = None;
+                Said::Dropped(Ok(change)) => {
+                    self.before_drop = Some(self.kept.wish.clone());
+                    if let Some(note) = change(&mut self.kept.wish) {
+                        self.note(note);
+                    }
                 }
-                Said::Reflectance(Err(e)) | Said::Turned(Err(e)) => self.error = Some(e),
+                Said::Dropped(Err(e)) | Said::Turned(Err(e)) => self.error = Some(e),
                 Said::Turned(Ok(file)) => {
                     let at = std::path::absolute(&file).unwrap_or(file);
                     self.note(at.display().to_string());
@@ -443,6 +443,7 @@ impl eframe::App for App {
         let ctx = ui.ctx().clone();
         self.listen(&ctx);
         self.drop_files(&ctx);
+        let (bake, light) = (self.kept.wish.bake.clone(), self.kept.wish.light.clone());
         self.keys(&ctx);
         let calm = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(14, 4));
         if self.kept.panel {
@@ -455,6 +456,9 @@ impl eframe::App for App {
         egui::Panel::bottom("status").frame(calm).show(ui, |ui| self.status(ui));
         egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| self.picture(ui));
         self.help(ui);
+        // A saved bake holds no other light than its own.
+        let wish = &mut self.kept.wish;
+        wish.bake.take_if(|b| Some(&*b) == bake.as_ref() && wish.light != light);
         self.commit(&ctx);
         self.ask(&ctx);
     }
