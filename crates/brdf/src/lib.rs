@@ -38,4 +38,4 @@ pub use kernel::NormalKernel;
 pub use peak::Peak;
 pub use registry::{measured_models, models, parse, parse_noting, parse_with, spec_without_folders};
 pub use scaled::Scaled;
-pub use shader::{ATAN2, BrdfShader};
+pub use shader::{ATAN2, BrdfShader, MAX_CELLS};

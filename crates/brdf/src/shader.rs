@@ -2,10 +2,14 @@
 
 use crate::{Domain, Peak};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// `fn brdf_atan2(y: f32, x: f32) -> f32`, right to 2e-7: WGSL's own atan2 may be off by 4096 units in the last place,
 /// which shows where a lookup by angle meets large values that cancel.
 pub const ATAN2: &str = include_str!("atan2.wgsl");
+
+/// Cells of a [`BrdfShader`] at most: 8192 rows of 2048, the texture that every device has room for.
+pub const MAX_CELLS: usize = 1 << 24;
 
 /// What every model's text may call: the twin of `math.rs`.
 const MATH: &str = include_str!("math.wgsl");
@@ -28,12 +32,15 @@ fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 /// - `brdf_value(wi, wo) -> vec3<f32>`: f · ⟨n·wi⟩, [`crate::Brdf::f_cos`] in the local frame;
 /// - `brdf_scale(wi, wo, radius) -> f32`: [`Peak::scale`];
 /// - `brdf_is_whole() -> bool`: is light taken from below the horizon too?
+///
+/// Where there are [`BrdfShader::cells`] it calls `brdf_cell(i: u32) -> vec3<f32>`, cell i, which its user defines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrdfShader {
     /// The model's own functions.
     source: Cow<'static, str>,
     /// Values of `brdf`: factor and domain, peak, then the model's parameters.
     uniforms: Vec<[f32; 4]>,
+    cells: Option<Arc<Vec<[f32; 3]>>>,
 }
 
 impl BrdfShader {
@@ -48,7 +55,12 @@ impl BrdfShader {
         let [kind, narrow, wide] = peak.packed();
         let mut uniforms = vec![[1.0, 1.0, 1.0, whole], [kind, narrow, wide, 0.0]];
         uniforms.extend(parameters);
-        Self { source: source.into(), uniforms }
+        Self { source: source.into(), uniforms, cells: None }
+    }
+
+    /// The same with numbers that are too many for uniforms.
+    pub(crate) fn with_cells(self, cells: Arc<Vec<[f32; 3]>>) -> Self {
+        Self { cells: Some(cells), ..self }
     }
 
     /// The same times `factor`, per channel.
@@ -65,7 +77,8 @@ impl BrdfShader {
         [ATAN2, MATH, &self.source, if own { "" } else { F_COS }].concat()
     }
 
-    /// The complete text with the values in it, and nothing left to declare. Every name begins with `prefix`: two such
+    /// The complete text with the values in it, and nothing left to declare but `PREFIX_brdf_cell` where there are
+    /// [`BrdfShader::cells`]. Every name begins with `prefix`: two such
     /// texts, or one and [`BrdfShader::wgsl`], may stand in one module.
     pub fn inlined(&self, prefix: &str) -> String {
         let text = self.wgsl();
@@ -97,6 +110,11 @@ impl BrdfShader {
     /// The values of `brdf`, one vec4 after another.
     pub fn uniforms(&self) -> &[[f32; 4]] {
         &self.uniforms
+    }
+
+    /// Numbers that shaders read from a texture: measurements. At most [`MAX_CELLS`].
+    pub fn cells(&self) -> Option<&[[f32; 3]]> {
+        self.cells.as_ref().map(|c| c.as_slice())
     }
 }
 

@@ -7,12 +7,14 @@ use crate::layout::{self, Slot, filled};
 use crate::lights::{CAPACITY, both};
 use crate::packed::bytes;
 use crate::scene::{Object, Scene};
+use crate::technique::{check_table, upload_table};
 use crate::{Gpu, GpuError};
 use glam::Mat3;
 use steradian_techniques::direct::Direct;
+use steradian_techniques::gpu::{Table, cells};
 
-/// Group 2: camera, lights, reflectance.
-pub const SLOTS: [Slot; 3] = [Slot::Uniform, Slot::Uniform, Slot::Uniform];
+/// Group 2: camera, lights, reflectance, what is measured of it.
+pub const SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture];
 
 /// The lights on the device, and group 2 of every object.
 pub struct DirectLights {
@@ -32,21 +34,32 @@ impl DirectLights {
         scene: &Scene,
     ) -> Result<Self, GpuError> {
         check(&scene.direct)?;
+        let measured = |o: &Object| o.brdf.as_ref().and_then(|b| b.cells()).map(|c| cells("brdf", c));
+        let measured: Vec<Option<Table>> = scene.objects.iter().map(measured).collect();
+        for table in measured.iter().flatten() {
+            check_table(gpu, "a measured reflectance", table)?;
+        }
         let contents = both(&scene.direct, scene.light_rotation);
         gpu.scoped("lights", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
             let lights = contents.map(|c| filled(gpu, "lights", usage, &c));
-            let group = |parameters: &[f32], lights: &wgpu::Buffer| {
+            let none = cells("brdf", &[[0.0; 3]]);
+            let group = |parameters: &[f32], lights: &wgpu::Buffer, measured: &Table| {
                 let brdf = filled(gpu, "reflectance", wgpu::BufferUsages::UNIFORM, &bytes(parameters));
-                let all = [camera, lights, &brdf].map(wgpu::Buffer::as_entire_binding);
-                layout::group(gpu, layout, &all)
+                let [camera, lights, brdf] = [camera, lights, &brdf].map(wgpu::Buffer::as_entire_binding);
+                let cells = upload_table(gpu, measured).create_view(&wgpu::TextureViewDescriptor::default());
+                layout::group(
+                    gpu,
+                    layout,
+                    &[camera, lights, brdf, wgpu::BindingResource::TextureView(&cells)],
+                )
             };
-            let of = |o: &Object| {
+            let of = |(o, measured): (&Object, &Option<Table>)| {
                 let parameters = o.brdf.as_ref().map_or(&[0.0; 4][..], |b| b.uniforms().as_flattened());
-                group(parameters, &lights[usize::from(o.folds_suns)])
+                group(parameters, &lights[usize::from(o.folds_suns)], measured.as_ref().unwrap_or(&none))
             };
-            let groups = scene.objects.iter().map(of).collect();
-            Self { groups, group: group(&[0.0; 4], &lights[0]), lights }
+            let groups = scene.objects.iter().zip(&measured).map(of).collect();
+            Self { groups, group: group(&[0.0; 4], &lights[0], &none), lights }
         })
     }
 

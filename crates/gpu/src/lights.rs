@@ -11,6 +11,9 @@ pub const CAPACITY: usize = 64;
 
 const SHADER: &str = include_str!("shaders/direct.wgsl");
 
+/// What a measured reflectance reads: cells in rows of [`steradian_techniques::gpu::ROW`] texels.
+const CELLS: &str = include_str!("shaders/cells.wgsl");
+
 /// What a surface without a reflectance of its own adds.
 pub const NONE: &str = "
 fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
@@ -21,7 +24,11 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 /// The text that defines `gpu_direct`.
 pub fn source(object: &Object) -> String {
     match &object.brdf {
-        Some(brdf) => brdf.wgsl() + DISK_WGSL + &format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n") + SHADER,
+        Some(brdf) => {
+            let capacity = format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n");
+            let cells = if brdf.cells().is_some() { CELLS } else { "" };
+            [&brdf.wgsl(), DISK_WGSL, &capacity, SHADER, cells].concat()
+        }
         None => NONE.into(),
     }
 }

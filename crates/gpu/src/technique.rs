@@ -122,9 +122,23 @@ impl TechniqueData {
 }
 
 /// Textures that pipelines have beside a technique's.
-const TEXTURES: usize = 8;
+const TEXTURES: usize = 9;
 /// Storage buffers that pipelines have beside a technique's.
 const BUFFERS: usize = 5;
+
+/// Has the device room for a table of `whose`?
+pub(crate) fn check_table(gpu: &Gpu, whose: &str, t: &Table) -> Result<(), GpuError> {
+    let limits = gpu.device.limits();
+    let (name, side) = (t.name, t.level.width.max(t.level.height));
+    let what = if side > limits.max_texture_dimension_2d as usize {
+        format!("table '{name}' with {side} texels a side")
+    } else if t.level.layers > limits.max_texture_array_layers as usize {
+        format!("table '{name}' with {} layers", t.level.layers)
+    } else {
+        return Ok(());
+    };
+    Err(GpuError::Memory(format!("{what} of {whose}")))
+}
 
 fn check_limits(gpu: &Gpu, technique: &GpuTechnique) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
@@ -135,15 +149,7 @@ fn check_limits(gpu: &Gpu, technique: &GpuTechnique) -> Result<(), GpuError> {
     if technique.buffers.len() > limits.max_storage_buffers_per_shader_stage as usize - BUFFERS {
         return beyond(format!("{} buffers", technique.buffers.len()));
     }
-    for t in &technique.tables {
-        let side = t.level.width.max(t.level.height);
-        if side > limits.max_texture_dimension_2d as usize {
-            return beyond(format!("table '{}' with {side} texels a side", t.name));
-        }
-        if t.level.layers > limits.max_texture_array_layers as usize {
-            return beyond(format!("table '{}' with {} layers", t.name, t.level.layers));
-        }
-    }
+    technique.tables.iter().try_for_each(|t| check_table(gpu, technique.slug, t))?;
     for b in &technique.buffers {
         if b.data.bytes() as u64 > limits.max_storage_buffer_binding_size {
             return beyond(format!("buffer '{}' with {} numbers", b.name, b.data.len()));
@@ -184,7 +190,7 @@ pub(crate) fn buffer_type(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::Texture {
+pub(crate) fn upload_table(gpu: &Gpu, table: &Table) -> wgpu::Texture {
     let descriptor = wgpu::TextureDescriptor {
         label: Some(table.name),
         size: wgpu::Extent3d {

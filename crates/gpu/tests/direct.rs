@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{case, gpu, scene};
+use common::{case, gpu, scene, tabulated};
 use glam::{DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
@@ -23,11 +23,12 @@ use steradian_techniques::{AnyBake, Material};
 const BOUND: f32 = 0.01;
 const SIDE: usize = 192;
 
-/// Scene of the demo, technique, reflectance.
+/// Scene of the demo, technique, reflectance; `merl ` says that it is measured, as a table.
 const CASES: &[(usize, &str, &str)] = &[
     (0, "sh_irradiance", "lambert:albedo=0.65/0.4/0.28"),
     (1, "split_sum", "ggx:alpha=0.15,f0=1.0/0.77/0.34"),
     (1, "split_sum", "ggx:alpha=0.02"),
+    (1, "sh_brdf", "merl sgd:gold-metallic-paint"),
     (2, "phong_diffuse_maps", "phong:n=30,scale=0.25/0.4/1"),
 ];
 
@@ -65,7 +66,10 @@ struct Lit {
 
 fn lit(k: usize, slug: &str, spec: &str, side: usize) -> Result<Lit, Failed> {
     let mut case = case(k, side);
-    case.brdf = steradian_brdf::parse(spec)?;
+    case.brdf = match spec.strip_prefix("merl ") {
+        Some(formula) => tabulated(formula),
+        None => steradian_brdf::parse(spec)?,
+    };
     let (low, high) = case.mesh.0.bounds().ok_or("no triangles")?;
     case.lights = lights(&case.lights, 0.5 * (low + high), 0.5 * (high - low).length());
     case.backdrop = steradian_render::Backdrop::new(&case.lights, 2f64.to_radians());

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use steradian_gpu::packed::{self, Counts, stack, textures};
 use steradian_gpu::scene::{Backdrop, Level, Object, Triangles};
 use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Buffer, Format, Numbers, ROW, Table};
+use steradian_techniques::gpu::{Buffer, Format, Numbers, ROW, Table, cells};
 
 /// Texels a side of the textures that every WebGL2 has.
 const SIDE: usize = 2048;
@@ -27,6 +27,11 @@ const LONG: usize = 1 << 14;
 /// packs into two thirds of the bytes.
 const COARSE: u32 = 4;
 
+/// Bits that the halves of so many numbers lose.
+fn lost(numbers: usize) -> u32 {
+    if numbers >= LONG { COARSE } else { 0 }
+}
+
 /// A texture of floats, `channels` a texel.
 fn texture(
     data: &mut Data,
@@ -35,8 +40,7 @@ fn texture(
     channels: usize,
     floats: &[f32],
 ) -> Result<Value, WebError> {
-    let bits = if floats.len() >= LONG { COARSE } else { 0 };
-    texture_to(data, what, size, channels, floats, bits)
+    texture_to(data, what, size, channels, floats, lost(floats.len()))
 }
 
 /// Bits that halves lose which are looked at and not computed with: they stay right to 0.4 %, less than a step of 8 bits.
@@ -160,13 +164,18 @@ pub fn technique(data: &mut Data, technique: &GpuTechnique) -> Result<Map<String
 }
 
 fn table(data: &mut Data, slug: &str, t: &Table) -> Result<Value, WebError> {
+    let what = format!("the table '{}' of {slug}", t.name);
+    table_to(data, &what, t, lost(t.level.bytes.len() / 4))
+}
+
+fn table_to(data: &mut Data, what: &str, t: &Table, bits: u32) -> Result<Value, WebError> {
     let floats: Vec<f32> = t.level.bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
     let channels = match t.format {
         Format::Rg32Float => 2,
         Format::Rgba32Float => 4,
     };
-    let what = format!("the table '{}' of {slug}", t.name);
-    texture(data, &what, [t.level.width, t.level.height, t.level.layers], channels, &floats)
+    let size = [t.level.width, t.level.height, t.level.layers];
+    texture_to(data, what, size, channels, &floats, bits)
 }
 
 fn buffer(data: &mut Data, slug: &str, b: &Buffer) -> Result<Value, WebError> {
@@ -191,6 +200,10 @@ pub fn object(data: &mut Data, o: &Object, shared: &mut Shared) -> Result<Map<St
     out.insert("gpu_object".into(), uniform(data, &Counts::of(o, 0).uniforms(&o.transform)));
     let parameters = o.brdf.as_ref().map_or(&[0.0; 4][..], |b| b.uniforms().as_flattened());
     out.insert("brdf".into(), uniform(data, &packed::bytes(parameters)));
+    if let Some(numbers) = o.brdf.as_ref().and_then(|b| b.cells()) {
+        let what = "the measured reflectance";
+        out.insert("brdf_cells".into(), table_to(data, what, &cells("brdf", numbers), 0)?);
+    }
     for (name, texture) in NAMES.into_iter().zip(textures(o)) {
         let key = texture.map_or(0, |t| std::ptr::from_ref(t) as usize);
         let value = match shared.get(&key) {

@@ -97,6 +97,32 @@ fn shaders_of_exact_suns_are_translated() {
     }
 }
 
+/// Suns on measured reflectance: the measurements are a texture.
+#[test]
+fn shaders_of_measured_reflectance_are_translated() {
+    let mesh = Arc::new(steradian_scene::shapes::sphere(6));
+    let t = steradian_techniques::find("sh_irradiance").expect("registered");
+    let technique = bake(t, "lambert", &mesh).gpu();
+    // Two counts of cells each way, all alike.
+    let mut numbers = vec![0.0, 0.0, 0.0, 0.0, 2.0, 1.0, 2.0, 2.0];
+    numbers.extend([0.3; 24]);
+    let brdf = steradian_brdf::parse_with("csv:a.csv", steradian_brdf::Files::Held(&numbers)).expect("held");
+    let object = Object { brdf: brdf.shader(), ..object(technique.clone(), &mesh) };
+    let module = object_module(&object, "aces").unwrap_or_else(|e| panic!("{e}"));
+    let cells = module.bindings.iter().find(|b| b.name == "brdf_cells").expect("a texture");
+    assert!(cells.kind == "float" && !cells.layers && cells.glsl[1].is_some());
+    let mut page = page();
+    for light in &mut page.lights {
+        for v in light.variants.iter_mut().flatten() {
+            v.scene.objects = vec![object.clone()];
+        }
+    }
+    let files = files(&page).expect("a page");
+    let manifest = files.iter().find(|f| f.name == "page.js").expect("a manifest");
+    let manifest = String::from_utf8_lossy(&manifest.bytes);
+    assert!(manifest.contains("\"brdf_cells\":{\"format\":\"rgba16float\""));
+}
+
 fn page() -> Page {
     let mesh = Arc::new(steradian_scene::shapes::sphere(24));
     let (_, direct): (_, Direct) = split(&lights(), Suns::Exact);

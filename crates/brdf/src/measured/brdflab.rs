@@ -20,7 +20,7 @@ use crate::draw::Draw;
 use crate::math::{largest, spherical};
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, albedo};
+use crate::{Brdf, BrdfShader, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, albedo};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -266,6 +266,21 @@ impl Brdf for Sum {
         } else {
             Peak::Anywhere { width: width(narrowest) }
         }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let mut text = "struct Brdf {\n    scale: vec4<f32>,\n    peak: vec4<f32>,\n}\n".to_owned();
+        let mut terms = Vec::new();
+        for (k, (brdf, scale)) in self.parts.iter().enumerate() {
+            let prefix = format!("term{k}");
+            text += &brdf.shader()?.scaled(*scale).inlined(&prefix);
+            terms.push(format!("{prefix}_brdf_value(wi, wo)"));
+        }
+        let sum = terms.join(" + ");
+        text += &format!(
+            "\nfn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{\n    return {sum};\n}}\n"
+        );
+        Some(BrdfShader::new(text, self.peak(), self.domain(), []))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -1,8 +1,10 @@
 //! Regular grids of measurements in four coordinates, linear between neighbours.
 
+use super::tabulated::Twin;
 use crate::math::{half, polar_angle};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 /// What the four coordinates of a grid are, slowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +51,7 @@ pub(super) struct Grid {
     coordinates: Coordinates,
     sizes: [usize; 4],
     /// sr⁻¹, the last coordinate fastest.
-    cells: Vec<[f32; 3]>,
+    cells: Arc<Vec<[f32; 3]>>,
 }
 
 /// (θ_h, φ_h, θ_d, φ_d) of two directions above the horizon, φ_d in [0, π).
@@ -107,7 +109,7 @@ impl Grid {
             }
         }
         let whole = !cells.is_empty() && cells.iter().all(there);
-        whole.then_some(Self { coordinates, sizes, cells })
+        whole.then(|| Self { coordinates, sizes, cells: Arc::new(cells) })
     }
 
     /// Light and view at the centre of the cell `i` of a grid of [`Coordinates::Half`].
@@ -139,7 +141,7 @@ impl Grid {
             count == cells.len() && cells.iter().flatten().all(|v| (0.0..=f64::from(f32::MAX)).contains(v));
         let cells = || cells.iter().map(|v| v.map(|v| v as f32)).collect();
         let coordinates = Coordinates::of_code(head[0])?;
-        valid.then(|| Self { coordinates, sizes, cells: cells() })
+        valid.then(|| Self { coordinates, sizes, cells: Arc::new(cells()) })
     }
 
     /// Every number that the grid holds.
@@ -158,7 +160,8 @@ impl Grid {
     /// Places among the cells, and which coordinates are periodic.
     fn place(&self, wi: DVec3, wo: DVec3) -> ([f64; 4], [bool; 4]) {
         let n = self.sizes.map(|n| n as f64);
-        let turn = |w: DVec3| w.y.atan2(w.x);
+        // At the pole zeros have a sign, which says nothing.
+        let turn = |w: DVec3| (w.y + 0.0).atan2(w.x + 0.0);
         match self.coordinates {
             Coordinates::Half => {
                 let [th, ph, td, pd] = half_angles(wi, wo);
@@ -180,6 +183,21 @@ impl Grid {
                 ];
                 (std::array::from_fn(|k| n[k] * at[k] - 0.5), [false, false, true, true])
             }
+        }
+    }
+
+    /// The text, and what it reads: the kind of the coordinates with degrees of the last polar angle, the sizes, the cells.
+    pub fn twin(&self) -> Twin {
+        let (kind, last) = match self.coordinates {
+            Coordinates::Half => (0.0, 90),
+            Coordinates::Differences => (1.0, 90),
+            Coordinates::Directions { last } => (2.0, last),
+        };
+        let step = f64::from(last).to_radians() as f32;
+        Twin {
+            source: concat!(include_str!("half.wgsl"), include_str!("grid.wgsl")),
+            parameters: vec![[kind, step, 0.0, 0.0], self.sizes.map(|n| n as f32)],
+            cells: self.cells.clone(),
         }
     }
 

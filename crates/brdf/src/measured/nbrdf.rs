@@ -12,13 +12,14 @@
 
 use super::curet_file::fault;
 use super::materials;
-use super::tabulated::{self, Tabulated};
+use super::tabulated::{self, Tabulated, Twin};
 use crate::math::half;
 use crate::registry::Entry;
 use crate::spec::Args;
 use crate::{Info, SharedBrdf, SpecError};
 use glam::DVec3;
 use std::path::Path;
+use std::sync::Arc;
 use steradian_base::ParamInfo;
 
 /// The page.
@@ -120,6 +121,13 @@ impl Tabulated for Network {
 
     fn held(&self) -> Vec<f64> {
         self.weights.iter().map(|v| f64::from(*v)).collect()
+    }
+
+    fn twin(&self) -> Option<Twin> {
+        // 675 numbers are 225 cells of three.
+        let cells = self.weights.as_chunks::<3>().0.to_vec();
+        let source = concat!(include_str!("half.wgsl"), include_str!("nbrdf.wgsl"));
+        Some(Twin { source, parameters: Vec::new(), cells: Arc::new(cells) })
     }
 
     fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -16,7 +16,7 @@
 use super::curet_file::fault;
 use super::grid::half_angles;
 use super::materials;
-use super::tabulated::{self, Tabulated};
+use super::tabulated::{self, Tabulated, Twin};
 use crate::math::{INV_PI, polar_angle};
 use crate::registry::Entry;
 use crate::spec::Args;
@@ -24,6 +24,7 @@ use crate::{Info, SharedBrdf, SpecError};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
+use std::sync::Arc;
 use steradian_base::ParamInfo;
 
 /// The page.
@@ -74,7 +75,7 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
 #[derive(Debug, Clone)]
 struct Npf {
     /// ρ_d, ρ_s, D, G₁, F.
-    columns: Vec<[f32; 3]>,
+    columns: Arc<Vec<[f32; 3]>>,
 }
 
 impl Npf {
@@ -91,7 +92,7 @@ impl Npf {
                 columns[first][c] = columns[first + 1][c];
             }
         }
-        Some(Self { columns })
+        Some(Self { columns: Arc::new(columns) })
     }
 
     /// Linear between the centres of the bins of the factor that begins at column `from`.
@@ -110,6 +111,11 @@ impl Tabulated for Npf {
 
     fn held(&self) -> Vec<f64> {
         self.columns.iter().flatten().map(|v| f64::from(*v)).collect()
+    }
+
+    fn twin(&self) -> Option<Twin> {
+        let source = concat!(include_str!("half.wgsl"), include_str!("npf.wgsl"));
+        Some(Twin { source, parameters: Vec::new(), cells: self.columns.clone() })
     }
 
     fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {

@@ -1,7 +1,7 @@
 //! A grid of measurements with what was found in the file.
 
 use super::grid::Grid;
-use super::tabulated::Tabulated;
+use super::tabulated::{Tabulated, Twin};
 use crate::Info;
 use crate::math::largest;
 use glam::DVec3;
@@ -67,5 +67,9 @@ impl Tabulated for Table {
 
     fn is_isotropic(&self) -> bool {
         self.grid.is_isotropic()
+    }
+
+    fn twin(&self) -> Option<Twin> {
+        Some(self.grid.twin())
     }
 }

@@ -5,7 +5,7 @@ use super::shape::Shape;
 use crate::draw;
 use crate::math::above;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, BrdfShader, Info, Lobe, MAX_CELLS, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use std::path::Path;
@@ -31,6 +31,21 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     fn is_isotropic(&self) -> bool {
         true
     }
+
+    /// See [`Brdf::shader`].
+    fn twin(&self) -> Option<Twin> {
+        None
+    }
+}
+
+/// The same on a GPU.
+pub(super) struct Twin {
+    /// Defines `brdf_eval`.
+    pub source: &'static str,
+    /// What `struct Brdf` holds beside what all have.
+    pub parameters: Vec<[f32; 4]>,
+    /// What `brdf_cell` reads.
+    pub cells: Arc<Vec<[f32; 3]>>,
 }
 
 /// Measurements as a reflectance.
@@ -111,6 +126,11 @@ impl<T: Tabulated> Brdf for Measured<T> {
 
     fn peak(&self) -> Peak {
         self.shape.peak()
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let Twin { source, parameters, cells } = self.data.twin().filter(|t| t.cells.len() <= MAX_CELLS)?;
+        Some(BrdfShader::new(source, self.peak(), self.domain(), parameters).with_cells(cells))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

@@ -20,6 +20,19 @@ pub fn gpu() -> Result<&'static Gpu, GpuError> {
     GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
 }
 
+/// A formula as a table of MERL's size, read from a file.
+pub fn tabulated(spec: &str) -> SharedBrdf {
+    let formula = steradian_brdf::parse(spec).expect("a spec");
+    let table = steradian_brdf::measured::merl::tabulate(&*formula, &Task::quiet()).expect("not cancelled");
+    let name = format!("steradian-merl-{}-{}.binary", std::process::id(), spec.replace([':', '='], "-"));
+    let path = std::env::temp_dir().join(name);
+    steradian_formats::write_merl(&path, &table).expect("written");
+    let brdf = steradian_brdf::parse_with(&format!("merl:{}", path.display()), steradian_brdf::Files::Any)
+        .expect("valid");
+    std::fs::remove_file(path).expect("removed");
+    brdf
+}
+
 /// A scene of the demo.
 pub struct TestScene {
     pub shape: &'static str,

@@ -55,6 +55,10 @@ fn table(t: &Table) -> String {
             let value = format!("texture_texels(table_{name}, uv, footprint, k, {shape})");
             one("uv: vec2<f32>, footprint: f32, k: u32", "vec4<f32>", value)
         }
+        Shape::Texels => {
+            let place = format!("vec2<u32>(i % {ROW}u, i / {ROW}u)");
+            one("i: u32", "vec4<f32>", format!("textureLoad(table_{name}, {place}, 0u, 0)"))
+        }
     }
 }
 

@@ -7,10 +7,12 @@
 
 mod fetch;
 mod light;
+mod reflectance;
 mod wgsl;
 
 pub use fetch::ROW;
 pub use light::{Kernel, LightCube, LightTables};
+pub use reflectance::{cells, own_reflectance};
 use std::borrow::Cow;
 pub use wgsl::{Binding, LOBE, SITE, bindings, library, library_of, module};
 
@@ -121,6 +123,8 @@ pub enum Shape {
         /// What lies beyond the unit square in u (two bits) and v: 0 repeats, 1 mirrors, 2 clamps.
         wrap: u32,
     },
+    /// Entries one after the other, in rows of [`ROW`]: `fetch_NAME(i: u32) -> vec4<f32>` of entry i.
+    Texels,
 }
 
 impl Shape {

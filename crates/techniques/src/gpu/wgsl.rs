@@ -133,6 +133,7 @@ mod tests {
             ("globes", Shape::GlobeStack, "fetch_globes(n.xy, 1u).rgb"),
             ("line", Shape::Line, "fetch_line(n.x).rgb"),
             ("texture", Shape::Texture { levels: 2, rows: 1, wrap: 6 }, "fetch_texture(n.xy, 0.5, 1u).rgb"),
+            ("texels", Shape::Texels, "fetch_texels(1u).rgb"),
         ];
         let sum: Vec<_> = shapes.iter().map(|s| s.2).collect();
         let sum = sum.join(" + ");

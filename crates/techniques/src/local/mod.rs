@@ -21,7 +21,7 @@ pub(crate) use per_point::arriving;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;
-use crate::gpu::{Buffer, Entry, Table, Uniform, Value};
+use crate::gpu::{Buffer, Entry, Table, Uniform, Value, own_reflectance};
 use crate::rooms::{
     analytic_decomposition, banks_table, btf_pca, bump_blinn_phong, bump_horizon, homomorphic,
     lafortune_svbrdf, polynomial_texture_map, precomputed_visibility, separable_svd, shift_variant,
@@ -196,13 +196,13 @@ pub struct LocalText {
 impl LocalText {
     /// A reflectance's own text; `None` where it has none.
     pub fn of_model(brdf: &dyn Brdf) -> Option<Self> {
-        let own = brdf.shader()?.inlined("local");
+        let (own, tables) = own_reflectance(&brdf.shader()?, "local", "local_cells");
         let call = "
 fn local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return local_brdf_value(wi, wo);
 }
 ";
-        let (tables, uniforms, buffers) = Default::default();
+        let (uniforms, buffers) = Default::default();
         Some(Self { module: (own + call).into(), tables, uniforms, buffers })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bake::{Kept, Relief};
 use super::scatter;
-use crate::gpu::{Uniform, Value};
+use crate::gpu::{Uniform, Value, own_reflectance};
 use crate::local::{LocalText, Place};
 use crate::shared::maths::angle::{angle, arccos};
 use crate::shared::maths::vector::dot;
@@ -90,7 +90,8 @@ fn direct(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 /// The model's own text, if it has one.
 pub(super) fn text(t: &Relief) -> Option<LocalText> {
     // It brings local_brdf_atan2.
-    let own = t.brdf.shader()?.inlined("local");
+    let (own, mut tables) = own_reflectance(&t.brdf.shader()?, "local", "local_cells");
+    tables.extend([t.normals.table("local_normals"), t.horizons.table("local_horizons")]);
     let angle = include_str!("../../local/angle.wgsl");
     let kind = match t.kept {
         Kept::Open => [0.0, 1.0],
@@ -101,7 +102,7 @@ pub(super) fn text(t: &Relief) -> Option<LocalText> {
     let shadow = Uniform { name: "local_shadow", value: Value::Vec4([kind[0], kind[1], t.width, 0.0]) };
     Some(LocalText {
         module: [&own, angle, bumps::TEXT, include_str!("shade.wgsl"), end].concat().into(),
-        tables: vec![t.normals.table("local_normals"), t.horizons.table("local_horizons")],
+        tables,
         uniforms: std::iter::once(shadow).chain(t.scatter.as_ref().map(|s| s.uniform())).collect(),
         buffers: t.scatter.iter().map(|s| s.buffer()).collect(),
     })

@@ -3,7 +3,7 @@
 use super::light_rotation::LightRotation;
 use super::sun::{self, STRIDE, Sun};
 use crate::direct::{self, Direct};
-use crate::gpu::{Buffer, Uniform, Value};
+use crate::gpu::{Buffer, Table, Uniform, Value, own_reflectance};
 use crate::{GpuTechnique, Points, Radiance, View};
 use steradian_brdf::{BrdfShader, SharedBrdf};
 
@@ -41,13 +41,14 @@ fn exact_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 }
 ";
 
-/// The text of suns with the exact reflectance.
-fn exact(shader: &BrdfShader) -> String {
+/// The text of suns with the exact reflectance, and the tables that it reads.
+fn exact(shader: &BrdfShader) -> (String, Vec<Table>) {
     let suns = direct::suns_wgsl()
         .replace("gpu_", "exact_")
         .replace("brdf", "exact_brdf")
         .replace("BRDF", "EXACT_BRDF");
-    shader.inlined("exact") + &suns + include_str!("exact.wgsl")
+    let (own, tables) = own_reflectance(shader, "exact", "exact_cells");
+    (own + &suns + include_str!("exact.wgsl"), tables)
 }
 
 /// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.
@@ -58,7 +59,9 @@ pub fn gpu(mut technique: GpuTechnique, suns: &[Sun], brdf: Option<&SharedBrdf>)
     };
     let numbers = |s: &Sun| s.numbers().map(|x| x as f32);
     let count = suns.len() as f32;
-    technique.modules.insert(0, exact(&shader).into());
+    let (text, tables) = exact(&shader);
+    technique.modules.insert(0, text.into());
+    technique.tables.extend(tables);
     technique.uniforms.push(Uniform { name: "suns", value: Value::Vec4([count, 0.0, 0.0, 0.0]) });
     technique.buffers.push(Buffer::new("suns", STRIDE, suns.iter().flat_map(numbers).collect()));
     technique

@@ -22,7 +22,8 @@ const EVERY: usize = 8;
 pub struct Kernels {
     /// The slices.
     pub slices: Slices,
-    /// The reflectance, where its spec, with what the files hold that it names, makes it again and GPUs have it too.
+    /// The reflectance, where its spec, with what the files hold that it names, makes it again, GPUs have it too, and it is a
+    /// formula: millions of measurements have no place in a bake.
     pub brdf: Option<SharedBrdf>,
 }
 
@@ -92,7 +93,8 @@ impl Kernels {
 fn nameable(brdf: &SharedBrdf) -> Option<SharedBrdf> {
     let held = brdf.held();
     let files = held.as_deref().map_or(Files::None, Files::Held);
-    let whole = brdf.shader().is_some() && parse_with(&brdf.spec(), files).is_ok();
+    let formula = brdf.shader().is_some_and(|s| s.cells().is_none());
+    let whole = formula && parse_with(&brdf.spec(), files).is_ok();
     whole.then(|| brdf.clone())
 }
 

@@ -1,0 +1,28 @@
+//! A reflectance's own text beside a technique's.
+
+use super::{Format, Level, ROW, Shape, Table};
+use steradian_brdf::BrdfShader;
+
+/// Numbers of a measured reflectance as a table of [`Shape::Texels`].
+pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
+    let height = cells.len().div_ceil(ROW).max(1);
+    let mut bytes: Vec<u8> =
+        cells.iter().flat_map(|c| [c[0], c[1], c[2], 0.0]).flat_map(f32::to_le_bytes).collect();
+    bytes.resize(Format::Rgba32Float.bytes() * ROW * height, 0);
+    let level = Level { width: ROW, height, layers: 1, bytes };
+    Table { name, shape: Shape::Texels, format: Format::Rgba32Float, level }
+}
+
+/// [`BrdfShader::inlined`] with `prefix`, and the table `name` that it reads where the reflectance is measured.
+pub fn own_reflectance(shader: &BrdfShader, prefix: &str, name: &'static str) -> (String, Vec<Table>) {
+    let text = shader.inlined(prefix);
+    let Some(numbers) = shader.cells() else { return (text, Vec::new()) };
+    let cell = format!(
+        "
+fn {prefix}_brdf_cell(i: u32) -> vec3<f32> {{
+    return fetch_{name}(i).rgb;
+}}
+"
+    );
+    (text + &cell, vec![cells(name, numbers)])
+}
