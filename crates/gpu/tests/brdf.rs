@@ -7,6 +7,10 @@ mod common;
 use common::{gpu, tabulated};
 use glam::{DVec3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
+use std::sync::Arc;
+use steradian_base::Task;
+use steradian_brdf::fit::gaussian::{GaussianFit, Plan, Shape};
+use steradian_brdf::model::lobes::Lobes;
 use steradian_brdf::{BrdfShader, Files, SharedBrdf, parse_with};
 use steradian_gpu::ComputeTechnique;
 use steradian_techniques::gpu::{Entry, cells};
@@ -164,6 +168,15 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
     out
 }
 
+/// A reflectance's fit by Gaussian lobes.
+fn fitted(spec: &str) -> SharedBrdf {
+    let shape = if spec == "sgd:chrome" { Shape::Round } else { Shape::Stretched };
+    let plan = Plan { shape, ..Plan::default() };
+    let formula = steradian_brdf::parse(spec).expect("a spec");
+    let fit = GaussianFit::new(&*formula, plan, &Task::quiet()).expect("not cancelled");
+    Arc::new(Lobes::new("lobes:fit".into(), fit))
+}
+
 /// A technique that evaluates the text at wi = t, wo = wo.
 fn technique(shader: &BrdfShader) -> GpuTechnique {
     let vec4 = |v: &[f32; 4]| format!("vec4<f32>({:e}, {:e}, {:e}, {:e})", v[0], v[1], v[2], v[3]);
@@ -279,6 +292,10 @@ fn main() {
     GRIDS.iter().for_each(|(spec, _)| {
         both(spec, |spec| GRIDS.iter().find(|g| g.0 == spec).map(|g| table(g.0, g.1)));
     });
+    for spec in ["sgd:chrome", "sgd:blue-acrylic", "sgd:gold-metallic-paint"] {
+        let compared = move || compare("lobes", &fitted(spec));
+        trials.push(Trial::test(format!("lobes::{spec}"), compared).with_ignored_flag(ignored));
+    }
     for spec in ["abc:chrome", "sgd:gold-metallic-paint", "oren-nayar:sigma=0.5"] {
         let compared = move || compare(spec, &tabulated(spec));
         trials.push(Trial::test(format!("merl::{spec}"), compared).with_ignored_flag(ignored));

@@ -7,11 +7,12 @@
 //! green, blue, s of the sweep), equally spaced views from 0 to 89°, and `diffuse` `[3]`. Without s, `[N][K][5]`, lobes are round.
 
 use crate::draw::{self, Draw};
-use crate::fit::gaussian::{GaussianFit, GaussianLobe, MAX_LOBES};
+use crate::fit::gaussian::{GaussianFit, GaussianLobe, LAST, MAX_LOBES};
 use crate::math::polar_angle;
 use crate::registry::Entry;
+use crate::shader::{four, rgb};
 use crate::spec::Args;
-use crate::{Brdf, Domain, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, BrdfShader, Domain, Form, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -241,6 +242,18 @@ impl Brdf for Lobes {
             Some(sigma) => Peak::Mirror { narrow: 0.5 * sigma, wide: 0.5 * sigma },
             None => Peak::Smooth,
         }
+    }
+
+    fn shader(&self) -> Option<BrdfShader> {
+        let GaussianFit { diffuse, views, .. } = &self.fit;
+        let lobe = |l: &GaussianLobe| {
+            [[l.angle, l.sigma.ln(), l.along().ln()], l.weight].map(|v| v.map(|x| x as f32))
+        };
+        let cells = views.iter().flatten().flat_map(lobe).collect();
+        let parameters = [rgb(*diffuse), four([views.len() as f64, self.fit.lobes() as f64, LAST, 0.0])];
+        let shader = BrdfShader::new(include_str!("lobes.wgsl"), self.peak(), self.domain(), parameters);
+        // A fit in memory may have a single view; what files hold has two at least.
+        (views.len() > 1).then(|| shader.with_cells(Arc::new(cells)))
     }
 
     fn form(&self) -> Form {
