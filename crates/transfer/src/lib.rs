@@ -9,7 +9,7 @@
 //!   *Precomputed Radiance Transfer*), and on request with the light that other parts of the mesh reflect to it;
 //! - its visibility v_i = ∫ V y_i dw over n·w > 0 (Green, Kautz & Durand 2007, *Efficient Reflectance and Visibility
 //!   Approximations for Environment Map Rendering*, 3.3), of which bent normals and the matrices of glossy transfer
-//!   are made ([`Products`]).
+//!   are made ([`Products`]); or what t alone tells of it ([`Recovery`]).
 //!
 //! Rays start at p + offset·n and both sides of a triangle block. Accuracy is an argument: a site is given rays until
 //! two standard errors of each coefficient of t are below the tolerance, and of v below five times that
@@ -22,6 +22,7 @@ mod file;
 mod grid;
 mod links;
 mod products;
+mod recover;
 mod refine;
 mod site;
 mod store;
@@ -33,6 +34,7 @@ pub use error::TransferError;
 pub use file::{FileError, Saved, mesh_digest};
 pub use links::{Link, Links};
 pub use products::Products;
+pub use recover::{Recovery, divided, share};
 pub use refine::{Refinement, refine};
 pub use site::{Atlas, Site};
 pub use store::Store;
