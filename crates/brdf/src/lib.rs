@@ -25,6 +25,7 @@ mod registry;
 mod scaled;
 mod shader;
 mod spec;
+mod width;
 
 #[cfg(test)]
 mod conformance;
@@ -39,3 +40,4 @@ pub use peak::Peak;
 pub use registry::{measured_models, models, parse, parse_noting, parse_with, spec_without_folders};
 pub use scaled::Scaled;
 pub use shader::{ATAN2, BrdfShader, MAX_CELLS};
+pub use width::{width_names, with_widths};

@@ -205,6 +205,21 @@ fn choices(params: &'static [ParamInfo]) -> Vec<(&'static str, Value)> {
     params.iter().flat_map(others).collect()
 }
 
+/// A technique whose reflectance varies by texel, by both.
+fn textured(technique: &'static dyn AnyTechnique, spec: &str) -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let params: ParamValues = [("size", 24.0), ("nodes", 3.0)].into_iter().collect();
+    let material = specimens::material(steradian_brdf::parse(spec)?, technique.planes());
+    let mut bake = technique.bake(&light(), &material, None, &params, &Task::quiet())?;
+    if !bake.is_textured() {
+        return Err("reads no textures: nothing of them was compared".into());
+    }
+    let points = points(Some(&ring()));
+    compare(gpu, &*bake, &points)?;
+    bake.frame(&View { light_rotation: Mat3::from_rotation_y(0.8), ..View::default() });
+    compare(gpu, &*bake, &points)
+}
+
 /// Shades by both, with the first of `specs` that the choice takes: a central direction along the tangent, say, is for
 /// strands alone.
 fn technique(
@@ -295,6 +310,16 @@ fn main() {
     let low = ["ggx:alpha=0.1,f0=0.9", "cook-torrance:m=0.127,f0=0.25"].into_iter().map(|spec| {
         Trial::test(format!("suns at the horizon::{spec}"), move || horizon(spec)).with_ignored_flag(ignored)
     });
-    let trials = trials.chain(near).chain(low).collect();
+    let varied = registry().iter().filter(|t| !t.planes().is_empty()).flat_map(|t| {
+        let taken =
+            t.card().specimens.iter().filter(|s| {
+                steradian_brdf::parse(s).is_ok_and(|b| steradian_brdf::width_names(&*b).is_some())
+            });
+        taken.map(move |spec| {
+            let name = format!("{}::{spec} by texel", t.card().slug);
+            Trial::test(name, move || textured(*t, spec)).with_ignored_flag(ignored)
+        })
+    });
+    let trials = trials.chain(near).chain(low).chain(varied).collect();
     libtest_mimic::run(&arguments, trials).exit();
 }

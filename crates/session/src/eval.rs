@@ -1,5 +1,6 @@
 //! Radiance at points.
 
+use crate::material::ONE_REFLECTANCE;
 use crate::paths;
 use crate::saved::for_any_mesh;
 use crate::{Error, Local, Method, Outcome, Session};
@@ -12,8 +13,9 @@ use steradian_reference::path::PathScene;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::Mesh;
 use steradian_scene::shadow::Blocker;
+use steradian_scene::surface::Planes;
 use steradian_sphere::Frame;
-use steradian_techniques::direct::{Direct, Shadows, split};
+use steradian_techniques::direct::{Direct, Shadows, Suns, split};
 use steradian_techniques::local::{self, LocalFrame, LocalLights, LocalShading};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, Points as Batch, PointsBuf, Radiance, SavedBake, Sites, View,
@@ -64,6 +66,8 @@ pub struct Request {
     pub mesh: Option<Arc<Mesh>>,
     /// Light that varies over space, in place of `lights`.
     pub probes: Option<Arc<Probes>>,
+    /// What the files hold that `params` name ([`Session::planes`]).
+    pub planes: Planes,
 }
 
 impl Request {
@@ -79,6 +83,7 @@ impl Request {
             lookup: None,
             mesh: None,
             probes: None,
+            planes: Planes::default(),
         }
     }
 }
@@ -115,7 +120,22 @@ impl Points {
     }
 }
 
+impl Request {
+    /// Does it shade with data per texel?
+    pub fn is_textured(&self) -> bool {
+        !self.planes.is_empty() || self.local.as_ref().is_some_and(|l| l.is_textured(false))
+    }
+}
+
 impl Session {
+    /// What the files hold that a request's parameters name.
+    pub fn planes(&mut self, request: &Request) -> Result<Planes, Error> {
+        match &request.method {
+            Method::Technique(t) => self.technique_planes(*t, &request.params, None),
+            _ => Ok(Planes::default()),
+        }
+    }
+
     /// Radiance that leaves `points` towards their viewers.
     pub fn eval(&mut self, request: &Request, points: &Points) -> Result<Outcome<Answers>, Error> {
         let answers = match &request.probes {
@@ -181,14 +201,22 @@ fn baked(
 ) -> Result<Answers, Error> {
     let geometry = geometry(technique, r, q)?;
     let task = session.task.clone().with_tolerance(r.tolerance);
+    let textured = !r.planes.is_empty();
+    if textured && q.uv.is_none() {
+        return Err(Error::input(no_place(technique.card().slug)));
+    }
+    let suns = if textured { Suns::Fold } else { session.suns };
     let (baked, direct, lights) = match &r.local {
-        Some(_) => local::split(&r.lights, session.suns),
+        Some(_) => local::split(&r.lights, suns),
         None => {
-            let (baked, direct) = split(&r.lights, session.suns);
+            let (baked, direct) = split(&r.lights, suns);
             (baked, direct, LocalLights::default())
         }
     };
-    let material = Material::new(r.brdf.clone());
+    if textured && !direct.is_empty() {
+        return Err(Error::usage(format!("{}: {ONE_REFLECTANCE}", technique.card().slug)));
+    }
+    let material = Material::new(r.brdf.clone()).with_textures(r.planes.clone());
     let mut bake = technique.bake(&baked, &material, geometry.as_ref(), &r.params, &task)?;
     let shadows = match &r.mesh {
         Some(mesh)
@@ -205,6 +233,11 @@ fn baked(
     let (shadows, local) = (shadows.as_deref(), local.as_deref());
     let beside = OtherLights { brdf: &r.brdf, lights: &direct, local, shadows };
     Ok(answers(&mut *bake, &View::default(), Some(beside), q))
+}
+
+/// Points lack texture coordinates.
+fn no_place(slug: &str) -> String {
+    format!("{slug} has data per texel: the points need texture coordinates (columns u,v)")
 }
 
 /// Shading of local light at points, which lie in no triangles.
@@ -225,10 +258,7 @@ fn local_shading(
         return Err(Error::usage(format!("{slug} {why}: use {slug}:{instead}")));
     }
     if local.is_textured(false) && q.uv.is_none() {
-        let slug = local.technique.card().slug;
-        return Err(Error::input(format!(
-            "{slug} has data per texel: the points need texture coordinates (columns u,v)"
-        )));
+        return Err(Error::input(no_place(local.technique.card().slug)));
     }
     let bake = local.bake(&r.brdf, None, None, task)?;
     let frame = LocalFrame { lights, view: &View::default(), mesh: None, shadowed: false };

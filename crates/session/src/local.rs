@@ -1,16 +1,16 @@
 //! Techniques for directional and point lights, as they are asked for.
 
 use crate::scene_file::below;
-use crate::{Error, Session};
-use std::path::Path;
+use crate::{Error, Material, Method, Session};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
 use steradian_brdf::SharedBrdf;
 use steradian_relight::btf::Btf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
-use steradian_techniques::Geometry;
 use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
+use steradian_techniques::{AnyTechnique, Geometry};
 
 /// A technique for directional and point lights with its parameters.
 #[derive(Clone)]
@@ -169,11 +169,46 @@ impl Local {
 impl Session {
     /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
+        let files: Vec<(&'static Plane, PathBuf)> = local.files().map(|(p, f)| (p, f.into())).collect();
+        let (planes, apparent) = self.open_planes(&files, folder)?;
+        Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
+    }
+
+    /// A material with what the files hold that parameters of its technique name. Those of a scene file lie below its `folder`.
+    pub fn open_material(&mut self, m: Material, folder: Option<&Path>) -> Result<Material, Error> {
+        let Some(Method::Technique(t)) = m.method else { return Ok(m) };
+        let planes = self.technique_planes(t, &m.params, folder)?;
+        Ok(Material { planes, ..m })
+    }
+
+    /// What the files hold that a technique's parameters name.
+    pub(crate) fn technique_planes(
+        &mut self,
+        t: &dyn AnyTechnique,
+        params: &ParamValues,
+        folder: Option<&Path>,
+    ) -> Result<Planes, Error> {
+        let named = |p: &'static Plane| {
+            let info = t.params().iter().find(|i| i.name == p.name)?;
+            match info.check(params.0.get(p.name)?) {
+                Ok(Value::File(path)) => Some((p, path)),
+                _ => None,
+            }
+        };
+        let files: Vec<_> = t.planes().iter().filter_map(named).collect();
+        Ok(self.open_planes(&files, folder)?.0)
+    }
+
+    fn open_planes(
+        &mut self,
+        files: &[(&'static Plane, PathBuf)],
+        folder: Option<&Path>,
+    ) -> Result<(Planes, Option<Arc<Btf>>), Error> {
         let (mut planes, mut apparent) = (Planes::default(), None);
-        for (plane, path) in local.files() {
+        for (plane, path) in files {
             let file = match folder {
                 Some(folder) => below(folder, &path.to_string_lossy())?,
-                None => path.to_path_buf(),
+                None => path.clone(),
             };
             if plane.content == Content::Bidirectional {
                 apparent = Some(Arc::new(self.btf(&file)?));
@@ -187,7 +222,7 @@ impl Session {
                 planes = planes.with(&format!("{}{suffix}", plane.name), texture);
             }
         }
-        Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
+        Ok((planes, apparent))
     }
 }
 
@@ -219,7 +254,6 @@ pub(crate) fn joint(distant: Certificate, local: &Certificate) -> Certificate {
 mod tests {
     use super::*;
     use crate::eval::{Points, Request};
-    use crate::{Method, Session};
     use glam::{DVec3, Vec3};
     use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
     use steradian_sphere::{Frame, Layout, SphereImage};

@@ -5,16 +5,17 @@ mod prepare;
 
 use crate::{Choice, Error, Local, Method};
 pub(crate) use common_shadows::CommonShadows;
-pub(crate) use prepare::Under;
 #[cfg(feature = "gpu")]
 pub(crate) use prepare::view;
 use prepare::{Black, surface};
+pub(crate) use prepare::{ONE_REFLECTANCE, Under};
 use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::SharedBrdf;
 use steradian_render::{BakeShader, ReferenceShader, Surface, SurfaceMaps, Texture};
-use steradian_scene::surface::NormalMap;
+use steradian_scene::Mesh;
+use steradian_scene::surface::{NormalMap, Planes};
 use steradian_techniques::Varies;
 #[cfg(any(feature = "gpu", feature = "web"))]
 use steradian_techniques::direct::Direct;
@@ -33,6 +34,8 @@ pub struct Material {
     pub method: Option<Method>,
     /// Parameters of the technique.
     pub params: ParamValues,
+    /// What the files hold that these parameters name ([`crate::Session::open_material`]).
+    pub planes: Planes,
     /// The technique for directional and point lights; `None` shades them exactly.
     pub local: Option<Local>,
     /// Multiplies the net reflectance.
@@ -44,8 +47,29 @@ pub struct Material {
 impl Material {
     /// A plain material whose technique is chosen by the session.
     pub fn new(brdf: SharedBrdf) -> Self {
-        let params = ParamValues::default();
-        Self { brdf, method: None, params, local: None, base_colour: None, maps: SurfaceMaps::default() }
+        let (params, planes) = (ParamValues::default(), Planes::default());
+        let maps = SurfaceMaps::default();
+        Self { brdf, method: None, params, planes, local: None, base_colour: None, maps }
+    }
+
+    /// Does it shade with data per texel, of its techniques or of its normals?
+    pub fn is_textured(&self) -> bool {
+        let normals = self.maps.normal.is_some();
+        !self.planes.is_empty() || self.local.as_ref().is_some_and(|l| l.is_textured(normals))
+    }
+
+    /// Refuses a mesh on which data per texel have no place; `name` is what messages call it.
+    pub fn check_mesh(&self, mesh: &Mesh, name: &str) -> Result<(), Error> {
+        if let (false, Some(method)) = (self.planes.is_empty(), &self.method)
+            && mesh.uvs.len() != mesh.positions.len()
+        {
+            let slug = method.slug();
+            return Err(Error::input(format!("{name}: has no texture coordinates, which {slug} needs")));
+        }
+        match &self.local {
+            Some(local) => local.check_mesh(mesh, self.maps.normal.is_some(), name),
+            None => Ok(()),
+        }
     }
 
     /// The same material shaded by `method`.

@@ -114,7 +114,7 @@ impl<'a> Sample<'a> {
         };
         // The reference sees no shadows, and knows nothing of data per texel.
         let m = &prepared.material;
-        if m.local.as_ref().is_some_and(|l| l.is_textured(m.maps.normal.is_some())) {
+        if m.is_textured() {
             return Ok(Err(Some(TEXTURED)));
         }
         let far = matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params));

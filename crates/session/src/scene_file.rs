@@ -53,8 +53,9 @@ fn scene(path: &Path, overrides: &SceneOverrides, session: &mut Session) -> Resu
         .collect::<Result<Vec<_>, _>>()?;
     let mut meshes = Vec::new();
     for m in &file.meshes {
-        let local = materials[m.material].local.as_ref();
-        meshes.push(load_mesh(&file, m, local, &folder, session)?.with_material(m.material as u32));
+        meshes.push(
+            load_mesh(&file, m, &materials[m.material], &folder, session)?.with_material(m.material as u32),
+        );
         let [vertices, triangles] = [|m: &Mesh| m.positions.len(), |m: &Mesh| m.triangles.len()]
             .map(|count| meshes.iter().map(count).sum::<usize>() as u64);
         let limit = session.task.max_memory();
@@ -117,7 +118,7 @@ fn environment(folder: &Path, name: &str) -> Result<Vec<PathBuf>, Error> {
 fn load_mesh(
     file: &SceneFile,
     m: &SceneMesh,
-    local: Option<&Local>,
+    material: &Material,
     folder: &Path,
     session: &mut Session,
 ) -> Result<Mesh, Error> {
@@ -126,14 +127,9 @@ fn load_mesh(
         MeshSource::File(name) => below(folder, name).and_then(|p| session.mesh_file(&p)),
     };
     let mut mesh = located(file, &m.source, loaded)?;
-    let normals = file.materials[m.material].normal.is_some();
-    if let Some(local) = local {
-        let name = match &m.source.value {
-            MeshSource::Shape(name) | MeshSource::File(name) => name,
-        };
-        located(file, &m.source, local.check_mesh(&mesh, normals, name))?;
-    }
-    if normals || local.is_some_and(|l| l.is_textured(normals)) {
+    let (MeshSource::Shape(name) | MeshSource::File(name)) = &m.source.value;
+    located(file, &m.source, material.check_mesh(&mesh, name))?;
+    if material.maps.normal.is_some() || material.is_textured() {
         make_tangents(std::slice::from_mut(&mut mesh));
     }
     if let Some(direction) = m.brushing {
@@ -188,7 +184,15 @@ fn material(
         maps.alpha2 = image(name, &|p, c| c.roughness_map(p), session)?.alpha2;
     }
     let base_colour = texture.transpose()?;
-    Ok(Material { brdf: m.brdf.clone(), method, params: m.params.clone(), local, base_colour, maps })
+    let material = Material {
+        method,
+        params: m.params.clone(),
+        local,
+        base_colour,
+        maps,
+        ..Material::new(m.brdf.clone())
+    };
+    session.open_material(material, Some(folder))
 }
 
 fn lights(

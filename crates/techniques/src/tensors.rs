@@ -1,6 +1,6 @@
 //! Bakes as tensors: a head (technique, parameters, certificate) in the metadata, parts as named tensors.
 
-use steradian_base::{Certificate, Elevation, Evidence, ParamInfo, ParamValues, Spread};
+use steradian_base::{Certificate, Elevation, Evidence, ParamInfo, ParamValues, Spread, Value};
 pub use steradian_formats::TensorFile;
 use steradian_formats::{Tensor, TensorData};
 
@@ -31,7 +31,12 @@ pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: 
     t.metadata.insert(SLUG.into(), slug.into());
     t.metadata.insert(FORM.0.into(), FORM.1.into());
     for (name, value) in &params.0 {
-        t.metadata.insert(format!("{PARAM}{name}"), value.to_string());
+        // Of a file that was read its name.
+        let text = match value {
+            Value::File(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            other => other.to_string(),
+        };
+        t.metadata.insert(format!("{PARAM}{name}"), text);
     }
     put_certificate(t, c);
 }

@@ -330,12 +330,11 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
         make_tangents(std::slice::from_mut(&mut mesh));
     }
     let material = |brdf, params: &ParamValues, base_colour, maps| Material {
-        brdf,
-        method: None,
         params: params.clone(),
         local: local.clone(),
         base_colour,
         maps,
+        ..Material::new(brdf)
     };
     let mut looks: Vec<Look> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {

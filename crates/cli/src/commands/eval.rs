@@ -95,7 +95,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::input(format!("{name}: point lights need the columns px,py,pz")));
     }
     let lacks = ["u", "v", "tx", "ty", "tz"].into_iter().find(|c| table.column(c).is_none());
-    if let (Some(column), true) = (lacks, request.local.as_ref().is_some_and(|l| l.is_textured(false))) {
+    if let (Some(column), true) = (lacks, request.is_textured()) {
         let why = format!("data per texel need the columns u,v and tx,ty,tz: there is no {column}");
         return Err(Failure::input(format!("{name}: {why}")));
     }
@@ -137,17 +137,17 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
         None => Lights::default(),
     };
     o.lights.join(&mut lights, &adjust, context)?;
-    Ok(Request {
-        lights,
-        brdf,
-        method,
+    let mesh = o.mesh.as_ref().map(|m| context.mesh(m)).transpose()?.map(Arc::new);
+    let request = Request {
         params: inputs::parameters(&o.params)?,
         local: o.local.open(context)?.flatten(),
         tolerance: o.tolerance,
         lookup: o.lookup.map(Reading::lookup),
         probes: o.probes.as_ref().map(|p| context.probes(p)).transpose()?.map(Arc::new),
-        mesh: o.mesh.as_ref().map(|m| context.mesh(m)).transpose()?.map(Arc::new),
-    })
+        mesh,
+        ..Request::new(lights, brdf, method)
+    };
+    Ok(Request { planes: context.planes(&request)?, ..request })
 }
 
 fn points(table: &CsvTable) -> Result<Points, Failure> {

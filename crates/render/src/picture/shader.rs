@@ -63,6 +63,10 @@ impl Shader for BakeShader {
         self.0.shade(q, out);
         Ok(())
     }
+
+    fn is_textured(&self) -> bool {
+        self.0.is_textured()
+    }
 }
 
 /// A technique's bake, lights that are shaded with the exact reflectance on top of it, and lights that a technique of their
@@ -93,7 +97,7 @@ impl Shader for DirectShader {
     }
 
     fn is_textured(&self) -> bool {
-        self.local.as_ref().is_some_and(|l| l.is_textured())
+        self.bake.is_textured() || self.local.as_ref().is_some_and(|l| l.is_textured())
     }
 
     fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {

@@ -121,6 +121,7 @@ impl Session {
             params.0.insert(EPSILON.into(), e.into());
         }
         params.check(technique.params())?;
+        let planes = self.technique_planes(technique, &params, None)?;
         let geometry = geometry(request, self)?;
         let adjust = &request.adjust;
         let mut lights = self.light(&request.environment, adjust)?;
@@ -130,7 +131,7 @@ impl Session {
         let stages = Arc::new(Stages::new(self.task.progress()));
         let tolerance = request.accuracy.tolerance();
         let task = self.task.clone().with_progress(stages.clone()).with_tolerance(tolerance);
-        let (start, material) = (Instant::now(), Material::new(brdf));
+        let (start, material) = (Instant::now(), Material::new(brdf).with_textures(planes));
         let bake = technique.bake(&lights, &material, geometry.as_ref(), &params, &task)?;
         let (rotate, exposure) = (adjust.rotate, adjust.light_exposure);
         let held = material.brdf.held();

@@ -173,7 +173,7 @@ impl Session {
         };
         let start = Instant::now();
         let task = self.task.clone().with_tolerance(under.tolerance);
-        let suns = if material.maps.is_empty() { self.suns } else { Suns::Fold };
+        let suns = suns(material, self.suns);
         let (bake, direct) = match changed {
             Changed::Light => {
                 let (baked, direct) = split(under.lights, suns);
@@ -184,7 +184,8 @@ impl Session {
                 (bake, direct)
             }
             Changed::Reflectance => {
-                let of = steradian_techniques::Material::new(material.brdf.clone());
+                let of = steradian_techniques::Material::new(material.brdf.clone())
+                    .with_textures(material.planes.clone());
                 let bake = match preview {
                     true => old.0.preview(None, Some(&of), &task)?,
                     false => old.0.with_material(&of, &task)?,
@@ -274,6 +275,9 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
     })
 }
 
+/// Why point lights are refused beside data per texel.
+pub(crate) const ONE_REFLECTANCE: &str = "point lights beside it have one reflectance everywhere: give a --local technique with data per texel, or leave them out";
+
 /// No radiance.
 pub(super) struct Black;
 
@@ -282,6 +286,11 @@ impl Shader for Black {
         out.rgb.iter_mut().for_each(|plane| plane.fill(0.0));
         Ok(())
     }
+}
+
+/// Only what is part of a technique's data is filtered by maps, and varies with planes.
+fn suns(material: &Material, usual: Suns) -> Suns {
+    if material.maps.is_empty() && material.planes.is_empty() { usual } else { Suns::Fold }
 }
 
 /// A draft of a technique's bake, and the lights that are no part of it.
@@ -293,9 +302,9 @@ fn link(
     task: &Task,
 ) -> Result<(Box<dyn AnyBake>, Direct, LocalLights), Error> {
     let task = task.clone().with_tolerance(under.tolerance);
-    // Only what is part of a technique's data is filtered by maps.
-    let suns = if material.maps.is_empty() { usual } else { Suns::Fold };
-    let of = steradian_techniques::Material::new(material.brdf.clone());
+    let suns = suns(material, usual);
+    let of =
+        steradian_techniques::Material::new(material.brdf.clone()).with_textures(material.planes.clone());
     let geometry = under.geometry(technique.needs_sites(&material.params));
     let with = |suns: Suns| {
         let (baked, direct, local) = match &material.local {
@@ -305,11 +314,14 @@ fn link(
                 (baked, direct, LocalLights::default())
             }
         };
+        if !direct.is_empty() && !material.planes.is_empty() {
+            return Err(BakeError::Light { slug: technique.card().slug, why: ONE_REFLECTANCE.into() });
+        }
         let bake = technique.draft(&baked, &of, geometry.as_ref(), &material.params, &task);
         bake.map(|b| (b, direct, local))
     };
     match with(suns) {
-        Err(BakeError::Light { .. }) if suns != usual => Ok(with(usual)?),
+        Err(BakeError::Light { .. }) if suns != usual && material.planes.is_empty() => Ok(with(usual)?),
         other => Ok(other?),
     }
 }

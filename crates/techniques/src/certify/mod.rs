@@ -23,7 +23,7 @@ use probes::Probe;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicU64, Ordering};
 use steradian_base::{Cancelled, Task};
-use steradian_brdf::{Brdf, Domain, Lobe};
+use steradian_brdf::{Brdf, Domain, Lobe, SharedBrdf};
 use steradian_parallel::prelude::*;
 use steradian_prefilter::{Tree, angular};
 use steradian_sphere::Frame;
@@ -80,6 +80,16 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
+    /// The model of a reflectance that nobody else keeps.
+    pub fn owned(brdf: SharedBrdf) -> Self {
+        let (whole, other) = (brdf.domain() == Domain::Sphere, brdf.clone());
+        Self {
+            whole,
+            lobes: Box::new(move |wo| other.lobes(wo)),
+            f_cos: Box::new(move |wi, wo| brdf.f_cos(wi, wo)),
+        }
+    }
+
     /// The model of a reflectance.
     pub fn of(brdf: &'a dyn Brdf) -> Self {
         Self {
@@ -104,6 +114,8 @@ impl<'a> Model<'a> {
 pub enum Target<'a> {
     /// The integral of a reflectance with the light as it came.
     Integral(Model<'a>),
+    /// The same of one that varies: texture coordinates, and the reflectance there. At least one.
+    Places(Vec<([f32; 2], Model<'a>)>),
     /// A reflectance so sharp that its integral has a closed form: radiance of a frame towards a local view.
     Limit(Exact<'a>),
 }
@@ -114,12 +126,21 @@ impl Target<'_> {
         match self {
             Self::Integral(m) => {
                 let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);
-                compare(&probes, &|frame, wo| radiance(tree, m, frame, wo), task, shade)
+                compare(&probes, &|_, frame, wo| radiance(tree, m, frame, wo), &[], task, shade)
+            }
+            Self::Places(places) => {
+                let Some((_, m)) = places.first() else { return Ok(Errors::of(&[])) };
+                let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);
+                let at: Vec<[f32; 2]> = places.iter().map(|p| p.0).collect();
+                let exact =
+                    |k: usize, frame: &Frame, wo| radiance(tree, &places[turn(k, places.len())].1, frame, wo);
+                compare(&probes, &exact, &at, task, shade)
             }
             Self::Limit(exact) => {
                 let mirror =
                     |wo: DVec3| vec![Lobe::Axis { axis: DVec3::new(-wo.x, -wo.y, wo.z), width: 0.0 }];
-                compare(&probes::all(LIMIT_PROBES, 0.0, tree, &mirror), exact, task, shade)
+                let probes = probes::all(LIMIT_PROBES, 0.0, tree, &mirror);
+                compare(&probes, &|_, frame, wo| exact(frame, wo), &[], task, shade)
             }
         }
     }
@@ -188,22 +209,32 @@ fn affordable(tree: &Tree, m: &Model<'_>, task: &Task) -> Result<usize, Cancelle
     Ok(probes)
 }
 
+/// Which of `places` probe `k` stands at. (Views of probes go up evenly with a stride of their own; places go round with another.)
+fn turn(k: usize, places: usize) -> usize {
+    ((k as f64 * 0.381_966_011).fract() * places as f64) as usize
+}
+
+/// Exact radiance of a probe by number: of a frame towards a local view.
+type OfProbe<'a> = &'a (dyn Fn(usize, &Frame, DVec3) -> [f64; 3] + Sync);
+
+/// What `shade` errs by against `exact`, at probes that stand at the texture coordinates `uv` in turn, if there are any.
 fn compare(
     probes: &[Probe],
-    exact: &(dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync),
+    exact: OfProbe<'_>,
+    uv: &[[f32; 2]],
     task: &Task,
     shade: Shade<'_>,
 ) -> Result<Errors, Cancelled> {
-    let at = |p: &Probe| {
+    let at = |(k, p): (usize, &Probe)| {
         task.check()?;
         task.advance(1);
-        Ok(exact(&p.frame, p.wo))
+        Ok(exact(k, &p.frame, p.wo))
     };
     task.begin("certificate", probes.len() as u64);
-    let exact: Result<Vec<_>, Cancelled> = probes.par_iter().map(at).collect();
+    let exact: Result<Vec<_>, Cancelled> = probes.par_iter().enumerate().map(at).collect();
     task.end();
     let exact = exact?;
-    let seen = shaded(probes, shade).into_iter().zip(exact);
+    let seen = shaded(probes, uv, shade).into_iter().zip(exact);
     let look = |(p, (shaded, exact)): (&Probe, _)| {
         let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
         Look { weight: p.weight, degrees, shaded, exact }
@@ -212,11 +243,14 @@ fn compare(
 }
 
 /// What `shade` gives at the probe points.
-fn shaded(probes: &[Probe], shade: Shade<'_>) -> Vec<[f64; 3]> {
+fn shaded(probes: &[Probe], uv: &[[f32; 2]], shade: Shade<'_>) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(probes.len());
-    for p in probes {
+    for (k, p) in probes.iter().enumerate() {
         let wo = p.frame.to_world(p.wo);
         buf.push(p.frame.n.as_vec3(), p.frame.t.as_vec3(), wo.as_vec3(), glam::Vec3::ZERO);
+        if !uv.is_empty() {
+            buf.locate(uv[turn(k, uv.len())].into(), [0; 3], [0.0; 2]);
+        }
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; probes.len()]);
     shade(&buf.as_points(), &mut Radiance::of(&mut rgb));

@@ -90,6 +90,6 @@ fn what_a_sun_decides_is_stated() {
     stated.sort_by(f64::total_cmp);
     assert!(stated[0] < stated[1] && stated[1] < stated[2], "{stated:?}");
     let plain = probes::all(PROBES, 0.0, &dark, &m.lobes);
-    let same = compare(&plain, &|f, wo| radiance(&dark, &m, f, wo), &Task::quiet(), &blind).unwrap();
+    let same = compare(&plain, &|_, f, wo| radiance(&dark, &m, f, wo), &[], &Task::quiet(), &blind).unwrap();
     assert!(plain.len() == PROBES + PROBES / 4 && same.all < 1e-6, "{same:?}");
 }

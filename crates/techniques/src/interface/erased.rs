@@ -3,6 +3,7 @@
 use super::given::Given;
 use crate::certify::Report;
 use crate::gpu::{LightTables, Uniform};
+use crate::local::Plane;
 use crate::tensors::{self, TensorFile};
 use crate::{
     Bake, BakeError, Card, Geometry, GpuTechnique, Material, Part, Parts, Points, Radiance, Technique,
@@ -49,6 +50,8 @@ pub trait AnyTechnique: Send + Sync {
         params: &ParamValues,
         task: &Task,
     ) -> Result<Box<dyn AnyBake>, BakeError>;
+    /// The files that its parameters may name ([`Technique::PLANES`]).
+    fn planes(&self) -> &'static [Plane];
     /// Processor seconds of a bake with default parameters, about ([`Technique::EFFORT`]).
     fn effort(&self) -> f64;
     /// A bake that [`AnyBake::save`] wrote.
@@ -85,6 +88,8 @@ pub trait AnyBake: Send + Sync {
     fn light_tables(&self, varied: bool) -> Option<LightTables>;
     /// What of each point's own lobe shading takes; the rest it leaves out.
     fn varies(&self) -> Varies;
+    /// Does shading read textures of its own ([`Technique::is_textured`])?
+    fn is_textured(&self) -> bool;
     /// The technique as plain data for a GPU with a lobe per point; `None` where nothing varies.
     fn gpu_varied(&self) -> Option<GpuTechnique>;
     /// The same bake with a frame of its own, so that several views shade it at a time. It shares everything else.
@@ -155,6 +160,10 @@ impl<T: Technique> AnyTechnique for Erased<T> {
 
     fn spacing(&self) -> f32 {
         T::SPACING
+    }
+
+    fn planes(&self) -> &'static [Plane] {
+        T::PLANES
     }
 
     fn effort(&self) -> f64 {
@@ -366,6 +375,10 @@ impl<T: Technique> AnyBake for Baked<T> {
 
     fn varies(&self) -> Varies {
         T::varies(&self.bake)
+    }
+
+    fn is_textured(&self) -> bool {
+        T::is_textured(&self.bake)
     }
 
     fn gpu_varied(&self) -> Option<GpuTechnique> {

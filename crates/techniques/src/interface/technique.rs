@@ -2,6 +2,7 @@
 
 use crate::certify::{Model, Report, Target};
 use crate::gpu::{LightTables, Uniform};
+use crate::local::Plane;
 use crate::{BakeError, Card, Geometry, GpuTechnique, Material, Part, Points, Radiance, Varies, View};
 use std::sync::Arc;
 use steradian_base::{Certificate, Params, Task};
@@ -13,6 +14,8 @@ use steradian_light::Lights;
 pub trait Technique: Send + Sync + 'static {
     /// What the technique says of itself.
     const CARD: Card;
+    /// The files that parameters of the same names name; [`Material::textures`] has what they hold.
+    const PLANES: &'static [Plane] = &[];
     /// Parameters; commands and windows make their controls from them.
     type Params: Params;
     /// The light's factor.
@@ -120,6 +123,12 @@ pub trait Technique: Send + Sync + 'static {
     fn varies(b: &Bake<Self>) -> Varies {
         let _ = b;
         Varies::NONE
+    }
+    /// Does shading read textures of its own, at [`Points::uv`] and [`Points::chart`]? Light is then baked whole, since what is
+    /// shaded beside a bake has one reflectance everywhere.
+    fn is_textured(b: &Bake<Self>) -> bool {
+        let _ = b;
+        false
     }
     /// [`Technique::gpu`] with `fn shade_lobe(n, t, wo, p, lobe)` beside `shade` ([`crate::gpu::Entry`]); `None`
     /// where nothing varies.

@@ -113,7 +113,7 @@ const COUNTS: [(&str, usize, f64); 5] = [
 const EXPONENTS: [[u32; 2]; 3] = [[12, 4], [24, 8], [48, 16]];
 
 /// The first bands of a light as a light.
-fn projected(lights: &Lights, bands: usize, window: f64) -> Lights {
+pub fn projected(lights: &Lights, bands: usize, window: f64) -> Lights {
     let Some(e) = &lights.environment else { return Lights::default() };
     let mut c = sh::project(&e.image, bands - 1);
     if window > 0.0 {

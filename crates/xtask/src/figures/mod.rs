@@ -3,7 +3,7 @@
 //! 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -22,6 +22,7 @@ mod kautz;
 mod light;
 mod mesh;
 mod microfacet;
+mod noise;
 mod occluded;
 mod picture;
 mod recovered;
@@ -47,7 +48,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-prt|gkd07-ggx|kss02-2|kss02-3|kss02-6|kss02-7|kss02-8|k06|star04|star04-6|star04-7|star04-8|star04-9|star04-15|star04-haar [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-prt|gkd07-ggx|kss02-2|kss02-3|kss02-4|kss02-5|kss02-6|kss02-7|kss02-8|k06|star04|star04-6|star04-7|star04-8|star04-9|star04-15|star04-haar [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -82,6 +83,8 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         "gkd07-ggx" => engines::run(&o),
         "kss02-2" => kautz::table(&o),
         "kss02-3" => statues::lights(&o),
+        "kss02-4" => noise::varied(&o),
+        "kss02-5" => noise::shadowed(&o),
         "kss02-6" => kautz::exponents(&o),
         "kss02-7" => statues::shadows(&o),
         "kss02-8" => statues::models(&o),

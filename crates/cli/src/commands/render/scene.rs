@@ -143,11 +143,11 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         return Err(Failure::usage(why));
     }
     let given_maps = maps(o, &model.mesh, context)?;
-    let textured = local.as_ref().is_some_and(|l| l.is_textured(false));
-    if let Some(local) = &local {
-        local.check_mesh(&model.mesh, false, &o.input)?;
-    }
-    if given_maps.normal.is_some() || textured {
+    let usual =
+        Material { method, params, local, maps: given_maps, ..Material::new(context.brdf("lambert")?) };
+    let usual = context.open_material(usual, None)?;
+    usual.check_mesh(&model.mesh, &o.input)?;
+    if usual.maps.normal.is_some() || usual.is_textured() {
         make_tangents(std::slice::from_mut(&mut model.mesh));
     }
     if o.plain {
@@ -161,12 +161,11 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
     let lights = lights(o, file.as_deref(), context)?;
     let material = |brdf, base_colour, file: SurfaceMaps| {
         let maps = SurfaceMaps {
-            normal: given_maps.normal.clone().or(file.normal),
-            alpha2: given_maps.alpha2.clone().or(file.alpha2),
+            normal: usual.maps.normal.clone().or(file.normal),
+            alpha2: usual.maps.alpha2.clone().or(file.alpha2),
             ..file
         };
-        let (method, params, local) = (method.clone(), params.clone(), local.clone());
-        Material { brdf, method, params, local, base_colour, maps }
+        Material { brdf, base_colour, maps, ..usual.clone() }
     };
     let mut materials = Vec::new();
     for m in &model.materials {

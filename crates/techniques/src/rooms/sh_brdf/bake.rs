@@ -2,13 +2,14 @@
 
 use super::ShBrdf;
 use crate::certify::Report;
+use crate::local::FileName;
 use crate::shared::light::apart::Apart;
 use crate::shared::light::sun::{self, Sun, load_suns, save_suns};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
-use crate::shared::material::view_table::{BANDS, MOST_BANDS, SiteFrames, Views};
+use crate::shared::material::view_table::{BANDS, MOST_BANDS, MOST_NODES, PLANE, Places, SiteFrames, Views};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
-use crate::{BakeError, Geometry, Part, Technique};
-use steradian_base::{ParamInfo, params};
+use crate::{BakeError, Geometry, Material, Part, Technique};
+use steradian_base::{ParamInfo, Task, params};
 use steradian_sphere::sh::{ShRgb, Window};
 
 /// Words of `fix`.
@@ -28,6 +29,10 @@ params! {
         pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
         /// What stands still.
         pub fix: usize = ParamInfo::choice("fix", &FIX, "what stands still: light, which vertices of a mesh then keep in their frames, or view, for which they keep their reflectance; 3 to 6 bands"),
+        /// Widths by texel.
+        pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the width or exponent of the lobe along tangent and bitangent (.exr or .pfm for exponents), red alone where the model has one; auto: those of the reflectance").auto(f64::NAN),
+        /// Tables along a line of widths.
+        pub nodes: Option<usize> = ParamInfo::whole("nodes", [2.0, MOST_NODES as f64], 0.0, "tables along each of the numbers that vary; auto: as many as bring the error between them to 1 %, 17 at most, 9 where both vary").auto(f64::NAN),
         /// 16-bit table.
         pub halves: bool = ParamInfo::switch("halves", false, "a table, and a fixed light at sites, of 16-bit floats"),
     }
@@ -45,6 +50,26 @@ impl Params {
     pub(super) fn fix(&self) -> Fix {
         [Fix::Nothing, Fix::Light, Fix::View][self.fix.min(2)]
     }
+}
+
+/// The tables of a material.
+pub(super) fn views(m: &Material, p: &Params, task: &Task) -> Result<Views, BakeError> {
+    let (slug, size) = (ShBrdf::CARD.slug, [p.bands, p.size]);
+    let Some(plane) = m.textures.get(PLANE) else {
+        if p.widths.is_some() {
+            let why = format!(
+                "the file of {PLANE} was not read: single pictures, points and bakes have it read, comparisons not"
+            );
+            return Err(BakeError::Material { slug, why });
+        }
+        return Views::bake(slug, m, size, p.halves, task);
+    };
+    if p.fix() != Fix::Nothing {
+        let why = format!("fix={} keeps one reflectance: leave out fix or {PLANE}", FIX[p.fix]);
+        return Err(BakeError::Material { slug, why });
+    }
+    let places = Places::new(slug, &*m.brdf, plane, p.nodes, task)?;
+    Views::vary(slug, m, size, p.halves, places, task)
 }
 
 /// The frames of the sites, where something stands still.
@@ -67,8 +92,14 @@ pub struct Linked {
     pub suns: Vec<Sun>,
 }
 
-pub(super) fn link(light: &SunlitSpectrum, m: &Views, p: &Params) -> (Linked, Report) {
-    let apart = Apart::round_suns(light, p.lights);
+pub(super) fn link(
+    light: &SunlitSpectrum,
+    m: &Views,
+    p: &Params,
+    task: &Task,
+) -> Result<(Linked, Report), BakeError> {
+    // Suns apart are shaded with one reflectance.
+    let apart = Apart::round_suns(light, if m.places.is_some() { 0 } else { p.lights });
     let n = p.bands * p.bands;
     let first = |c: &Vec<f64>| {
         let mut c = c.clone();
@@ -92,7 +123,13 @@ pub(super) fn link(light: &SunlitSpectrum, m: &Views, p: &Params) -> (Linked, Re
     for (degrees, error) in m.energies.lookup() {
         report = report.detail(format!("lookup error at {degrees}°"), error);
     }
-    (Linked { sh, suns: apart.suns }, report)
+    if let Some(places) = &m.places {
+        let [x, y] = places.nodes();
+        report = report
+            .detail("tables", (x * y) as f64)
+            .detail("error between tables", places.between(&*m.brdf, task)?);
+    }
+    Ok((Linked { sh, suns: apart.suns }, report))
 }
 
 impl Part for Linked {

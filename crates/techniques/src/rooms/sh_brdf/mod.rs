@@ -7,7 +7,7 @@
 //!
 //! with L_i the light's coefficients in the frame of the point, W sr⁻¹ m⁻². Approximated: L, by its first bands, and the
 //! view, by a table on the paraboloid; V = 1. Of f nothing is lost but what these bands of the light do not see: no
-//! separation, no symmetry. Suns are taken out of the light and shaded with the reflectance itself (the paper's section 7).
+//! separation, no symmetry. Where its widths vary over the surface, c_i(wo, q) has a table for each of some widths q. Suns are taken out of the light and shaded with the reflectance itself (the paper's section 7).
 //! Refused: point lights, and highlights along circles too narrow to certify.
 
 mod bake;
@@ -15,8 +15,9 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::certify::{self, Report};
+use crate::certify::{self, Model, Report, Target};
 use crate::gpu::Uniform;
+use crate::local::{Content, Plane};
 use crate::shared::light::sunlit_spectrum::SunlitSpectrum;
 use crate::shared::material::view_table::{self, SiteFrames, Views};
 use crate::shared::trials::lights;
@@ -27,6 +28,7 @@ use crate::{
 use bake::{Fix, Linked, Params};
 use shade::Frame;
 use steradian_base::Task;
+use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// The technique.
@@ -79,6 +81,7 @@ impl Technique for ShBrdf {
             certain_anisotropic: true,
             all_isotropic: true,
             all_anisotropic: true,
+            shift_variant: true,
             bump_mapping: true,
             dynamic_lighting: true,
             dynamic_objects: true,
@@ -87,6 +90,8 @@ impl Technique for ShBrdf {
         needs: Needs { environment: true, sites: false, uv: false, tangents: true, view: false },
         waived: &[],
     };
+    /// Widths from 0.0001, the least that any model takes, to the largest exponent.
+    const PLANES: &'static [Plane] = &[Plane::new(view_table::PLANE, Content::Numbers).within(1e-4, 1e8, 2)];
     type Params = Params;
     type Light = SunlitSpectrum;
     type Material = Views;
@@ -99,7 +104,7 @@ impl Technique for ShBrdf {
     }
 
     fn material(m: &Material, p: &Params, task: &Task) -> Result<Views, BakeError> {
-        Views::bake(Self::CARD.slug, m, [p.bands, p.size], p.halves, task)
+        bake::views(m, p, task)
     }
 
     fn needs_sites(p: &Params) -> bool {
@@ -110,12 +115,23 @@ impl Technique for ShBrdf {
         bake::frames(g, p)
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<(Linked, Report), BakeError> {
-        Ok(bake::link(parts.light, parts.material, p))
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Linked, Report), BakeError> {
+        bake::link(parts.light, parts.material, p, task)
+    }
+
+    fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        let brdf = brdf?;
+        let Some(places) = &b.material.places else { return Some(Target::Integral(Model::of(brdf))) };
+        let model = |(uv, f)| (uv, Model::owned(f));
+        Some(Target::Places(places.looked_at(brdf).into_iter().map(model).collect()))
+    }
+
+    fn is_textured(b: &Bake<Self>) -> bool {
+        b.material.places.is_some()
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
-        b.material.table.bytes() + crate::Part::bytes(&b.linked) + crate::Part::bytes(&*b.transfer)
+        crate::Part::bytes(&*b.material) + crate::Part::bytes(&b.linked) + crate::Part::bytes(&*b.transfer)
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {

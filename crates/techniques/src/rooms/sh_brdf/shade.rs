@@ -6,7 +6,7 @@ use super::bake::Fix;
 use crate::gpu::{Buffer, Entry, Uniform};
 use crate::shared::geometry::transport;
 use crate::shared::light::exact::{self, TurnedSuns};
-use crate::shared::material::view_table::{self, LightLanes, LocalLight, WorldViews};
+use crate::shared::material::view_table::{self, LightLanes, LocalLight, Places, WorldViews};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::Vec3;
 use std::sync::Arc;
@@ -84,7 +84,10 @@ pub(super) fn shade(b: &Bake<ShBrdf>, f: &Frame, q: &Points<'_>, out: &mut Radia
                 (0..3).for_each(|c| out.rgb[c][i] = l[c]);
             }
         }
-        _ => view_table::shade(&m.table, light, q, out),
+        _ => match &m.places {
+            Some(places) => view_table::shade_places(&m.table, places, light, q, out),
+            None => view_table::shade(&m.table, light, q, out),
+        },
     }
     f.shown.add(Some(&m.brdf), q, out);
 }
@@ -100,7 +103,11 @@ pub(super) fn gpu(b: &Bake<ShBrdf>, f: &Frame) -> GpuTechnique {
     let table = &b.material.table;
     let n = table.bands() * table.bands();
     let views = || view_table::views_buffer(table, b.params.halves);
+    let places = b.material.places.as_ref();
     let (mut modules, entry, buffers) = match &f.kept {
+        Kept::Nothing if let Some(places) = places => {
+            (view_table::place_modules(table, places), Entry::SITE, vec![views()])
+        }
         Kept::Nothing => (view_table::modules(table), Entry::PLAIN, vec![views()]),
         Kept::Light(local) => {
             let frames = Buffer::new("frames", 6, b.transfer.numbers());
@@ -114,6 +121,7 @@ pub(super) fn gpu(b: &Bake<ShBrdf>, f: &Frame) -> GpuTechnique {
         }
     };
     modules.push(match &f.kept {
+        Kept::Nothing if places.is_some() => include_str!("places.wgsl").into(),
         Kept::Nothing => include_str!("shade.wgsl").into(),
         Kept::Light(_) => include_str!("fixed_light.wgsl").into(),
         Kept::View { .. } => include_str!("fixed_view.wgsl").into(),
@@ -122,7 +130,7 @@ pub(super) fn gpu(b: &Bake<ShBrdf>, f: &Frame) -> GpuTechnique {
         slug: ShBrdf::CARD.slug,
         modules,
         entry,
-        tables: Vec::new(),
+        tables: places.map(Places::table).into_iter().collect(),
         uniforms: uniforms(f),
         buffers,
     };

@@ -302,3 +302,139 @@ fn what_stands_still_needs_a_mesh_and_few_bands() {
     let e = t.bake(&Lights::default(), &m, Some(&g), &values, &Task::quiet()).err().unwrap();
     assert_eq!(e.to_string(), "sh_brdf: fix=view keeps 6 bands at most, not 7");
 }
+
+/// A texture of widths along a line, everywhere else, and in a box.
+fn widths(f: impl Fn(f64, f64) -> [f64; 2]) -> Arc<steradian_scene::surface::Texture> {
+    use crate::shared::trials::specimens::{SIDE, texture};
+    texture(|i, j| {
+        let [x, y] = f((i as f64 + 0.5) / SIDE as f64, (j as f64 + 0.5) / SIDE as f64);
+        [x, y, 0.0]
+    })
+}
+
+fn varied(
+    spec: &str,
+    texture: Arc<steradian_scene::surface::Texture>,
+    params: &[(&str, f64)],
+) -> Box<dyn AnyBake> {
+    let planes = steradian_scene::surface::Planes::default().with("widths", texture);
+    let m = Material::new(steradian_brdf::parse(spec).unwrap()).with_textures(planes);
+    let values: ParamValues = params.iter().copied().chain([("size", 32.0)]).collect();
+    find("sh_brdf").unwrap().bake(&lights::studio(), &m, None, &values, &Task::quiet()).unwrap()
+}
+
+fn located(q: &mut PointsBuf, uv: impl Fn(usize) -> [f32; 2]) {
+    let n = q.len();
+    q.uv = [0, 1].map(|k| (0..n).map(|i| uv(i)[k]).collect());
+}
+
+/// Widths that are the same everywhere are one table: that of the reflectance with these widths.
+#[test]
+fn widths_alike_are_one_reflectance() {
+    let (mut q, _) = points();
+    let b = varied("ggx:alpha=0.5,f0=0.9/0.6/0.3", widths(|_, _| [0.2, 0.4]), &[]);
+    located(&mut q, |i| [0.31 * i as f32, 0.77 * i as f32]);
+    let params = [("size", 32.0), ("lights", 0.0)];
+    let one = bake("sh_brdf", &lights::studio(), "ggx:ax=0.2,ay=0.4,f0=0.9/0.6/0.3", &params);
+    assert!(off(&shade(&*b, &q), &shade(&*one, &q)) < 1e-6);
+    assert_eq!(b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1, 1.0);
+}
+
+/// At texels whose widths are a node's, shading is that of the node's reflectance; between them it errs by no more than was measured,
+/// and by a quarter of that with twice the nodes.
+#[test]
+fn tables_of_a_line_of_exponents_are_those_of_its_nodes() {
+    let spec = "ashikhmin-shirley:nu=1,nv=1";
+    let ends = widths(|x, _| if x < 0.5 { [4.0; 2] } else { [64.0; 2] });
+    let (mut q, _) = points();
+    for (uv, n) in [([0.25, 0.5], 4), ([0.75, 0.5], 64)] {
+        located(&mut q, |_| uv);
+        let b = varied(spec, ends.clone(), &[("nodes", 2.0)]);
+        let alone = format!("ashikhmin-shirley:nu={n},nv={n}");
+        let one = bake("sh_brdf", &lights::studio(), &alone, &[("size", 32.0), ("lights", 0.0)]);
+        assert!(off(&shade(&*b, &q), &shade(&*one, &q)) < 2e-5, "{n}");
+    }
+    let ramp = widths(|x, _| [4.0 * 16f64.powf(x); 2]);
+    let figure = |nodes: f64, name: &str| {
+        let b = varied(spec, ramp.clone(), &[("nodes", nodes)]);
+        b.certificate().details.iter().find(|d| d.0 == name).unwrap().1
+    };
+    let (coarse, fine) = (figure(3.0, "error between tables"), figure(5.0, "error between tables"));
+    assert!(coarse > 3.0 * fine && fine > 1e-3, "{coarse} {fine}");
+    // Between nodes: the reflectance of the texel itself.
+    let b = varied(spec, ramp, &[]);
+    assert!(b.certificate().details.iter().any(|d| d.0 == "error between tables" && d.1 <= 0.01));
+    for x in [0.2f32, 0.45, 0.61] {
+        located(&mut q, |_| [x, 0.5]);
+        // Texels' centres lie at half-integers, their logarithms are linear between them.
+        let n = 4.0 * 16f64.powf(f64::from(x));
+        let alone = format!("ashikhmin-shirley:nu={n},nv={n}");
+        let one = bake("sh_brdf", &lights::studio(), &alone, &[("size", 32.0), ("lights", 0.0)]);
+        let e = off(&shade(&*b, &q), &shade(&*one, &q));
+        assert!(e < 0.01, "{x}: {e}");
+    }
+}
+
+/// Two numbers that vary apart need a box of tables; two along a curve whose product is constant do not.
+#[test]
+fn anisotropy_is_a_line_and_two_numbers_are_a_box() {
+    let tables = |b: &dyn AnyBake| b.certificate().details.iter().find(|d| d.0 == "tables").unwrap().1;
+    let spec = "ashikhmin-shirley:nu=10,nv=10,rd=0.2";
+    let line = varied(spec, widths(|x, _| [10.0 * 4f64.powf(x), 10.0 / 4f64.powf(x)]), &[("nodes", 4.0)]);
+    assert_eq!(tables(&*line), 4.0);
+    let apart = varied(spec, widths(|x, y| [4.0 + 8.0 * x, 4.0 + 8.0 * y]), &[("nodes", 3.0)]);
+    assert_eq!(tables(&*apart), 9.0);
+    let c = apart.certificate();
+    // What it states holds where nobody looked.
+    let (mut q, frames) = points();
+    located(&mut q, |i| [0.17 * i as f32 + 0.03, 0.29 * i as f32]);
+    let got = shade(&*apart, &q);
+    let reference = steradian_reference::Reference::new(
+        &lights::studio(),
+        steradian_reference::Lookup::Constant,
+        &Task::quiet(),
+    )
+    .unwrap();
+    let (mut lost, mut all) = (0.0, 0.0);
+    for (i, (f, wo)) in frames.iter().enumerate() {
+        let [x, y] = [q.uv[0][i], q.uv[1][i]].map(|x| f64::from(x).rem_euclid(1.0));
+        let exact = format!("ashikhmin-shirley:nu={},nv={},rd=0.2", 4.0 + 8.0 * x, 4.0 + 8.0 * y);
+        let point = steradian_reference::ReferencePoint { frame: *f, wo: f.to_world(*wo), position: None };
+        let brdf = steradian_brdf::parse(&exact).unwrap();
+        let want = reference.radiance_batch(&*brdf, &[point], 1e-3, &Task::quiet()).unwrap()[0].rgb;
+        for k in 0..3 {
+            lost += (f64::from(got[k][i]) - want[k]).powi(2);
+            all += want[k] * want[k];
+        }
+    }
+    let error = (lost / all).sqrt();
+    assert!(error < 1.3 * c.error, "{error} {}", c.error);
+    // What is saved is loaded whole.
+    let again = find("sh_brdf").unwrap().load(&apart.save()).unwrap();
+    assert_eq!(shade(&*again, &q), got);
+    assert!(again.is_textured());
+}
+
+#[test]
+fn widths_that_a_model_does_not_take_are_refused() {
+    let planes = |x: f64| steradian_scene::surface::Planes::default().with("widths", widths(|_, _| [x, 0.5]));
+    let why = |spec: &str, x: f64, fix: &str| {
+        let m = Material::new(steradian_brdf::parse(spec).unwrap()).with_textures(planes(x));
+        let mut values = ParamValues::default();
+        values.0.insert("fix".into(), fix.into());
+        let g = Geometry::new(Arc::new(steradian_scene::shapes::icosphere(1)), crate::Sites::Vertices);
+        let lights = Lights::default();
+        find("sh_brdf")
+            .unwrap()
+            .bake(&lights, &m, Some(&g), &values, &Task::quiet())
+            .err()
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!(why("lambert", 0.5, "nothing"), "sh_brdf: BRDF lambert: has no width and no exponent to vary");
+    assert!(why("ggx:alpha=0.2", 50.0, "nothing").contains("ax"));
+    assert_eq!(
+        why("ggx:alpha=0.2", 0.5, "light"),
+        "sh_brdf: fix=light keeps one reflectance: leave out fix or widths"
+    );
+}

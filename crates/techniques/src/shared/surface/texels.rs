@@ -50,6 +50,11 @@ impl Texels {
         self.0.first().map_or((1, 1), |t| t.size())
     }
 
+    /// What lies beyond the unit square in u and v.
+    pub fn wrap(&self) -> [Wrap; 2] {
+        self.0.first().map_or([Wrap::Repeat; 2], |t| t.wrap())
+    }
+
     /// Bytes on a GPU, which has four numbers for three.
     pub fn bytes(&self) -> usize {
         let texels = |t: &Arc<Texture>| t.levels().map(|l| l.2.len()).sum::<usize>();
@@ -64,7 +69,7 @@ impl Texels {
             Wrap::Mirror => 1,
             Wrap::Clamp => 2u32,
         };
-        let [u, v] = self.0.first().map_or([Wrap::Repeat; 2], |t| t.wrap()).map(word);
+        let [u, v] = self.wrap().map(word);
         let levels = self.0.first().map_or(1, |t| t.levels().count());
         let mut height = 0;
         let mut bytes = Vec::with_capacity(self.bytes());

@@ -3,13 +3,14 @@
 use super::fill::ring;
 use super::{Projection, Rule, ViewTable};
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
-use glam::DVec3;
 use steradian_base::{Cancelled, Elevation, Task};
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_parallel::prelude::*;
 
 /// Highest band that is looked at.
 pub const ORDER: usize = 32;
+/// Most reflectances whose energies are looked at.
+const MOST_LOOKED_AT: usize = 9;
 /// Angles of view, degrees.
 const DEGREES: [f64; 10] = [4.0, 14.0, 24.0, 34.0, 44.0, 54.0, 64.0, 74.0, 82.0, 88.0];
 
@@ -27,6 +28,31 @@ pub struct Energies {
 impl Energies {
     /// Of a reflectance and its table.
     pub fn new(brdf: &dyn Brdf, table: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
+        Self::of_table(brdf, table, 0, task)
+    }
+
+    /// Mean energies of several reflectances and their tables, at least one: of errors the root of the mean square, of the
+    /// quadrature's the largest. Of many it takes every second, third and so on.
+    pub fn of_all(brdfs: &[SharedBrdf], table: &ViewTable, task: &Task) -> Result<Self, Cancelled> {
+        let step = brdfs.len().div_ceil(MOST_LOOKED_AT);
+        let each = brdfs.iter().enumerate().step_by(step);
+        let all: Result<Vec<Self>, Cancelled> =
+            each.map(|(k, b)| Self::of_table(&**b, table, k, task)).collect();
+        let all = all?;
+        let share = 1.0 / all.len() as f64;
+        let row = |i: usize| {
+            let number = |c: usize, k: usize| all.iter().map(|e| share * e.rows[i][c][k]).sum();
+            [0, 1, 2].map(|c| (0..ORDER + 2).map(|k| number(c, k)).collect())
+        };
+        let root = |i: usize| all.iter().map(|e| share * e.lookup[i].powi(2)).sum::<f64>().sqrt();
+        Ok(Self {
+            rows: (0..DEGREES.len()).map(row).collect(),
+            lookup: (0..DEGREES.len()).map(root).collect(),
+            quadrature: all.iter().map(|e| e.quadrature).fold(0.0, f64::max),
+        })
+    }
+
+    fn of_table(brdf: &dyn Brdf, table: &ViewTable, k: usize, task: &Task) -> Result<Self, Cancelled> {
         let (rule, more) = (Rule::new(ORDER), Rule::with_nodes(table.bands() - 1, 9.0));
         let row = |degrees: &f64| {
             task.check()?;
@@ -36,7 +62,7 @@ impl Energies {
                 let p = rule.project(brdf, *wo);
                 add(&mut row, &p, 1.0 / views.len() as f64);
                 let exact = more.project(brdf, *wo);
-                compare(&exact, &p, table, *wo, &mut errors);
+                compare(&exact, &p, &table.lookup_of(k, *wo), &mut errors);
             }
             let ratio = |a: f64, b: f64| if b > 0.0 { (a / b).sqrt() } else { 0.0 };
             Ok((row, ratio(errors[0], errors[2]), ratio(errors[1], errors[2])))
@@ -131,8 +157,7 @@ fn add(row: &mut [Vec<f64>; 3], p: &Projection, weight: f64) {
 }
 
 /// Adds the squares of the lookup's error, of the quadrature's, and of the coefficients.
-fn compare(exact: &Projection, usual: &Projection, table: &ViewTable, wo: DVec3, errors: &mut [f64; 3]) {
-    let found = table.lookup(wo);
+fn compare(exact: &Projection, usual: &Projection, found: &[Vec<f32>; 3], errors: &mut [f64; 3]) {
     for c in 0..3 {
         for (k, e) in exact.c[c].iter().enumerate() {
             errors[0] += (f64::from(found[c][k]) - e).powi(2);

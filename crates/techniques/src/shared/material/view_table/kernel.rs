@@ -4,7 +4,7 @@
 //! KSS02 turns the light into each point's frame. Turning the reflectance out of it gives the same sum, and for one channel
 //! of reflectance under three of light it is a third of the work.
 
-use super::{ViewTable, lattice};
+use super::{Places, ViewTable, lattice};
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Single, Vector};
 use steradian_sphere::sh::{Angle, Exchange, ShRgb, turn};
@@ -43,11 +43,23 @@ impl LightLanes {
 /// Radiance of all points under a light; points that face away get 0. Where a batch has no tangents, or none at a point,
 /// the frame is that of a surface without tangents.
 pub fn shade(table: &ViewTable, light: &LightLanes, q: &Points<'_>, out: &mut Radiance<'_>) {
-    steradian_simd::run(Batch { table, light, q, out });
+    steradian_simd::run(Batch { table, places: None, light, q, out });
+}
+
+/// [`shade`] where each point has a reflectance of its own; points without texture coordinates have that at (0, 0).
+pub fn shade_places(
+    table: &ViewTable,
+    places: &Places,
+    light: &LightLanes,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    steradian_simd::run(Batch { table, places: Some(places), light, q, out });
 }
 
 struct Batch<'a, 'b, 'c> {
     table: &'a ViewTable,
+    places: Option<&'a Places>,
     light: &'a LightLanes,
     q: &'a Points<'b>,
     out: &'a mut Radiance<'c>,
@@ -58,10 +70,13 @@ impl Kernel for Batch<'_, '_, '_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let Self { table, light, q, out } = self;
+        let Self { table, places, light, q, out } = self;
         let mut first = 0;
         while first < q.len() {
-            let b = Block::at::<A>(table, q, first);
+            let mut b = Block::at::<A>(table, q, first);
+            if let Some(places) = places {
+                b.place(table, places, q, first);
+            }
             let mut sums = [[0.0; SIDE]; 3];
             turned::<A>(table, &light.exchange, &b, &mut Multiply { table, light, sums: &mut sums });
             for (plane, sum) in out.rgb.iter_mut().zip(&sums) {
@@ -83,6 +98,11 @@ pub(super) struct Block {
     /// cos γ, sin γ, cos β, −sin β, cos α, sin α of the frame.
     angles: [[f32; SIDE]; 6],
     facing: [bool; SIDE],
+    /// How many tables each point's coefficients are weighed between.
+    tables: usize,
+    /// First numbers of these tables, and their weights.
+    offsets: [[usize; SIDE]; 4],
+    shares: [[f32; SIDE]; 4],
 }
 
 /// x, y and z of vectors.
@@ -213,6 +233,9 @@ impl Block {
             weights: [[0.0; SIDE]; 4],
             angles: [[0.0; SIDE]; 6],
             facing: [false; SIDE],
+            tables: 1,
+            offsets: [[0; SIDE]; 4],
+            shares: [[1.0; SIDE]; 4],
         };
         let (mut cells, mut up) = ([[0.0f32; SIDE]; 2], [0.0; SIDE]);
         let [reach, h] = lattice(table.size);
@@ -263,6 +286,24 @@ impl Block {
         out
     }
 
+    /// Gives each point its own tables.
+    #[inline(always)]
+    fn place(&mut self, table: &ViewTable, places: &Places, q: &Points<'_>, first: usize) {
+        self.tables = places.around_each();
+        let numbers = table.size * table.size * table.channels * table.stride;
+        for i in 0..SIDE {
+            let p = (first + i).min(q.len() - 1);
+            let of = |v: &[f32]| v.get(p).copied().unwrap_or(0.0);
+            // Charts end with the footprint.
+            let footprint = q.chart.last().map_or(0.0, |v| of(v));
+            let at = places.at(q.uv.map(of), footprint);
+            for k in 0..self.tables {
+                self.offsets[k][i] = at.nodes[k] * numbers;
+                self.shares[k][i] = at.weights[k];
+            }
+        }
+    }
+
     /// Does the viewer see each point's front?
     #[inline(always)]
     pub(super) fn facing(&self) -> &[bool; SIDE] {
@@ -277,14 +318,14 @@ pub(super) struct Corners<'a, V, const P: usize> {
 }
 
 impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
-    /// Of point `i`, from number `first` of a texel.
+    /// Of point `i` in the `k`-th of its tables, from number `first` of a texel.
     ///
     /// # Panics
     /// If the table ends before.
     #[inline(always)]
-    pub(super) fn at(table: &'a ViewTable, b: &Block, i: usize, first: usize) -> Self {
+    pub(super) fn at(table: &'a ViewTable, b: &Block, [i, k]: [usize; 2], first: usize) -> Self {
         let texel = table.channels * table.stride;
-        let from = b.at[i] + first;
+        let from = b.at[i] + b.offsets[k][i] + first;
         let (near, far) = (&table.data[from..], &table.data[from + table.size * texel..]);
         let row = |r: &'a [f32]| r.first_chunk::<P>().expect("rows are of this length");
         Self {
@@ -306,6 +347,30 @@ impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
             sum = V::load(&self.rows[k][j..]).fma(self.weights[k], sum);
         }
         sum
+    }
+}
+
+/// P numbers of point `i`, from number `first` of a texel, in the mean over its tables.
+#[inline(always)]
+fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first: usize, to: &mut [f32]) {
+    let corners = Corners::<A::F32, P>::at(table, b, [i, 0], first);
+    let mut at = 0;
+    if b.tables == 1 {
+        while at < P {
+            corners.load(at).store(&mut to[at..]);
+            at += A::F32::LANES;
+        }
+        return;
+    }
+    let others = [1, 2, 3].map(|k| Corners::<A::F32, P>::at(table, b, [i, k], first));
+    let shares = b.shares.map(|s| A::F32::splat(s[i]));
+    while at < P {
+        let mut sum = corners.load(at).mul(shares[0]);
+        for k in 1..b.tables {
+            sum = others[k - 1].load(at).fma(shares[k], sum);
+        }
+        sum.store(&mut to[at..]);
+        at += A::F32::LANES;
     }
 }
 
@@ -333,12 +398,7 @@ fn few<A: Arch, const N: usize, const P: usize>(table: &ViewTable, b: &Block, to
     let mut rows = [[0.0f32; P]; SIDE];
     for c in 0..table.channels {
         for i in 0..SIDE {
-            let corners = Corners::<A::F32, P>::at(table, b, i, c * table.stride);
-            let mut at = 0;
-            while at < P {
-                corners.load(at).store(&mut rows[i][at..]);
-                at += A::F32::LANES;
-            }
+            gather::<A, P>(table, b, i, c * table.stride, &mut rows[i]);
         }
         let mut lane = 0;
         while lane < SIDE {
@@ -380,12 +440,7 @@ fn many<A: Arch>(table: &ViewTable, exchange: &Exchange, b: &Block, to: &mut imp
         for i in 0..SIDE {
             // Rows of the table are filled up to multiples of sixteen.
             for first in (0..table.stride).step_by(16) {
-                let corners = Corners::<A::F32, 16>::at(table, b, i, c * table.stride + first);
-                let mut at = 0;
-                while at < 16 {
-                    corners.load(at).store(&mut rows[i][first + at..]);
-                    at += A::F32::LANES;
-                }
+                gather::<A, 16>(table, b, i, c * table.stride + first, &mut rows[i][first..]);
             }
         }
         let mut lane = 0;

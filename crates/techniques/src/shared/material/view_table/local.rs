@@ -356,7 +356,7 @@ fn one<A: Arch, N: Number, const P: usize>(
         let rows = [r, g, b];
         // Beyond the coefficients the view's are zero.
         if table.channels == 1 {
-            let view = Corners::<A::F32, P>::at(table, &block, i, 0);
+            let view = Corners::<A::F32, P>::at(table, &block, [i, 0], 0);
             let mut sum = [A::F32::splat(0.0); 3];
             let mut j = 0;
             while j < P {
@@ -371,7 +371,7 @@ fn one<A: Arch, N: Number, const P: usize>(
             }
         } else {
             for c in 0..3 {
-                let view = Corners::<A::F32, P>::at(table, &block, i, c * P);
+                let view = Corners::<A::F32, P>::at(table, &block, [i, 0], c * P);
                 let mut sum = A::F32::splat(0.0);
                 let mut j = 0;
                 while j < P {

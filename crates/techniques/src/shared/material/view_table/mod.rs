@@ -14,6 +14,7 @@ mod fill;
 mod kernel;
 mod local;
 mod part;
+mod places;
 mod rule;
 mod sites;
 #[cfg(test)]
@@ -21,12 +22,15 @@ mod tests;
 mod wgsl;
 
 pub use energy::{Energies, ORDER};
-pub use kernel::{LightLanes, shade};
+pub use kernel::{LightLanes, shade, shade_places};
 pub use local::{LocalLight, MOST_BANDS, SiteFrames, WorldViews, shade_local};
 pub use part::Views;
+pub use places::{MOST_NODES, PLANE, Places};
 pub use rule::{Projection, Rule};
 pub use sites::shade_sites;
-pub use wgsl::{fixed_modules, light_uniforms, local_modules, modules, site_modules, views_buffer};
+pub use wgsl::{
+    fixed_modules, light_uniforms, local_modules, modules, place_modules, site_modules, views_buffer,
+};
 
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use glam::DVec3;
@@ -45,6 +49,8 @@ const LEAST_POLE: f64 = -2.0;
 pub struct ViewTable {
     bands: usize,
     size: usize,
+    /// Tables one after the other, one but where the reflectance varies ([`Places`]).
+    tables: usize,
     /// One channel, which [`ViewTable::tint`] makes three, or three.
     channels: usize,
     tint: [f32; 3],
@@ -52,7 +58,7 @@ pub struct ViewTable {
     pole: f32,
     /// Numbers from channel to channel: bands² filled up with zeros to whole registers.
     stride: usize,
-    /// Row by row from t = −1, then channel, then l² + l + m.
+    /// Table by table, row by row from t = −1, then channel, then l² + l + m.
     data: Vec<f32>,
 }
 
@@ -75,16 +81,27 @@ impl ViewTable {
 
     /// The table of a reflectance: `size`² texels, 8 at least.
     pub fn bake(brdf: &dyn Brdf, bands: usize, size: usize, task: &Task) -> Result<Self, Cancelled> {
+        Self::of_all(&[brdf], bands, size, task)
+    }
+
+    /// Tables of several reflectances one after the other.
+    pub fn of_all(brdfs: &[&dyn Brdf], bands: usize, size: usize, task: &Task) -> Result<Self, Cancelled> {
         let mut rgb = Self {
             bands,
             size,
+            tables: brdfs.len(),
             channels: 3,
             tint: [1.0; 3],
-            pole: fill::pole(brdf) as f32,
+            // Any power that is taken out comes back.
+            pole: brdfs.iter().map(|b| fill::pole(*b)).fold(0.0, f64::min) as f32,
             stride: stride(bands),
             data: Vec::new(),
         };
-        rgb.data = fill::fill(brdf, &rgb, task)?;
+        let mut data = Vec::new();
+        for brdf in brdfs {
+            data.extend(fill::fill(*brdf, &rgb, task)?);
+        }
+        rgb.data = data;
         Ok(rgb.condensed())
     }
 
@@ -120,6 +137,11 @@ impl ViewTable {
         self.size
     }
 
+    /// Tables, one after the other.
+    pub fn tables(&self) -> usize {
+        self.tables
+    }
+
     /// Is one channel kept for three?
     pub fn is_mono(&self) -> bool {
         self.channels == 1
@@ -135,8 +157,13 @@ impl ViewTable {
         self.data.iter_mut().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
     }
 
-    /// The coefficients at a local view, by channel.
+    /// The coefficients at a local view, by channel, of the first table.
     pub fn lookup(&self, wo: DVec3) -> [Vec<f32>; 3] {
+        self.lookup_of(0, wo)
+    }
+
+    /// The coefficients at a local view, by channel, of table `k`.
+    pub fn lookup_of(&self, k: usize, wo: DVec3) -> [Vec<f32>; 3] {
         let [reach, h] = lattice(self.size);
         let at = |x: f64| {
             let p = ((x / (1.0 + wo.z) + reach) / h).clamp(0.0, (self.size - 1) as f64);
@@ -146,7 +173,8 @@ impl ViewTable {
         let ((i, u), (j, v)) = (at(wo.x), at(wo.y));
         let power = self.power(wo.z as f32);
         let texel = |i: usize, j: usize, c: usize| {
-            let at = ((j * self.size + i) * self.channels + c % self.channels) * self.stride;
+            let texel = (k * self.size + j) * self.size + i;
+            let at = (texel * self.channels + c % self.channels) * self.stride;
             &self.data[at..at + self.bands * self.bands]
         };
         std::array::from_fn(|c| {
@@ -167,11 +195,11 @@ impl ViewTable {
         if self.pole == 0.0 { 1.0 } else { cosine.max(GRAZING as f32).powf(self.pole) }
     }
 
-    /// The texels of channel `c`, coefficient `k`, row by row, without the power of n·wo: a plane of the paper's figure 2.
+    /// The texels of the first table's channel `c`, coefficient `k`, row by row, without the power of n·wo: a plane of the paper's figure 2.
     pub fn plane(&self, c: usize, k: usize) -> Vec<f32> {
         let tint = self.tint[c];
         let of = |t: &[f32]| tint * t[(c % self.channels) * self.stride + k];
-        self.data.chunks_exact(self.channels * self.stride).map(of).collect()
+        self.data.chunks_exact(self.channels * self.stride).take(self.size * self.size).map(of).collect()
     }
 
     /// Bytes of the texels.
@@ -183,7 +211,9 @@ impl ViewTable {
     pub fn save(&self, to: &mut TensorFile, prefix: &str) {
         let n = self.bands * self.bands;
         let data = self.data.chunks_exact(self.stride).flat_map(|c| &c[..n]).copied().collect();
-        put_f32(to, format!("{prefix}.views"), vec![self.size, self.size, self.channels, n], data);
+        // Tables of several reflectances stand one below the other.
+        let rows = self.tables * self.size;
+        put_f32(to, format!("{prefix}.views"), vec![rows, self.size, self.channels, n], data);
         put_f64(to, format!("{prefix}.tint"), vec![3], self.tint.map(f64::from).to_vec());
         put_f64(to, format!("{prefix}.pole"), vec![1], vec![f64::from(self.pole)]);
     }
@@ -192,9 +222,10 @@ impl ViewTable {
     pub fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.views");
         let (shape, v) = get_f32(from, &name, 4)?;
-        let [size, other, channels, n] = shape[..] else { return Err(PartError::Unexpected(name)) };
+        let [rows, size, channels, n] = shape[..] else { return Err(PartError::Unexpected(name)) };
         let bands = n.isqrt();
-        let sound = size == other
+        let sound = rows > 0
+            && rows.is_multiple_of(size.max(1))
             && (8..=1 << 12).contains(&size)
             && [1, 3].contains(&channels)
             && bands * bands == n
@@ -217,6 +248,6 @@ impl ViewTable {
             data.resize(data.len().next_multiple_of(stride(bands)), 0.0);
         }
         let (tint, pole) = ([r, g, b].map(|x| x as f32), pole as f32);
-        Ok(Self { bands, size, channels, tint, pole, stride: stride(bands), data })
+        Ok(Self { bands, size, tables: rows / size, channels, tint, pole, stride: stride(bands), data })
     }
 }

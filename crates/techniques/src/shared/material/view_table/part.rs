@@ -1,6 +1,6 @@
 //! The reflectance's factor of techniques that shade by a table of views.
 
-use super::{Energies, ViewTable};
+use super::{Energies, Places, ViewTable};
 use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Material, Part};
@@ -15,6 +15,8 @@ pub struct Views {
     pub energies: Energies,
     /// The reflectance itself.
     pub brdf: SharedBrdf,
+    /// Which table points have, where the reflectance varies.
+    pub places: Option<Places>,
 }
 
 impl Views {
@@ -35,7 +37,30 @@ impl Views {
             table.halve();
         }
         let energies = Energies::new(&*m.brdf, &table, task)?;
-        Ok(Self { table, energies, brdf: m.brdf.clone() })
+        Ok(Self { table, energies, brdf: m.brdf.clone(), places: None })
+    }
+
+    /// [`Views::bake`] of a material whose widths vary over the surface.
+    pub fn vary(
+        slug: &'static str,
+        m: &Material,
+        [bands, size]: [usize; 2],
+        halves: bool,
+        places: Places,
+        task: &Task,
+    ) -> Result<Self, BakeError> {
+        let all = places.reflectances(slug, &*m.brdf)?;
+        let need = 2 * all.len() as u64 * ViewTable::need(bands, size);
+        if need > task.max_memory() {
+            return Err(BakeError::Memory { slug, need, allowed: task.max_memory() });
+        }
+        let brdfs: Vec<&dyn Brdf> = all.iter().map(|b| &**b).collect();
+        let mut table = ViewTable::of_all(&brdfs, bands, size, task)?;
+        if halves {
+            table.halve();
+        }
+        let energies = Energies::of_all(&all, &table, task)?;
+        Ok(Self { table, energies, brdf: m.brdf.clone(), places: Some(places) })
     }
 }
 
@@ -44,18 +69,26 @@ impl Part for Views {
         self.table.save(to, prefix);
         self.energies.save(to, prefix);
         reflectance::put(to, &format!("steradian.{prefix}.brdf"), &*self.brdf);
+        if let Some(places) = &self.places {
+            places.save(to, prefix);
+        }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
+        let (table, places) = (ViewTable::load(from, prefix)?, Places::load(from, prefix)?);
+        if table.tables() != places.as_ref().map_or(1, |p| p.nodes().iter().product()) {
+            return Err(PartError::Unexpected(format!("{prefix}.views")));
+        }
         Ok(Self {
-            table: ViewTable::load(from, prefix)?,
+            table,
+            places,
             energies: Energies::load(from, prefix)?,
             brdf: reflectance::kept(from, &format!("steradian.{prefix}.brdf"))?,
         })
     }
 
     fn bytes(&self) -> usize {
-        self.table.bytes()
+        self.table.bytes() + self.places.as_ref().map_or(0, Places::bytes)
     }
 
     fn kept_reflectance(&self) -> Option<&dyn Brdf> {

@@ -2,7 +2,7 @@
 //! indices stay in registers.
 
 use super::kernel::LightLanes;
-use super::{ViewTable, lattice};
+use super::{Places, ViewTable, lattice};
 use crate::gpu::{Buffer, Numbers, Uniform, Value};
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -51,6 +51,45 @@ pub fn views_buffer(table: &ViewTable, halves: bool) -> Buffer {
 /// `fn views_radiance(n, t, wo) -> vec3<f32>`, n·wo > 0.
 pub fn modules(table: &ViewTable) -> Vec<Cow<'static, str>> {
     vec![FRAME.into(), turns(table.bands).into(), turned(table).into(), radiance(table).into()]
+}
+
+/// `fn views_radiance(n, t, wo, site) -> vec3<f32>`, n·wo > 0, of points with tables of their own, with the table "places"
+/// ([`Places::table`]): [`super::shade_places`].
+pub fn place_modules(table: &ViewTable, places: &Places) -> Vec<Cow<'static, str>> {
+    vec![
+        FRAME.into(),
+        turns(table.bands).into(),
+        tables_around(table, places).into(),
+        turned_between(table, places).into(),
+        radiance_with(table, ", site: Site", "    let tables = views_tables(site);\n", ", tables").into(),
+    ]
+}
+
+/// The tables around a point: first texels and weights.
+fn tables_around(table: &ViewTable, places: &Places) -> String {
+    let ([nx, ny], texels) = (places.nodes(), table.size * table.size);
+    let (right, down) = ((nx > 1) as usize * texels, (ny > 1) as usize * nx * texels);
+    format!(
+        "struct ViewsTables {{
+    texel: vec4<u32>,
+    weights: vec4<f32>,
+}}
+
+fn views_tables(site: Site) -> ViewsTables {{
+    let p = fetch_places(site.uv, site.footprint, 0u).xy;
+    let c = min(floor(max(p, vec2<f32>(0.0))), vec2<f32>({:?}, {:?}));
+    let w = clamp(p - c, vec2<f32>(0.0), vec2<f32>(1.0));
+    let m = vec2<f32>(1.0) - w;
+    let first = (u32(c.y) * {nx}u + u32(c.x)) * {texels}u;
+    return ViewsTables(
+        vec4<u32>(first, first + {right}u, first + {down}u, first + {}u),
+        vec4<f32>(m.x * m.y, w.x * m.y, m.x * w.y, w.x * w.y));
+}}
+",
+        nx.saturating_sub(2) as f32,
+        ny.saturating_sub(2) as f32,
+        right + down
+    )
 }
 
 /// `fn shade_site(n, t, wo, p, site)`: [`super::shade_sites`], by way of `transferred(site, c)`, the sum of coefficients times
@@ -133,16 +172,47 @@ fn views_exchange(f: ptr<function, array<f32, {count}>>) {{
 }
 
 fn turned(table: &ViewTable) -> String {
-    let (n, size) = (table.bands * table.bands, table.size);
-    format!(
-        "// Coefficients of one channel at a view, turned to the world.
-fn views_turned(place: ViewsPlace, frame: mat3x3<f32>, first: u32, f: ptr<function, array<f32, {n}>>) {{
-    for (var k = 0u; k < {n}u; k++) {{
-        let i = first + k;
-        let near = vec2<f32>(fetch_views(place.texel, i), fetch_views(place.texel + 1u, i));
+    let size = table.size;
+    turned_with(
+        table,
+        "",
+        &format!(
+            "        let near = vec2<f32>(fetch_views(place.texel, i), fetch_views(place.texel + 1u, i));
         let far = vec2<f32>(fetch_views(place.texel + {size}u, i), fetch_views(place.texel + {size}u + 1u, i));
         (*f)[k] = dot(place.weights, vec4<f32>(near, far));
-    }}
+"
+        ),
+    )
+}
+
+fn turned_between(table: &ViewTable, places: &Places) -> String {
+    let (size, count) = (table.size, places.around_each());
+    turned_with(
+        table,
+        ", tables: ViewsTables",
+        &format!(
+            "        var sum = 0.0;
+        for (var j = 0u; j < {count}u; j++) {{
+            let t = place.texel + tables.texel[j];
+            let near = vec2<f32>(fetch_views(t, i), fetch_views(t + 1u, i));
+            let far = vec2<f32>(fetch_views(t + {size}u, i), fetch_views(t + {size}u + 1u, i));
+            sum += tables.weights[j] * dot(place.weights, vec4<f32>(near, far));
+        }}
+        (*f)[k] = sum;
+"
+        ),
+    )
+}
+
+/// `views_turned` with another parameter, and the lines that make number `i` of a texel coefficient `k`.
+fn turned_with(table: &ViewTable, parameter: &str, lines: &str) -> String {
+    let n = table.bands * table.bands;
+    format!(
+        "// Coefficients of one channel at a view, turned to the world.
+fn views_turned(place: ViewsPlace, frame: mat3x3<f32>{parameter}, first: u32, f: ptr<function, array<f32, {n}>>) {{
+    for (var k = 0u; k < {n}u; k++) {{
+        let i = first + k;
+{lines}    }}
     let angles = views_angles(frame);
     views_turn_z(f, angles[0].xy);
     views_exchange(f);
@@ -155,18 +225,23 @@ fn views_turned(place: ViewsPlace, frame: mat3x3<f32>, first: u32, f: ptr<functi
 }
 
 fn radiance(table: &ViewTable) -> String {
+    radiance_with(table, "", "", "")
+}
+
+/// `views_radiance` with another parameter, lines that make an argument of it, and that argument of `views_turned`.
+fn radiance_with(table: &ViewTable, parameter: &str, lines: &str, argument: &str) -> String {
     let n = table.bands * table.bands;
     let mut out = format!(
-        "fn views_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {{
+        "fn views_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>{parameter}) -> vec3<f32> {{
     let frame = views_frame(n, t);
     let place = {};
-    var f: array<f32, {n}>;
+{lines}    var f: array<f32, {n}>;
     var l = vec3<f32>(0.0);
 ",
         place(table)
     );
     for c in 0..table.channels {
-        let _ = writeln!(out, "    views_turned(place, frame, {}u, &f);", c * n);
+        let _ = writeln!(out, "    views_turned(place, frame{argument}, {}u, &f);", c * n);
         for i in 0..n {
             let _ = if table.channels == 1 {
                 let [r, g, b] = [0, 1, 2].map(|k| light(3 * i + k));
