@@ -32,6 +32,35 @@ pub struct Fitted {
     pub seconds: f64,
 }
 
+/// Views up to here are "normal views", degrees.
+const NORMAL: f64 = 60.5;
+
+/// How good a fit is: squared errors, relative to the squared specular part of the view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// In the mean of the views up to 60°.
+    pub mean: f64,
+    /// At the worst view.
+    pub worst: f64,
+    /// Its angle, degrees.
+    pub degrees: f64,
+    /// Views whose fit did not converge.
+    pub unconverged: usize,
+}
+
+impl Fitted {
+    /// The fit's errors in short.
+    pub fn summary(&self) -> Summary {
+        let all = &self.fit.report;
+        let normal: Vec<f64> =
+            all.iter().filter(|r| r.theta.to_degrees() < NORMAL).map(|r| r.energy).collect();
+        let worst = all.iter().max_by(|a, b| a.energy.total_cmp(&b.energy));
+        let (worst, degrees) = worst.map_or((0.0, 0.0), |w| (w.energy, w.theta.to_degrees()));
+        let mean = normal.iter().sum::<f64>() / normal.len().max(1) as f64;
+        Summary { mean, worst, degrees, unconverged: all.iter().filter(|r| !r.converged).count() }
+    }
+}
+
 /// The specs that an input stands for, sorted where they come from a folder: the files of measurements in a folder, those of a
 /// pattern with `*` in the file's name, a file, every material of a table (`npf:FILE,*`, `sgd:*`), or a spec.
 pub fn expand_brdfs(input: &str) -> Result<Vec<String>, Error> {

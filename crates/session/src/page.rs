@@ -54,6 +54,19 @@ impl Page {
         self.0.push_str("</table>\n");
     }
 
+    /// A table with a head, whose rows begin with a link to a file beside the page.
+    pub fn links(&mut self, head: &[String], rows: impl Iterator<Item = (String, Vec<String>)>) {
+        self.0.push_str("<table>\n");
+        self.row(head, "th");
+        for (file, cells) in rows {
+            let mut cells = cells.iter().map(|c| escaped(c));
+            let (file, first) = (escaped(&file), cells.next().unwrap_or_default());
+            let rest: String = cells.map(|c| format!("<td>{c}</td>")).collect();
+            self.0.push_str(&format!("<tr><td><a href=\"{file}\">{first}</a></td>{rest}</tr>\n"));
+        }
+        self.0.push_str("</table>\n");
+    }
+
     fn row(&mut self, cells: &[String], tag: &str) {
         let cells: String = cells.iter().map(|c| format!("<{tag}>{}</{tag}>", escaped(c))).collect();
         self.0.push_str(&format!("<tr>{cells}</tr>\n"));

@@ -5,8 +5,8 @@ use crate::failure::{Failure, Outcome};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use steradian_brdf::fit::gaussian::{GaussianFit, MAX_LOBES, Objective, Plan, Shape};
-use steradian_session::fit::{Fitted, brdf_name, expand_brdfs};
+use steradian_brdf::fit::gaussian::{MAX_LOBES, Objective, Plan, Shape};
+use steradian_session::fit::{Fitted, Summary, brdf_name, expand_brdfs};
 use steradian_session::{Destinations, check_output};
 
 /// Options of `steradian fit`.
@@ -28,7 +28,7 @@ pub struct Options {
     /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's)
     #[arg(long, value_name = "stretched|round", default_value = "stretched", value_parser = shape)]
     shape: Shape,
-    /// Folder of a web page for each fit: pictures of every view beside what is fitted, errors, parameters, spheres under
+    /// Folder of a web page for each fit, and index.html of several: pictures of every view beside what is fitted, errors, parameters, spheres under
     /// light beside the reference
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -97,18 +97,6 @@ fn jobs(o: &Options, specs: Vec<String>) -> Result<Vec<(String, PathBuf)>, Failu
     Ok(out)
 }
 
-/// Views up to here are "normal views".
-const NORMAL: f64 = 60.5;
-
-/// Mean energy error of views up to 60°, and the worst view's with its angle in degrees.
-fn figures(fit: &GaussianFit) -> (f64, f64, f64) {
-    let normal: Vec<f64> =
-        fit.report.iter().filter(|r| r.theta.to_degrees() < NORMAL).map(|r| r.energy).collect();
-    let mean = normal.iter().sum::<f64>() / normal.len().max(1) as f64;
-    let worst = fit.report.iter().max_by(|a, b| a.energy.total_cmp(&b.energy));
-    worst.map_or((mean, 0.0, 0.0), |w| (mean, w.energy, w.theta.to_degrees()))
-}
-
 fn document(f: &Fitted) -> Value {
     let view = |r: &steradian_brdf::fit::gaussian::SliceReport| {
         json!({
@@ -133,11 +121,10 @@ fn table(done: &[Fitted]) -> String {
         "material", "bytes", "seconds", "mean to 60°", "worst view", "unconverged"
     );
     for f in done {
-        let (mean, worst, degrees) = figures(&f.fit);
-        let failed = f.fit.report.iter().filter(|r| !r.converged).count();
+        let Summary { mean, worst, degrees, unconverged } = f.summary();
         let worst = format!("{:.2} % at {degrees:.0}°", 100.0 * worst);
         out += &format!(
-            "{:width$}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {failed:>11}\n",
+            "{:width$}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {unconverged:>11}\n",
             f.name,
             f.fit.bytes(),
             f.seconds,

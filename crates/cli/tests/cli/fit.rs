@@ -44,12 +44,19 @@ fn a_page_tells_how_good_a_fit_is() {
     fs::write(dir.join("taken"), "").expect("written");
     fails(dir, 1, "exists and is not a folder", &[&fit[..], &["taken"]].concat());
     assert!(!dir.join("a.safetensors").exists());
-    let o = run(dir, &[&fit[..], &["pages", "--environment", "furnace"]].concat());
+    let both = ["fit", "lambert", "ggx:alpha=0.4", "--lobes", "2", "--views", "5", "-o", "{}.safetensors"];
+    let o = run(dir, &[&both[..], &["--report", "pages", "--environment", "furnace"]].concat());
     assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
     let page = fs::read_to_string(dir.join("pages/alpha-0.4.html")).expect("a page");
     assert_eq!(page.matches("data:image/png;base64,").count(), 4);
     assert!(page.contains("<svg") && page.contains("furnace: the fit") && !page.contains("http-equiv"));
     assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http://"));
+    let index = fs::read_to_string(dir.join("pages/index.html")).expect("a page of all");
+    for name in ["lambert", "alpha-0.4"] {
+        let link = format!("<a href=\"{name}.html\">{name}</a>");
+        assert!(index.contains(&link) && dir.join(format!("pages/{name}.html")).exists(), "{name}");
+    }
+    assert!(index.contains("<th>under furnace</th>") && index.matches("data:image/png;base64,").count() == 2);
     let o = run(dir, &["fit", "lambert", "-o", "b.safetensors", "--environment", "sky"]);
     assert_eq!(o.status.code(), Some(2), "a light without a page");
 }

@@ -27,7 +27,8 @@ const BELOW: [u8; 3] = [38, 44, 66];
 
 impl Session {
     /// Writes a page that needs no other file for each fit, `NAME.html` in `folder`: what each view's lobes look like beside
-    /// what they stand for, errors and parameters by view, and spheres under each of `environments` beside the reference.
+    /// what they stand for, errors and parameters by view, and spheres under each of `environments` beside the reference. Of
+    /// several fits `index.html` has a line each (`overview.html` where a material is called index).
     ///
     /// # Errors
     /// A light or a reflectance that cannot be read, or a folder that cannot be written.
@@ -42,11 +43,17 @@ impl Session {
         for spec in environments {
             lights.push((brief(spec).into_owned(), self.light(spec, &Adjust::default())?));
         }
-        let mut pages = Vec::new();
+        let (mut pages, mut all) = (Vec::new(), Vec::new());
         for f in done {
             self.check()?;
             let brdf = self.brdf(&f.spec)?;
-            pages.push((format!("{}.html", f.name), self.fit_page(f, &brdf, plan, &lights)?));
+            let (page, balls) = self.fit_page(f, &brdf, plan, &lights)?;
+            pages.push((file_of(f), page));
+            all.push((f, balls));
+        }
+        if let [_, _, ..] = done {
+            let name = if done.iter().any(|f| f.name == "index") { "overview.html" } else { "index.html" };
+            pages.push((name.into(), index(&all)?));
         }
         write_dir_atomic(folder, |at| {
             pages
@@ -62,7 +69,7 @@ impl Session {
         brdf: &SharedBrdf,
         plan: Plan,
         lights: &[(String, Lights)],
-    ) -> Result<String, Error> {
+    ) -> Result<(String, Vec<Ball>), Error> {
         let fit = &f.fit;
         let shape = if plan.shape == Shape::Stretched { "stretched" } else { "round" };
         let kept = match plan.objective {
@@ -90,14 +97,14 @@ impl Session {
         page.heading("Error by view");
         page.drawing(&curves(&fit.report));
         page.heading("Spheres under light, beside the reference");
-        let mut rows = Vec::new();
+        let mut balls = Vec::new();
         for (name, light) in lights {
-            rows.extend(self.balls(brdf, plan, name, light, &mut page)?);
+            balls.extend(self.balls(brdf, plan, name, light, &mut page)?);
         }
         let head =
             ["light", "relative RMS error", "FLIP", "baked in s", "shaded in s", "bytes with the light"]
                 .map(String::from);
-        page.table(&head, rows.into_iter());
+        page.table(&head, balls.iter().map(|b| b.row.clone()));
         page.heading("Parameters");
         let text = |v: f64| format!("{v:.3}");
         let diffuse = fit.diffuse.map(text).join(" ");
@@ -109,7 +116,7 @@ impl Session {
              and length along the plane of incidence; a weight is what the lobe reflects of constant light. The error of a \
              view is that of its specular part, squared; beside it, how much of the lobes lies below the horizon."
         ));
-        Ok(page.finish())
+        Ok((page.finish(), balls))
     }
 
     /// A sphere by the reference and by the fit under a light, with the difference; the numbers as a row.
@@ -120,7 +127,7 @@ impl Session {
         name: &str,
         light: &Lights,
         page: &mut Page,
-    ) -> Result<Option<Vec<String>>, Error> {
+    ) -> Result<Option<Ball>, Error> {
         let mut params: ParamValues =
             [("lobes", plan.lobes as f64), ("views", plan.views as f64)].into_iter().collect();
         let objective = if plan.objective == Objective::Published { "published" } else { "energy" };
@@ -132,7 +139,7 @@ impl Session {
         scene.settings = Settings::new(BALL, BALL);
         let comparison = Comparison { reference_tolerance: TRUTH, paths: false, ev: 0.0 };
         let method = Method::find("gaussian_lobes")?;
-        let mut row = None;
+        let mut ball = None;
         for answer in self.compared(&scene, &[method], &[Renderer::Cpu], &comparison)? {
             let Some(r) = answer.rendering() else { continue };
             let Some((e, flip)) = &r.errors else {
@@ -143,18 +150,63 @@ impl Session {
             if let Some(difference) = &r.difference {
                 page.figure(difference, "difference (FLIP)")?;
             }
-            row = Some(vec![
+            let row = vec![
                 name.to_owned(),
                 format!("{:.2} %", 100.0 * e.relative_rms),
                 format!("{flip:.4}"),
                 format!("{:.2}", r.bake_seconds),
                 format!("{:.3}", r.shade_seconds),
                 r.bytes.to_string(),
-            ]);
+            ];
+            ball = Some(Ball { row, picture: r.picture.clone() });
         }
         page.line_break();
-        Ok(row)
+        Ok(ball)
     }
+}
+
+/// A sphere of a fit under a light.
+struct Ball {
+    /// The light's name, the relative RMS error, and more that is told of it.
+    row: Vec<String>,
+    picture: Display,
+}
+
+fn file_of(f: &Fitted) -> String {
+    format!("{}.html", f.name)
+}
+
+/// The page of all fits.
+fn index(all: &[(&Fitted, Vec<Ball>)]) -> Result<String, Error> {
+    let mut page = Page::new(
+        "Fits by Gaussian lobes",
+        "Errors: squared, relative to the squared specular part of the view; under a light, the relative RMS error of a sphere beside \
+         the reference.",
+    );
+    let mut head: Vec<String> =
+        ["material", "bytes", "seconds", "mean to 60°", "worst view", "unconverged"].map(String::from).into();
+    head.extend(all.iter().take(1).flat_map(|a| &a.1).map(|b| format!("under {}", b.row[0])));
+    let row = |(f, balls): &(&Fitted, Vec<Ball>)| {
+        let s = f.summary();
+        let mut cells = vec![
+            f.name.clone(),
+            f.fit.bytes().to_string(),
+            format!("{:.2}", f.seconds),
+            format!("{:.2} %", 100.0 * s.mean),
+            format!("{:.2} % at {:.0}°", 100.0 * s.worst, s.degrees),
+            s.unconverged.to_string(),
+        ];
+        cells.extend(balls.iter().map(|b| b.row[1].clone()));
+        (file_of(f), cells)
+    };
+    page.links(&head, all.iter().map(row));
+    page.heading("Spheres by the fits");
+    for (f, balls) in all {
+        for b in balls.iter().take(1) {
+            page.figure(&b.picture, &format!("{}, {}", f.name, b.row[0]))?;
+        }
+    }
+    Ok(page.finish())
 }
 
 /// Data, fit and difference of up to [`COLUMNS`] views as rows of pictures; and the degrees about the mirror direction that they show.
