@@ -48,6 +48,9 @@ const SUNS: &str = "lights";
 /// The parameter of techniques that know reflections between surfaces.
 const BOUNCES: &str = "bounces";
 
+/// The parameter of techniques that know irradiance by the normal.
+const NORMALS: &str = "normals";
+
 /// The parameter of techniques that know shadows where they are asked for.
 const VISIBILITY: &str = "visibility";
 
@@ -228,7 +231,8 @@ fn technique(
     choice: Option<(&'static str, Value)>,
 ) -> Result<(), Failed> {
     let gpu = gpu()?;
-    let sun = choice.as_ref().is_some_and(|(name, _)| *name == SUNS);
+    let is = |name: &str| choice.as_ref().is_some_and(|c| c.0 == name);
+    let (sun, bumpy) = (is(SUNS), is(NORMALS));
     let params: ParamValues = choice.into_iter().collect();
     let light = if sun { sunny() } else { light() };
     let geometry = technique.needs_sites(&params).then(ring);
@@ -245,7 +249,16 @@ fn technique(
         }
     }
     let Some(mut bake) = taken else { return Err(refused) };
-    let points = points(geometry.as_ref());
+    let mut points = points(geometry.as_ref());
+    if bumpy {
+        // The surface's own normals lean away from those that are shaded.
+        for i in 0..points.len() {
+            let own = Vec3::from_array([0, 1, 2].map(|k| points.chart[k][i]));
+            let t = Vec3::from_array([3, 4, 5].map(|k| points.chart[k][i]));
+            let leant = (own + (0.1 * (i % 9) as f32 - 0.4) * t).normalize().to_array();
+            (0..3).for_each(|k| points.chart[k][i] = leant[k]);
+        }
+    }
     if sun && !bake.gpu().uniforms.iter().any(|u| u.name == "suns") {
         return Err("the sun is not apart: nothing of it was compared".into());
     }

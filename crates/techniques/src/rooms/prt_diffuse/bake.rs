@@ -1,6 +1,7 @@
 //! Transfer vectors.
 
 use super::PrtDiffuse;
+use super::normals::{self, HARMONICS};
 use crate::shared::geometry::transport::{self, PerSite};
 use crate::shared::light::sh_light::Albedo;
 use crate::{BakeError, Geometry, Technique};
@@ -19,25 +20,31 @@ params! {
         pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of the coefficients of transfer"),
         /// Where the window ends; 0 for none.
         pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
+        /// Transfer by normal.
+        pub normals: bool = ParamInfo::switch("normals", false, "transfer to other normals than the mesh's, for normal maps: ten times the memory"),
         /// 16-bit transfer.
         pub halves: bool = ParamInfo::switch("halves", false, "transfer of 16-bit floats"),
     }
 }
 
-/// Transfer vectors of all sites: what arrives straight, and then, where light is reflected, one vector or three of it.
+/// Transfer vectors of all sites: what arrives straight; where light is reflected, one vector or three of it; and last, where other normals
+/// are asked for, what they get ([`normals`]).
 pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
-    let settings =
-        Settings { bands: p.bands, tolerance: p.precision, bounces: p.bounces as u32, ..Settings::default() };
+    let settings = Settings {
+        bands: p.bands,
+        tolerance: p.precision,
+        bounces: p.bounces as u32,
+        matrices: p.normals,
+        ..Settings::default()
+    };
     let t = transport::bake(PrtDiffuse::CARD.slug, g, m.0, settings, task)?;
     let n = p.bands * p.bands;
     let reflected = transport::reflected(&t);
+    let by_normal = if p.normals { normals::by_normal(g, &t)? } else { Vec::new() };
     let all = match t.direct {
         None => PerSite { stride: n, data: t.t },
-        Some(direct) => {
-            let both = direct.chunks(n).zip(reflected.data.chunks(reflected.stride));
-            let data = both.flat_map(|(a, b)| a.iter().chain(b)).copied().collect();
-            PerSite { stride: n + reflected.stride, data }
-        }
+        Some(direct) => PerSite { stride: n, data: direct }.beside(&reflected),
     };
+    let all = if p.normals { all.beside(&PerSite { stride: HARMONICS * n, data: by_normal }) } else { all };
     Ok(if p.halves { all.rounded() } else { all })
 }

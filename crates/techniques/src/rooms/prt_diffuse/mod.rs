@@ -8,9 +8,11 @@
 //! with L_i the light's coefficients in W sr⁻¹ m⁻². Approximated: L, by its first bands, as seen by t; V is what rays
 //! find, interpolated between the sites of a triangle; f is exact. With more than one scattering event t also holds what
 //! the mesh reflects to x, with the albedo that was baked: another albedo bakes the transfer anew. Refused: any
-//! reflectance but Lambert's, and point lights. Of suns that are shaded exactly beside the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
+//! reflectance but Lambert's, and point lights. With `normals`, what arrives straight is known for other normals than the mesh's too
+//! (Sloan 2006, *Normal Mapping for Precomputed Radiance Transfer*); what is reflected is taken as at the mesh's. Of suns that are shaded exactly beside the data, t holds what is reflected. Small lights ring: a window over the bands trades sharpness for that.
 
 mod bake;
+mod normals;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -24,6 +26,7 @@ use crate::{
     Radiance, Technique, View,
 };
 use bake::Params;
+use normals::HARMONICS;
 use shade::Frame;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
@@ -55,7 +58,8 @@ impl Technique for PrtDiffuse {
         slug: "prt_diffuse",
         title: "Precomputed radiance transfer, diffuse",
         citation: "Sloan, Kautz & Snyder 2002, Precomputed Radiance Transfer for Real-Time Rendering in Dynamic, \
-                   Low-Frequency Lighting Environments, sections 3 and 4; STAR04 7.4.4, eq. 53",
+                   Low-Frequency Lighting Environments, sections 3 and 4; Sloan 2006, Normal Mapping for Precomputed Radiance \
+                   Transfer; STAR04 7.4.4, eq. 53",
         equation: "L_o = (albedo/π) Σ_i t_i L_i, t_i = ∫ V (n·w)₊ y_i dw",
         light: "spherical harmonics of 5 bands (1 to 6)",
         visibility: "self-shadowing, and interreflection where asked for, per site",
@@ -101,8 +105,10 @@ impl Technique for PrtDiffuse {
 
     fn is_whole(b: &Bake<Self>) -> bool {
         let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride);
-        // Nothing yet, or vectors of direct light, and of reflected light in one channel or three.
-        [0, n, 2 * n, 4 * n].contains(&stride) && b.transfer.data.len().is_multiple_of(stride.max(1))
+        let more = if b.params.normals { HARMONICS * n } else { 0 };
+        // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other normals.
+        (stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride))
+            && b.transfer.data.len().is_multiple_of(stride.max(1))
     }
 
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
@@ -118,7 +124,7 @@ impl Technique for PrtDiffuse {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
-        *f = Frame::new(&b.light, b.material.0, b.params.bands, &b.transfer, v);
+        *f = Frame::new(b, v);
     }
 
     fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {

@@ -1,9 +1,10 @@
 //! Radiance of every site once a frame, interpolated at points; `shade.wgsl` sums the same at each of the three sites.
 
 use super::PrtDiffuse;
+use super::normals::{HARMONICS, difference};
 use crate::gpu::{Buffer, Entry, Numbers, Uniform};
-use crate::shared::geometry::transport::{self, PerSite};
-use crate::shared::light::sh_light::{self, ShLight};
+use crate::shared::geometry::transport;
+use crate::shared::light::sh_light;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
 use std::f64::consts::PI;
@@ -16,12 +17,20 @@ pub struct Form {
     n: usize,
     /// Vectors of reflected light: none, one, or one for each channel.
     reflected: usize,
+    /// Are there vectors of other normals behind them?
+    normals: bool,
 }
 
 impl Form {
-    pub(super) fn of(bands: usize, stride: usize) -> Self {
+    pub(super) fn of(bands: usize, stride: usize, normals: bool) -> Self {
         let n = bands * bands;
-        Self { n, reflected: (stride / n.max(1)).saturating_sub(1) }
+        let more = if normals { 1 + HARMONICS } else { 1 };
+        Self { n, reflected: (stride / n.max(1)).saturating_sub(more), normals }
+    }
+
+    /// First number of the vectors of other normals.
+    fn by_normal(self) -> usize {
+        (1 + self.reflected) * self.n
     }
 }
 
@@ -32,22 +41,32 @@ pub struct Frame {
     /// albedo/π · L_i, turned: of what arrives straight, and of what is reflected.
     light: [Vec<[f32; 3]>; 2],
     radiance: Vec<[f32; 3]>,
+    /// By site: radiance as harmonics of the normal, where it is known for others than the site's own.
+    by_normal: Vec<[[f32; 3]; HARMONICS]>,
 }
 
 impl Frame {
-    pub(super) fn new(light: &ShLight, albedo: [f64; 3], bands: usize, transfer: &PerSite, v: &View) -> Self {
+    pub(super) fn new(b: &Bake<PrtDiffuse>, v: &View) -> Self {
+        let (bands, transfer) = (b.params.bands, &b.transfer);
         if transfer.stride == 0 {
             return Self::default();
         }
-        let form = Form::of(bands, transfer.stride);
-        let factor = albedo.map(|a| a / PI);
+        let form = Form::of(bands, transfer.stride, b.params.normals);
+        let factor = b.material.0.map(|a| a / PI);
         let light = [
-            light.turned(bands, v.light_rotation, factor),
-            light.turned_reflected(bands, v.light_rotation, factor),
+            b.light.turned(bands, v.light_rotation, factor),
+            b.light.turned_reflected(bands, v.light_rotation, factor),
         ];
         let site = |t: &[f32]| sum(form, &light, t);
         let radiance = transfer.data.par_chunks_exact(transfer.stride).map(site).collect();
-        Self { form, light, radiance }
+        let plain = Form { reflected: 0, ..form };
+        let normals = |t: &[f32]| {
+            let t = &t[form.by_normal()..];
+            std::array::from_fn(|k| sum(plain, &light, &t[k * form.n..][..form.n]))
+        };
+        let each = transfer.data.par_chunks_exact(transfer.stride);
+        let by_normal = if form.normals { each.map(normals).collect() } else { Vec::new() };
+        Self { form, light, radiance, by_normal }
     }
 }
 
@@ -73,7 +92,18 @@ fn sum(form: Form, light: &[Vec<[f32; 3]>; 2], t: &[f32]) -> [f32; 3] {
 pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     for i in 0..q.len() {
         let value = |s: u32| f.radiance.get(s as usize).copied().unwrap_or_default();
-        let l = transport::gather(q, i, value);
+        let mut l = transport::gather(q, i, value);
+        // The surface's own normal stands in the chart.
+        if f.form.normals && q.chart[0].len() == q.len() {
+            let own = [0, 1, 2].map(|k| q.chart[k][i]);
+            let d = difference(q.n.map(|c| c[i]), own);
+            let value = |s: u32| {
+                let by_normal = f.by_normal.get(s as usize).copied().unwrap_or_default();
+                [0, 1, 2].map(|c| d.iter().zip(&by_normal).map(|(d, l)| d * l[c]).sum())
+            };
+            let more = transport::gather(q, i, value);
+            (0..3).for_each(|c| l[c] += more[c]);
+        }
         (0..3).for_each(|c| out.rgb[c][i] = l[c]);
     }
 }
@@ -109,6 +139,32 @@ fn sum_wgsl(form: Form) -> String {
     )
 }
 
+/// What a bumped normal gets more, Σ_i L_i Σ_k d_k T_ki.
+fn bumped_wgsl(form: Form) -> String {
+    let (n, first) = (form.n, form.by_normal());
+    let mut terms = String::new();
+    for i in 0..n {
+        terms += &format!("    l += {} * bumped_number(site, {i}u, d);\n", sh_light::uniform(i));
+    }
+    format!(
+        "fn bumped_number(site: Site, i: u32, d: array<f32, {HARMONICS}>) -> f32 {{
+    var each = d;
+    var sum = 0.0;
+    for (var k = 0u; k < {HARMONICS}u; k++) {{
+        sum += each[k] * fetch_transfer_at(site, {first}u + k * {n}u + i);
+    }}
+    return sum;
+}}
+
+fn bumped(site: Site, n: vec3<f32>) -> vec3<f32> {{
+    let d = normal_difference(n, site.n);
+    var l = vec3<f32>(0.0);
+{terms}    return l;
+}}
+"
+    )
+}
+
 pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
     let stride = b.transfer.stride;
     let data = if b.params.halves {
@@ -116,9 +172,17 @@ pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
     } else {
         Numbers::F32(b.transfer.data.clone())
     };
+    let mut modules = vec![sum_wgsl(f.form).into()];
+    if f.form.normals {
+        modules.push(include_str!("normals.wgsl").into());
+        modules.push(bumped_wgsl(f.form).into());
+        modules.push(include_str!("bumped.wgsl").into());
+    } else {
+        modules.push(include_str!("shade.wgsl").into());
+    }
     GpuTechnique {
         slug: PrtDiffuse::CARD.slug,
-        modules: vec![sum_wgsl(f.form).into(), include_str!("shade.wgsl").into()],
+        modules,
         entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: uniforms(f),

@@ -3,7 +3,7 @@ use crate::AnyBake;
 use crate::shared::trials::trial::vertices;
 use crate::shared::trials::trial::{at_vertices, farthest, on_mesh};
 use crate::{Geometry, Sites, find};
-use glam::Mat3;
+use glam::{DVec3, Mat3, Vec3};
 use steradian_scene::{Mesh, shapes};
 
 fn bake(lights: &Lights, mesh: &Mesh, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
@@ -97,6 +97,94 @@ fn halves_and_windows() {
     let furnace = bake(&lights::furnace(), &mesh, &[]);
     let windowed = bake(&lights::furnace(), &mesh, &[("window", 5.0)]);
     assert!(farthest(&at_vertices(&*furnace, &mesh), &at_vertices(&*windowed, &mesh)) < 1e-5);
+}
+
+/// A plane with a box above a part of it, and points of the plane with normals of bumps.
+fn bumpy() -> (Mesh, crate::PointsBuf, Vec<DVec3>) {
+    let plane = shapes::plane(3.0, 0.0, 24);
+    let shade = shapes::cuboid([0.8; 3], 2).transformed(&glam::Affine3A::from_translation(Vec3::Y));
+    let mesh = Mesh::merged(&[plane.clone(), shade]);
+    let (mut q, mut normals) = (crate::PointsBuf::default(), Vec::new());
+    let inside = |p: &Vec3| p.x.abs() < 1.3 && p.z.abs() < 1.3;
+    for (k, p) in plane.positions.iter().enumerate().filter(|(_, p)| inside(p)) {
+        let slope = 0.6 * Vec3::new((9.0 * p.x).sin(), 0.0, (7.0 * p.z + 1.0).cos());
+        let n = (Vec3::Y - slope).normalize();
+        q.push(n, Vec3::X, Vec3::Y, *p);
+        q.locate(Default::default(), [k as u32; 3], [0.0; 2]);
+        let (own, t) = (Vec3::Y.to_array(), Vec3::X.to_array());
+        q.chart(crate::PointChart { n: own, t, side: 1.0, footprint: 0.0 });
+        normals.push(n.as_dvec3());
+    }
+    (mesh, q, normals)
+}
+
+fn of(b: &dyn AnyBake, q: &crate::PointsBuf) -> [Vec<f32>; 3] {
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    rgb
+}
+
+/// A flat normal map changes nothing.
+#[test]
+fn flat_bumps_are_none() {
+    let (mesh, mut q, _) = bumpy();
+    q.n = [0.0f32, 1.0, 0.0].map(|x| vec![x; q.len()]);
+    let plain = of(&*bake(&lights::smooth(), &mesh, &[]), &q);
+    for (bounces, precision) in [(1.0, 5e-3), (2.0, 0.05)] {
+        let params = [("normals", 1.0), ("bounces", bounces), ("precision", precision)];
+        let b = bake(&lights::smooth(), &mesh, &params);
+        let flat = of(&*b, &q);
+        let mut bare = q.clone();
+        bare.chart = Default::default();
+        assert_eq!(flat, of(&*b, &bare), "{bounces}");
+        if bounces == 1.0 {
+            // Rays of their own, each within the precision, times the light.
+            let far = flat.iter().flatten().zip(plain.iter().flatten()).map(|(a, b)| (a - b).abs());
+            assert!(far.fold(0.0, f32::max) < 5e-3);
+        }
+        // What is saved is loaded whole.
+        let again = find("prt_diffuse").unwrap().load(&b.save()).unwrap();
+        assert_eq!(of(&*again, &q), flat);
+    }
+}
+
+/// Bumps beside a box above them get what paths bring them, which the mesh's normals do not.
+#[test]
+fn bumps_in_a_shadow_are_those_of_paths() {
+    use steradian_reference::path::{PathOptions, PathPoint, PathScene, trace_points};
+    let (mesh, q, normals) = bumpy();
+    let light = lights::smooth();
+    let brdf = steradian_brdf::parse("lambert:albedo=0.5").unwrap();
+    let bvh = steradian_scene::Bvh::build(&mesh);
+    let exact = {
+        let (materials, offset) = (&[brdf.clone()][..], PathScene::OFFSET);
+        let scene = PathScene { mesh: &mesh, bvh: &bvh, materials, tint: None, lights: &light, offset };
+        let points: Vec<PathPoint<'_>> = normals
+            .iter()
+            .enumerate()
+            .map(|(i, n)| PathPoint {
+                position: Vec3::from_array([0, 1, 2].map(|c| q.p[c][i])).as_dvec3(),
+                frame: steradian_sphere::Frame::from_normal(*n),
+                wo: DVec3::Y,
+                brdf: &*brdf,
+            })
+            .collect();
+        let options = PathOptions { bounces: 1, samples: 4096, seed: 3 };
+        trace_points(&scene, &points, options, &Task::quiet()).unwrap()
+    };
+    let error = |params: &[(&str, f64)]| {
+        let got = of(&*bake(&light, &mesh, params), &q);
+        let (mut off, mut all) = (0.0, 0.0);
+        for (i, e) in exact.iter().enumerate() {
+            for c in 0..3 {
+                off += (f64::from(got[c][i]) - e.rgb[c]).powi(2);
+                all += e.rgb[c] * e.rgb[c];
+            }
+        }
+        (off / all).sqrt()
+    };
+    let (plain, bumped) = (error(&[]), error(&[("normals", 1.0)]));
+    assert!(plain > 0.1 && bumped < 0.02, "{plain} {bumped}");
 }
 
 /// Points without sites are black, and none beyond the end is read.

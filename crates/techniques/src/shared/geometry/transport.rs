@@ -24,6 +24,14 @@ impl PerSite {
         self.data.get(start..start + self.stride)
     }
 
+    /// The numbers of each site with those that another has behind them.
+    #[must_use]
+    pub fn beside(&self, other: &Self) -> Self {
+        let both = self.data.chunks(self.stride.max(1)).zip(other.data.chunks(other.stride.max(1)));
+        let data = both.flat_map(|(a, b)| a.iter().chain(b)).copied().collect();
+        Self { stride: self.stride + other.stride, data }
+    }
+
     /// The same rounded to 16-bit floats.
     #[must_use]
     pub fn rounded(mut self) -> Self {
