@@ -23,13 +23,13 @@ fn sky(f: impl Fn(usize, usize) -> f32) -> Lights {
 
 fn at(mesh: &Mesh, lights: &Lights, points: &[DVec3], options: PathOptions) -> Vec<ProbeEstimate> {
     with(mesh, lights, |scene| {
-        trace_probes(scene, points, 4, options, &Task::quiet()).expect("nobody cancels")
+        trace_probes(scene, points, 4, options, &(), &Task::quiet()).expect("nobody cancels")
     })
 }
 
 fn image(mesh: &Mesh, lights: &Lights, point: DVec3, height: usize, options: PathOptions) -> ProbeImage {
     with(mesh, lights, |scene| {
-        let all = trace_environments(scene, &[point], height, options, &Task::quiet());
+        let all = trace_environments(scene, &[point], height, options, &(), &Task::quiet());
         all.expect("nobody cancels").remove(0)
     })
 }

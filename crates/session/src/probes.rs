@@ -1,6 +1,7 @@
 //! Light fields: captured in a scene by paths, kept in files, and shaded by.
 
 mod capture;
+mod kept;
 mod shade;
 
 pub(crate) use shade::{has_no_light, refuse};
@@ -13,12 +14,13 @@ use steradian_formats::{TensorFile, read_tensors, write_tensors};
 use steradian_light::Probes;
 
 impl Session {
-    /// Writes a light field with its provenance.
-    pub fn write_probes(&self, field: &Probes, path: &Path) -> Result<(), Error> {
+    /// Writes a light field with its provenance. What was kept to go on after an interruption goes.
+    pub fn write_probes(&self, done: Captured, path: &Path) -> Result<(), Error> {
         self.check()?;
-        let mut file = field.tensors();
+        let mut file = done.field.tensors();
         file.metadata.extend(self.provenance_pairs());
-        Ok(write_tensors(path, &file)?)
+        write_tensors(path, &file)?;
+        done.store.map_or(Ok(()), |s| Ok(s.finish()?))
     }
 
     /// The light field of a file.

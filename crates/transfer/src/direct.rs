@@ -78,12 +78,12 @@ pub(crate) fn direct(
     task.begin("visibility", sites.len() as u64);
     let block = |(k, sites): (usize, &[Site])| -> Result<Block, TransferError> {
         task.check()?;
-        let block = match store.and_then(|s| s.read(k)) {
+        let block = match store.and_then(|s| s.read(k as u64)).and_then(Block::from_bytes) {
             Some(block) => block,
             None => {
                 let block = plan.block((k * BLOCK) as u32, sites);
                 if let Some(store) = store {
-                    store.write(k, &block)?;
+                    store.write(k as u64, &block.to_bytes())?;
                 }
                 block
             }

@@ -34,7 +34,7 @@ pub enum TransferError {
         /// What to do.
         advice: &'static str,
     },
-    /// The file of finished blocks cannot be used.
+    /// The file of finished parts cannot be used.
     #[error("{path}: {why}")]
     Store {
         /// The file.

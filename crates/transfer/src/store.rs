@@ -1,8 +1,8 @@
-//! Finished blocks in a file beside the output, so that an interrupted computation goes on where it was.
+//! Finished parts of a computation in a file beside its output, so that an interrupted one goes on where it was.
 //!
-//! The file begins with a key, the digest of everything that the blocks depend on; a file of another key is begun
-//! anew. Blocks follow in the order in which they were finished, each with its length and a checksum; what was written
-//! in part is cut off.
+//! The file begins with a key, the digest of everything that the parts depend on; a file of another key is begun
+//! anew. Parts follow in the order in which they were finished, each with its length, a checksum and its number; what was
+//! written in part is cut off. [`crate::transfer`] keeps blocks of sites.
 
 use crate::TransferError;
 use crate::direct::Block;
@@ -15,10 +15,11 @@ use steradian_base::Input;
 
 const KEY: usize = 64;
 
-/// The file of finished blocks.
+/// The file of finished parts.
+#[derive(Debug)]
 pub struct Store {
     path: PathBuf,
-    found: HashMap<usize, Block>,
+    found: HashMap<u64, Vec<u8>>,
     file: Mutex<File>,
 }
 
@@ -42,8 +43,8 @@ impl Store {
         key.resize(KEY, b' ');
         let (mut found, mut end) = (HashMap::new(), KEY);
         if bytes.len() >= KEY && bytes[..KEY] == key {
-            while let Some((index, block, next)) = record(&bytes, end) {
-                found.insert(index, block);
+            while let Some((number, part, next)) = record(&bytes, end) {
+                found.insert(number, part.to_vec());
                 end = next;
             }
         } else {
@@ -56,7 +57,7 @@ impl Store {
         Ok(Self { path, found, file: Mutex::new(file) })
     }
 
-    /// Blocks that were there already.
+    /// Parts that were there already.
     pub fn found(&self) -> usize {
         self.found.len()
     }
@@ -66,16 +67,14 @@ impl Store {
         std::fs::remove_file(&self.path).map_err(|e| fault(&self.path, &e))
     }
 
-    pub(crate) fn read(&self, index: usize) -> Option<Block> {
-        self.found.get(&index).cloned()
+    /// A part that was there already.
+    pub fn read(&self, number: u64) -> Option<&[u8]> {
+        self.found.get(&number).map(Vec::as_slice)
     }
 
-    pub(crate) fn write(&self, index: usize, block: &Block) -> Result<(), TransferError> {
-        let mut body = (index as u32).to_le_bytes().to_vec();
-        body.extend(block.rays.to_le_bytes());
-        body.extend((block.enclosed.len() as u32).to_le_bytes());
-        block.enclosed.iter().for_each(|i| body.extend(i.to_le_bytes()));
-        block.values.iter().for_each(|x| body.extend(x.to_le_bytes()));
+    /// Keeps a finished part.
+    pub fn write(&self, number: u64, part: &[u8]) -> Result<(), TransferError> {
+        let body = [&number.to_le_bytes()[..], part].concat();
         let mut bytes = (body.len() as u32).to_le_bytes().to_vec();
         bytes.extend(checksum(&body));
         bytes.extend(body);
@@ -96,26 +95,41 @@ fn checksum(body: &[u8]) -> [u8; 8] {
     out
 }
 
-/// The record at `at`, and where the next begins; `None` where it is not whole.
-fn record(bytes: &[u8], at: usize) -> Option<(usize, Block, usize)> {
+/// The part at `at`, and where the next begins; `None` where it is not whole.
+fn record(bytes: &[u8], at: usize) -> Option<(u64, &[u8], usize)> {
     let length = u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize;
     let body = bytes.get(at + 12..)?.get(..length)?;
     if bytes[at + 4..at + 12] != checksum(body) {
         return None;
     }
-    let index = u32::from_le_bytes(*body.first_chunk()?) as usize;
-    let rays = u64::from_le_bytes(*body.get(4..)?.first_chunk()?);
-    let enclosed = u32::from_le_bytes(*body.get(12..)?.first_chunk()?) as usize;
-    let (words, rest) = body.get(16..)?.as_chunks::<4>();
-    if !rest.is_empty() {
-        return None;
+    let (number, part) = body.split_first_chunk()?;
+    Some((u64::from_le_bytes(*number), part, at + 12 + length))
+}
+
+impl Block {
+    /// The block as a part.
+    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+        let mut out = self.rays.to_le_bytes().to_vec();
+        out.extend((self.enclosed.len() as u32).to_le_bytes());
+        self.enclosed.iter().for_each(|i| out.extend(i.to_le_bytes()));
+        self.values.iter().for_each(|x| out.extend(x.to_le_bytes()));
+        out
     }
-    let block = Block {
-        enclosed: words.get(..enclosed)?.iter().map(|w| u32::from_le_bytes(*w)).collect(),
-        values: words[enclosed..].iter().map(|w| f32::from_le_bytes(*w)).collect(),
-        rays,
-    };
-    Some((index, block, at + 12 + length))
+
+    /// From [`Block::to_bytes`]; `None` where that is not whole.
+    pub(crate) fn from_bytes(part: &[u8]) -> Option<Self> {
+        let rays = u64::from_le_bytes(*part.first_chunk()?);
+        let enclosed = u32::from_le_bytes(*part.get(8..)?.first_chunk()?) as usize;
+        let (words, rest) = part.get(12..)?.as_chunks::<4>();
+        if !rest.is_empty() {
+            return None;
+        }
+        Some(Self {
+            enclosed: words.get(..enclosed)?.iter().map(|w| u32::from_le_bytes(*w)).collect(),
+            values: words[enclosed..].iter().map(|w| f32::from_le_bytes(*w)).collect(),
+            rays,
+        })
+    }
 }
 
 #[cfg(test)]
@@ -123,23 +137,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whole_blocks_are_found_again_and_torn_ones_are_not() {
+    fn whole_parts_are_found_again_and_torn_ones_are_not() {
         let folder = tempfile::tempdir().unwrap();
         let output = folder.path().join("out.safetensors");
         let block = |k: u32| Block { values: vec![k as f32; 5], enclosed: vec![k; k as usize], rays: 7 };
         let store = Store::open(&output, "key").unwrap();
         for k in 0..4 {
-            store.write(k as usize, &block(k)).unwrap();
+            store.write(k.into(), &block(k).to_bytes()).unwrap();
         }
         drop(store);
         let part = folder.path().join("out.safetensors.part");
         let bytes = std::fs::read(&part).unwrap();
         std::fs::write(&part, &bytes[..bytes.len() - 3]).unwrap();
         let store = Store::open(&output, "key").unwrap();
-        assert_eq!((store.found(), store.read(2), store.read(3)), (3, Some(block(2)), None));
-        store.write(3, &block(3)).unwrap();
+        let of = |store: &Store, k: u64| store.read(k).and_then(Block::from_bytes);
+        assert_eq!((store.found(), of(&store, 2), of(&store, 3)), (3, Some(block(2)), None));
+        store.write(3, &block(3).to_bytes()).unwrap();
         drop(store);
-        assert_eq!(Store::open(&output, "key").unwrap().read(3), Some(block(3)));
+        assert_eq!(of(&Store::open(&output, "key").unwrap(), 3), Some(block(3)));
         assert_eq!(Store::open(&output, "other").unwrap().found(), 0);
         let store = Store::open(&output, "key").unwrap();
         assert_eq!(store.found(), 0, "another computation has begun the file anew");

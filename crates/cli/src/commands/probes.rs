@@ -101,24 +101,35 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     };
     let scene = render::scene(&scene, context)?;
     let image = o.image.map(|rows| (rows, o.texel_paths));
-    let request = Request { at, bands: o.bands, bounces: o.bounces, noise: o.noise, seed: o.seed, image };
+    let request = Request {
+        at,
+        bands: o.bands,
+        bounces: o.bounces,
+        noise: o.noise,
+        seed: o.seed,
+        image,
+        output: Some(o.output.clone()),
+    };
     let (done, missed) = context.capture(&scene, &request)?.even_if_missed();
-    context.write_probes(&done.field, &o.output)?;
     let (n, inside) = (done.field.light.len(), done.inside());
+    let (noise, image_noise, paths, seconds) = (done.noise, done.image_noise, done.paths, done.seconds);
+    let resumed = done.resumed;
+    context.write_probes(done, &o.output)?;
     if context.common.json {
         context.print_json(json!({
             "output": o.output.file_name().map(|n| n.to_string_lossy()),
             "probes": n,
             "inside": inside,
             "bands": request.bands,
-            "noise": done.noise,
-            "image_noise": done.image_noise,
-            "paths": done.paths,
-            "seconds": done.seconds,
+            "noise": noise,
+            "image_noise": image_noise,
+            "paths": paths,
+            "resumed_parts": resumed,
+            "seconds": seconds,
         }))?;
     } else {
-        let (path, noise, seconds) = (o.output.display(), 100.0 * done.noise, done.seconds);
-        let images = done.image_noise.map_or(String::new(), |n| format!(" (of images {:.1} %)", 100.0 * n));
+        let (path, noise) = (o.output.display(), 100.0 * noise);
+        let images = image_noise.map_or(String::new(), |n| format!(" (of images {:.1} %)", 100.0 * n));
         context.say(format_args!(
             "{path}: {n} probes, {inside} inside solids, noise at most {noise:.2} %{images}, {seconds:.2} s"
         ));

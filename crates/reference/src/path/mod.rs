@@ -13,7 +13,7 @@ mod sampler;
 mod tracer;
 
 pub use photograph::{Patch, Photographs, photograph};
-pub use probes::{ProbeEstimate, ProbeImage, trace_environments, trace_probes};
+pub use probes::{Kept, ProbeEstimate, ProbeImage, trace_environments, trace_probes};
 
 use glam::DVec3;
 use random::Random;
@@ -49,6 +49,11 @@ pub struct PathScene<'a> {
 impl PathScene<'_> {
     /// The usual offset: 1e-4 in scene units.
     pub const OFFSET: f64 = 1e-4;
+}
+
+/// The instruction set by which paths are traced: another one gives other bits.
+pub fn instructions() -> &'static str {
+    steradian_simd::isa().name()
 }
 
 /// How much work.

@@ -23,6 +23,22 @@ pub struct ProbeEstimate {
     pub behind: f64,
 }
 
+/// Results that are kept from an interrupted computation, and those that are finished now, by number; `()` keeps none.
+pub trait Kept<T>: Sync {
+    /// What was kept.
+    fn read(&self, number: usize) -> Option<T>;
+    /// A result is finished.
+    fn write(&self, number: usize, result: &T);
+}
+
+impl<T> Kept<T> for () {
+    fn read(&self, _: usize) -> Option<T> {
+        None
+    }
+
+    fn write(&self, _: usize, _: &T) {}
+}
+
 impl ProbeEstimate {
     /// Is the point inside a solid? Most directions meet surfaces from behind.
     pub fn inside(&self) -> bool {
@@ -57,7 +73,7 @@ impl ProbeEstimate {
 /// Harmonics of `bands` of the radiance that arrives at `points`: distant light where nothing stands in its way, disks,
 /// directional and point lights among it, and what surfaces reflect in `bounces` reflections at most. A sample is a direction
 /// of the sphere, stratified in height, and one drawn from distant light; the balance heuristic joins them. The same bits
-/// whatever the number of threads.
+/// whatever the number of threads. Probes that are `kept` are not traced again.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -66,13 +82,18 @@ pub fn trace_probes(
     points: &[DVec3],
     bands: usize,
     options: PathOptions,
+    kept: &dyn Kept<ProbeEstimate>,
     task: &Task,
 ) -> Result<Vec<ProbeEstimate>, Cancelled> {
     let tracer = Tracer { scene, sampler: Sampler::new(scene.lights) };
     task.begin("probes", points.len() as u64);
     let one = |(k, p): (usize, &DVec3)| {
         task.check()?;
-        let e = probe(&tracer, *p, bands.max(1) - 1, options, k as u64);
+        let e = kept.read(k).unwrap_or_else(|| {
+            let e = probe(&tracer, *p, bands.max(1) - 1, options, k as u64);
+            kept.write(k, &e);
+            e
+        });
         task.advance(1);
         Ok(e)
     };
@@ -97,7 +118,7 @@ pub struct ProbeImage {
 /// the light that [`trace_probes`] takes. `samples` counts the paths of a texel (an even number of them, two at least), of
 /// random directions in it; an eighth as many directions of the whole sphere are drawn from distant light, and the power
 /// heuristic joins them. Directional and point lights fall into the texel that they come from. The same bits whatever the
-/// number of threads.
+/// number of threads. Images that are `kept` are not traced again.
 ///
 /// # Errors
 /// If the task was cancelled.
@@ -106,12 +127,20 @@ pub fn trace_environments(
     points: &[DVec3],
     height: usize,
     options: PathOptions,
+    kept: &dyn Kept<ProbeImage>,
     task: &Task,
 ) -> Result<Vec<ProbeImage>, Cancelled> {
     let tracer = Tracer { scene, sampler: Sampler::new(scene.lights) };
     task.begin("environments of probes", points.len() as u64);
     let one = |(k, p): (usize, &DVec3)| {
-        let e = environment(&tracer, *p, height.max(1), options, k as u64, task)?;
+        let e = match kept.read(k) {
+            Some(e) => e,
+            None => {
+                let e = environment(&tracer, *p, height.max(1), options, k as u64, task)?;
+                kept.write(k, &e);
+                e
+            }
+        };
         task.advance(1);
         Ok(e)
     };

@@ -1,8 +1,10 @@
 //! Capturing the light of a scene.
 
+use super::kept::{self, Parts};
 use super::refuse;
 use crate::{Error, Outcome, Scene, Session};
 use glam::{DVec3, UVec3};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Instant;
@@ -10,6 +12,7 @@ use steradian_light::{LARGEST, MAX_BANDS, Places, Probe, Probes};
 use steradian_reference::path::{PathOptions, ProbeEstimate, trace_environments, trace_probes};
 use steradian_render::PathStage;
 use steradian_scene::Bvh;
+use steradian_transfer::Store;
 
 /// Where light is captured.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,18 +38,20 @@ pub struct Request {
     pub seed: u64,
     /// Rows of a lat-long image of each probe, and the paths of its texels.
     pub image: Option<(usize, u32)>,
+    /// Where the result goes: finished probes are kept beside it until it is there.
+    pub output: Option<PathBuf>,
 }
 
 impl Default for Request {
     /// One probe in the middle, five bands, four reflections, 2 % of noise, no images.
     fn default() -> Self {
         let at = Where::Grid([1; 3], None);
-        Self { at, bands: 5, bounces: 4, noise: 0.02, seed: 0, image: None }
+        Self { at, bands: 5, bounces: 4, noise: 0.02, seed: 0, image: None, output: None }
     }
 }
 
 /// A captured light field.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct Captured {
     /// The field.
     pub field: Probes,
@@ -58,6 +63,9 @@ pub struct Captured {
     pub paths: u64,
     /// Seconds that it took.
     pub seconds: f64,
+    /// Parts that an interrupted capture had left: a probe has one of each round of paths, and one of its image.
+    pub resumed: usize,
+    pub(super) store: Option<Store>,
 }
 
 impl Captured {
@@ -77,7 +85,7 @@ const ROWS: usize = 1024;
 impl Session {
     /// The light that arrives at places of a scene: distant light where nothing hides it, and what surfaces reflect, by
     /// paths. Probes that mostly see surfaces from behind are inside solids and are left out. Paths are doubled until each
-    /// probe is as quiet as asked; the same bits whatever the number of threads.
+    /// probe is as quiet as asked; the same bits whatever the number of threads, and after an interruption.
     pub fn capture(&mut self, scene: &Scene, request: &Request) -> Result<Outcome<Captured>, Error> {
         let start = Instant::now();
         refuse(scene)?;
@@ -96,7 +104,12 @@ impl Session {
             seed: AtomicU64::new(request.seed),
         };
         let positions = places.positions();
-        let (known, paths) = self.estimates(&stage, &positions, request)?;
+        let store = kept::store(scene, request)?;
+        let resumed = store.as_ref().map_or(0, Store::found);
+        if resumed > 0 {
+            self.say(format_args!("goes on after {resumed} finished parts of {} probes", positions.len()));
+        }
+        let (known, paths) = self.estimates(&stage, &positions, request, store.as_ref())?;
         let open: Vec<usize> = (0..known.len()).filter(|k| !known[*k].inside()).collect();
         if open.is_empty() {
             return Err(Error::input(format!(
@@ -105,7 +118,7 @@ impl Session {
                 known.len()
             )));
         }
-        let images = self.images(&stage, &positions, &open, request)?;
+        let images = self.images(&stage, &positions, &open, request, store.as_ref())?;
         let image_noise = images.as_ref().map(|all| all.iter().map(|i| i.1).fold(0.0, f64::max));
         let mut images = images.map(|all| all.into_iter().map(|i| i.0));
         let noise = open.iter().map(|k| known[*k].noise()).fold(0.0, f64::max);
@@ -124,7 +137,7 @@ impl Session {
         }
         self.note_error(format!("relative noise {noise:.3e} (estimated)"));
         let seconds = start.elapsed().as_secs_f64();
-        let done = Captured { field, noise, image_noise, paths, seconds };
+        let done = Captured { field, noise, image_noise, paths, seconds, resumed, store };
         Ok(Outcome::new(done, Some(request.noise), noise))
     }
 
@@ -163,6 +176,7 @@ impl Session {
         stage: &PathStage,
         positions: &[DVec3],
         r: &Request,
+        store: Option<&Store>,
     ) -> Result<(Vec<ProbeEstimate>, u64), Error> {
         let mut known: Vec<ProbeEstimate> = Vec::new();
         let mut counts = vec![0.0; positions.len()];
@@ -172,7 +186,9 @@ impl Session {
             let some: Vec<DVec3> = open.iter().map(|k| positions[*k]).collect();
             // Rounds have random numbers of their own.
             let options = PathOptions { bounces: r.bounces, samples, seed: r.seed.wrapping_add(round << 48) };
-            let new = stage.with_scene(|s| trace_probes(s, &some, r.bands, options, &self.task))?;
+            let kept = Parts::new(store, round as u32, r.bands * r.bands);
+            let new = stage.with_scene(|s| trace_probes(s, &some, r.bands, options, &kept, &self.task))?;
+            kept.check()?;
             paths += u64::from(samples) * open.len() as u64;
             if known.is_empty() {
                 known = new;
@@ -196,11 +212,14 @@ impl Session {
         positions: &[DVec3],
         open: &[usize],
         r: &Request,
+        store: Option<&Store>,
     ) -> Result<Option<Vec<(steradian_sphere::SphereImage, f64)>>, Error> {
         let Some((rows, samples)) = r.image else { return Ok(None) };
         let some: Vec<DVec3> = open.iter().map(|k| positions[*k]).collect();
         let options = PathOptions { bounces: r.bounces, samples, seed: r.seed };
-        let all = stage.with_scene(|s| trace_environments(s, &some, rows, options, &self.task))?;
+        let kept = Parts::new(store, Parts::IMAGES, rows);
+        let all = stage.with_scene(|s| trace_environments(s, &some, rows, options, &kept, &self.task))?;
+        kept.check()?;
         Ok(Some(all.into_iter().map(|i| (i.image, i.noise)).collect()))
     }
 }
