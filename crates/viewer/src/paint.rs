@@ -98,6 +98,8 @@ struct Side {
 /// Draws views on a GPU. What stays from one view to the next stays on the device.
 pub struct Painter {
     gpu: Gpu,
+    /// Develops pictures: in the pool of all they would wait for the steps of bakes, whole seconds.
+    pool: Option<rayon::ThreadPool>,
     /// Of each side one for motion, one for stills, and one of the size of the reference's picture.
     sides: Vec<[Option<Side>; 3]>,
     sky: Option<(String, MovingSky)>,
@@ -106,7 +108,8 @@ pub struct Painter {
 impl Painter {
     /// Opens a GPU.
     pub fn open() -> Result<Self, GpuError> {
-        Ok(Self { gpu: Gpu::open()?, sides: Vec::new(), sky: None })
+        let pool = rayon::ThreadPoolBuilder::new().build().ok();
+        Ok(Self { gpu: Gpu::open()?, pool, sides: Vec::new(), sky: None })
     }
 
     /// Adapter, driver and back end in one line.
@@ -127,6 +130,13 @@ impl Painter {
                 self.paint_here(view)
             }
             painted => painted,
+        }
+    }
+
+    fn beside<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
         }
     }
 
@@ -165,18 +175,19 @@ impl Painter {
                         side.as_ref().and_then(|s| s.film.clone()).unwrap_or_else(|| films[k].clone())
                     }
                 };
-                let d = truth.difference(&film, develop);
+                let d = self.beside(|| truth.difference(&film, develop));
                 numbers.push([d.errors.relative_rms, d.errors.stops, d.flip]);
                 heat.push(d.picture);
             }
         }
-        let picture = |film: &Arc<Film>| match view.look {
+        let look = view.look;
+        let picture = |film: &Arc<Film>| match look {
             Look::FalseColour => false_colour(film, ev),
             Look::Picture | Look::Heat => develop.film(film),
         };
-        let pictures = match view.look {
+        let pictures = match look {
             Look::Heat if !heat.is_empty() => heat,
-            _ => films.iter().map(picture).collect(),
+            _ => self.beside(|| films.iter().map(picture).collect()),
         };
         Ok(Frame {
             pictures,
