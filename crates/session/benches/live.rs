@@ -62,12 +62,12 @@ fn sky(k: usize) -> String {
 }
 
 /// A scene with its renderer, as a window in motion has it.
-struct Shown {
+struct Drawn {
     live: Live,
     renderer: GpuRenderer,
 }
 
-impl Shown {
+impl Drawn {
     fn new(gpu: &Gpu, live: Live) -> Result<Self, Error> {
         let scene = live.gpu(live.camera(), SIZE[1], Mat3::IDENTITY);
         let settings = Settings::interactive(SIZE[0], SIZE[1], gpu.preferred_path());
@@ -141,7 +141,7 @@ fn moving(gpu: &Gpu, asked: &[String]) -> Result<(), Error> {
         };
         let (first, names) = at(0)?;
         let live = session.live(&first, names, None)?;
-        let mut shown = Shown::new(gpu, live)?;
+        let mut shown = Drawn::new(gpu, live)?;
         let start = Instant::now();
         shown.renderer.render(gpu)?;
         let standing = 1e3 * start.elapsed().as_secs_f64();
@@ -172,7 +172,7 @@ fn session_light(k: usize) -> Result<Lights, Error> {
 
 /// Milliseconds of pictures that leave 8 to the filters, the most pictures by which the light is late, and milliseconds
 /// of a picture that waits for it.
-fn filtered(gpu: &Gpu, shown: &mut Shown) -> Result<Option<(Vec<f64>, usize, f64)>, Error> {
+fn filtered(gpu: &Gpu, shown: &mut Drawn) -> Result<Option<(Vec<f64>, usize, f64)>, Error> {
     if shown.live.light_tables().is_err() {
         return Ok(None);
     }

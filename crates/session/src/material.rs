@@ -132,19 +132,19 @@ pub struct Prepared {
     /// Seconds that the bake took.
     pub seconds: f64,
     /// What its certificate covers beside the bake's.
-    pub(crate) beside: Beside,
+    pub(crate) others: OtherCertificates,
 }
 
 /// What a certificate covers beside that of the bake.
 #[derive(Clone, Default)]
-pub(crate) struct Beside {
+pub(crate) struct OtherCertificates {
     /// Are lights shaded exactly?
     exact: bool,
     /// The certificate of a technique for directional and point lights.
     local: Option<Certificate>,
 }
 
-impl Beside {
+impl OtherCertificates {
     /// The certificate of all shading.
     fn join(&self, mut of_bake: Certificate) -> Certificate {
         if self.exact {
@@ -200,7 +200,7 @@ impl Prepared {
             lobe: false,
             bytes: 0,
             seconds: 0.0,
-            beside: Beside::default(),
+            others: OtherCertificates::default(),
         }
     }
 
@@ -209,7 +209,7 @@ impl Prepared {
         let Some(bake) = &self.bake else { return Ok(()) };
         let start = Instant::now();
         bake.0.certify(&task.clone().with_tolerance(under.tolerance))?;
-        self.certificate = Some(self.beside.join(bake.0.certificate().clone()));
+        self.certificate = Some(self.others.join(bake.0.certificate().clone()));
         self.seconds += start.elapsed().as_secs_f64();
         Ok(())
     }

@@ -17,7 +17,7 @@ mod work;
 pub use app::run;
 pub use bake::Baker;
 pub use orbit::Orbit;
-pub use paint::{Frame, Look, Painter, View};
+pub use paint::{DisplayMode, Frame, Painter, View};
 pub use shot::{Shot, shoot};
 pub use wish::Wish;
 

@@ -15,7 +15,7 @@ use steradian_session::live::{Following, Live, MovingSky, Truth, Turned, rotatio
 
 /// How radiance is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Look {
+pub enum DisplayMode {
     /// Exposed and tone-mapped.
     #[default]
     Picture,
@@ -44,7 +44,7 @@ pub struct View {
     /// Tone mapper.
     pub mapper: ToneMapper,
     /// How radiance is shown.
-    pub look: Look,
+    pub mode: DisplayMode,
     /// What the heat map and the numbers are made against.
     pub truth: Option<Arc<Truth>>,
     /// Is every sample shaded, as in stills, or one a pixel, as in motion?
@@ -180,13 +180,13 @@ impl Painter {
                 heat.push(d.picture);
             }
         }
-        let look = view.look;
-        let picture = |film: &Arc<Film>| match look {
-            Look::FalseColour => false_colour(film, ev),
-            Look::Picture | Look::Heat => develop.film(film),
+        let mode = view.mode;
+        let picture = |film: &Arc<Film>| match mode {
+            DisplayMode::FalseColour => false_colour(film, ev),
+            DisplayMode::Picture | DisplayMode::Heat => develop.film(film),
         };
-        let pictures = match look {
-            Look::Heat if !heat.is_empty() => heat,
+        let pictures = match mode {
+            DisplayMode::Heat if !heat.is_empty() => heat,
             _ => self.beside(|| films.iter().map(picture).collect()),
         };
         Ok(Frame {
@@ -351,7 +351,7 @@ mod tests {
             size: [64, 48],
             exposure: None,
             mapper: ToneMapper::default(),
-            look: Look::Picture,
+            mode: DisplayMode::Picture,
             truth: None,
             still: true,
             sky: None,

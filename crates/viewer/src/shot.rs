@@ -1,6 +1,6 @@
 //! Pictures without a window, by the same bakes and the same renderer.
 
-use crate::{Baker, Error, Frame, Look, Orbit, Painter, View, Wish};
+use crate::{Baker, DisplayMode, Error, Frame, Orbit, Painter, View, Wish};
 use std::path::{Path, PathBuf};
 use steradian_render::{Display, ToneMapper};
 use steradian_session::{FRAME_RATE, Session, is_animation};
@@ -52,7 +52,7 @@ pub fn shoot(session: Session, wish: &Wish, shot: &Shot) -> Result<Taken, Error>
             size: shot.size,
             exposure,
             mapper: ToneMapper::from_name(&wish.tone_mapper).unwrap_or_default(),
-            look: Look::Picture,
+            mode: DisplayMode::Picture,
             truth: None,
             still: true,
             sky: None,

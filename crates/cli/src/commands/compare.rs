@@ -286,7 +286,7 @@ struct Case {
 }
 
 /// Materials of a mesh.
-struct Look {
+struct MeshMaterials {
     name: String,
     base: String,
     value: Option<f64>,
@@ -336,13 +336,13 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
         maps,
         ..Material::new(brdf)
     };
-    let mut looks: Vec<Look> = Vec::new();
+    let mut sets: Vec<MeshMaterials> = Vec::new();
     if o.brdf.is_empty() && !materials.is_empty() {
         let params = inputs::parameters(&o.params)?;
         let own = materials.iter().map(|m| Ok(material(m.brdf()?, &params, m.tint(true), m.maps(true))));
         let materials = own.collect::<Result<_, Failure>>()?;
         let name = String::from("the file's materials");
-        looks.push(Look { base: name.clone(), value: None, mark: name.clone(), name, materials });
+        sets.push(MeshMaterials { base: name.clone(), value: None, mark: name.clone(), name, materials });
     } else {
         let specs: Vec<String> = match bakes.first() {
             Some(file) if o.brdf.is_empty() => vec![baked_brdf(file)?.0.into()],
@@ -369,7 +369,7 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
                     name += &format!(" [{}={v}]", s.key);
                 }
                 let mark = format!("{} {name}", file_mark(&spec));
-                looks.push(Look { name, base: short(base), value, mark, materials: all });
+                sets.push(MeshMaterials { name, base: short(base), value, mark, materials: all });
             }
         }
     }
@@ -386,15 +386,15 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
             None => context.light(environment, &o.adjust.get())?,
         };
         o.light.iter().for_each(|l| l.join(&mut lights));
-        for look in &looks {
-            let mut scene = Scene::new(mesh.clone(), look.materials.clone(), lights.clone());
+        for set in &sets {
+            let mut scene = Scene::new(mesh.clone(), set.materials.clone(), lights.clone());
             scene.background = SceneBackground::Environment(BLUR);
             out.push(Case {
                 environment: short(environment),
-                brdf: look.name.clone(),
-                base: look.base.clone(),
-                value: look.value,
-                mark: format!("{} {}", file_mark(environment), look.mark),
+                brdf: set.name.clone(),
+                base: set.base.clone(),
+                value: set.value,
+                mark: format!("{} {}", file_mark(environment), set.mark),
                 scene,
             });
         }

@@ -146,10 +146,10 @@ pub fn cpu(case: &Case, bake: Box<dyn AnyBake>, side: usize) -> Film {
 }
 
 /// A technique and the texture on its surface.
-pub type Look = (Box<dyn AnyBake>, Option<Arc<steradian_render::Texture>>);
+pub type ShadedBy = (Box<dyn AnyBake>, Option<Arc<steradian_render::Texture>>);
 
 /// The CPU's picture of a mesh of several material slots.
-pub fn cpu_of(case: &Case, techniques: Vec<Look>, settings: &Settings) -> Film {
+pub fn cpu_of(case: &Case, techniques: Vec<ShadedBy>, settings: &Settings) -> Film {
     let surface = |(bake, base_colour)| Surface {
         shader: Arc::new(BakeShader(bake)),
         base_colour,

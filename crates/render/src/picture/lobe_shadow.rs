@@ -50,7 +50,7 @@ impl LobeShadowShader {
 
 /// The share of the light that arrives, in place of radiance.
 pub struct LobeShadow {
-    sky: Option<Sky>,
+    sky: Option<SampledEnvironment>,
     reference: bool,
     direct: Direct,
     brdf: SharedBrdf,
@@ -64,7 +64,7 @@ pub struct LobeShadow {
 type Place = [[u32; 3]; 3];
 
 /// The environment, and directions that are drawn by its brightness.
-struct Sky {
+struct SampledEnvironment {
     light: Arc<Environment>,
     density: SphereDistribution,
     drawn: Vec<Lit>,
@@ -78,7 +78,7 @@ struct Lit {
     density: f64,
 }
 
-impl Sky {
+impl SampledEnvironment {
     fn lit(light: &Environment, density: &SphereDistribution, d: DVec3) -> Lit {
         let radiance = light.image.bilinear(d).map(|l| f64::from(l).max(0.0));
         Lit { d, light: radiance, density: density.pdf(d) }
@@ -157,8 +157,11 @@ impl LobeShadow {
         let points: Vec<DVec2> = (0..count).map(|k| R2::default().point((first + k) as u32)).collect();
         let sky = light.and_then(|light| {
             let density = SphereDistribution::new(&light.image)?;
-            let drawn = points.iter().map(|u| Sky::lit(&light, &density, density.sample(*u).0)).collect();
-            Some(Sky { light, density, drawn })
+            let drawn = points
+                .iter()
+                .map(|u| SampledEnvironment::lit(&light, &density, density.sample(*u).0))
+                .collect();
+            Some(SampledEnvironment { light, density, drawn })
         });
         Self { sky, reference, direct, brdf, bvh, points, known: None }
     }
@@ -221,7 +224,7 @@ impl LobeShadow {
         for n in self.counts() {
             for k in done / 2..n / 2 {
                 if let Some(s) = self.brdf.sample(local, self.points[k]) {
-                    let lit = Sky::lit(&sky.light, &sky.density, frame.to_world(s.wi));
+                    let lit = SampledEnvironment::lit(&sky.light, &sky.density, frame.to_world(s.wi));
                     batch.push(s.wi, lit, s.pdf);
                 }
                 let drawn = sky.drawn[k];

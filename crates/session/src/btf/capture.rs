@@ -381,10 +381,10 @@ impl Session {
 }
 
 /// The views that a folder has, with the variances of their pictures.
-type Known = Vec<(usize, Vec<f64>)>;
+type FinishedViews = Vec<(usize, Vec<f64>)>;
 
 /// What the record of a folder says is done; refuses that of another capture.
-fn known(record: &Path, asked: &Value) -> Result<Known, Error> {
+fn known(record: &Path, asked: &Value) -> Result<FinishedViews, Error> {
     if !record.exists() {
         return Ok(Vec::new());
     }
@@ -409,17 +409,17 @@ fn known(record: &Path, asked: &Value) -> Result<Known, Error> {
         let variances: Option<Vec<f64>> = variances.as_array()?.iter().map(Value::as_f64).collect();
         Some((view.parse().ok()?, variances?))
     };
-    done.iter().map(one).collect::<Option<Known>>().ok_or_else(|| bad("has no list of what is done"))
+    done.iter().map(one).collect::<Option<FinishedViews>>().ok_or_else(|| bad("has no list of what is done"))
 }
 
-fn write_record(path: &Path, asked: &Value, known: &Known) -> Result<(), Error> {
+fn write_record(path: &Path, asked: &Value, known: &FinishedViews) -> Result<(), Error> {
     let done: serde_json::Map<String, Value> = known.iter().map(|(v, e)| (v.to_string(), json!(e))).collect();
     let mut text = serde_json::to_string_pretty(&json!({"capture": asked, "done": done})).unwrap_or_default();
     text.push('\n');
     Ok(write_atomic(path, |w| w.write_all(text.as_bytes()))?)
 }
 
-fn list(s: &Surface, stage: &Stage, known: &Known) -> BtfList {
+fn list(s: &Surface, stage: &Stage, known: &FinishedViews) -> BtfList {
     let picture = |v: usize, l: usize, variance: f64| BtfPicture {
         light: angles(stage.lights[l]),
         view: angles(stage.views[v]),

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use super::Changed;
-use super::{Beside, Material, PICTURE_TOLERANCE, Prepared};
+use super::{Material, OtherCertificates, PICTURE_TOLERANCE, Prepared};
 use crate::scene::Sited;
 use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
@@ -271,7 +271,7 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         lobe: false,
         bytes: 0,
         seconds: start.elapsed().as_secs_f64(),
-        beside: Beside::default(),
+        others: OtherCertificates::default(),
     })
 }
 
@@ -346,9 +346,11 @@ fn framed(
 ) -> Prepared {
     bake.frame(view);
     let OtherLights { direct, local, shadows, lobe } = beside;
-    let beside =
-        Beside { exact: !direct.is_empty(), local: local.as_ref().map(|l| l.1.certificate().clone()) };
-    let (certificate, varies) = (beside.join(bake.certificate().clone()), bake.varies());
+    let others = OtherCertificates {
+        exact: !direct.is_empty(),
+        local: local.as_ref().map(|l| l.1.certificate().clone()),
+    };
+    let (certificate, varies) = (others.join(bake.certificate().clone()), bake.varies());
     let bytes = bake.bytes() + local.as_ref().map_or(0, |l| l.0.bytes());
     let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
@@ -385,7 +387,7 @@ fn framed(
         lobe: by_lobe,
         bytes,
         seconds: 0.0,
-        beside,
+        others,
     }
 }
 

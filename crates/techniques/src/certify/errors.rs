@@ -55,23 +55,23 @@ impl Errors {
         c.detail("error, mean of the probes", self.mean).detail("negative", self.negative)
     }
 
-    pub(super) fn of(looks: &[Look]) -> Self {
+    pub(super) fn of(samples: &[ProbeSample]) -> Self {
         let within = |[from, to]: [f64; 2]| {
-            let inside = |l: &&Look| (from..to).contains(&l.degrees);
-            upper(&looks.iter().filter(inside).collect::<Vec<_>>())
+            let inside = |l: &&ProbeSample| (from..to).contains(&l.degrees);
+            upper(&samples.iter().filter(inside).collect::<Vec<_>>())
         };
         let sum =
-            |f: fn(f64) -> f64| looks.iter().flat_map(|l| l.shaded.map(|x| l.weight * f(x))).sum::<f64>();
+            |f: fn(f64) -> f64| samples.iter().flat_map(|l| l.shaded.map(|x| l.weight * f(x))).sum::<f64>();
         let (below, all) = (sum(|x| (-x).max(0.0)), sum(f64::abs));
         let (belts, last) = (BELTS.map(within), within(LAST));
-        let looks: Vec<&Look> = looks.iter().collect();
+        let samples: Vec<&ProbeSample> = samples.iter().collect();
         Self {
-            all: upper(&looks),
+            all: upper(&samples),
             belts,
             last,
-            spread: spread(&looks),
-            mean: ratio(&looks).0.sqrt(),
-            least: bound(&looks, -1.0),
+            spread: spread(&samples),
+            mean: ratio(&samples).0.sqrt(),
+            least: bound(&samples, -1.0),
             negative: if all > 0.0 { below / all } else { 0.0 },
         }
     }
@@ -79,7 +79,7 @@ impl Errors {
 
 /// What was seen at a probe.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Look {
+pub(super) struct ProbeSample {
     pub weight: f64,
     /// The view's angle from the normal.
     pub degrees: f64,
@@ -87,7 +87,7 @@ pub(super) struct Look {
     pub exact: [f64; 3],
 }
 
-impl Look {
+impl ProbeSample {
     /// Squares of the difference and of the exact radiance.
     fn squares(&self) -> [f64; 2] {
         let square = |v: [f64; 3]| self.weight * v.iter().map(|x| x * x).sum::<f64>();
@@ -96,47 +96,48 @@ impl Look {
 }
 
 /// R (the squared error itself where everything is black), and the energy that it is relative to.
-pub(super) fn ratio(looks: &[&Look]) -> (f64, f64) {
-    let [error, energy] = looks.iter().map(|l| l.squares()).fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+pub(super) fn ratio(samples: &[&ProbeSample]) -> (f64, f64) {
+    let [error, energy] =
+        samples.iter().map(|l| l.squares()).fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
     (if energy > 0.0 { error / energy } else { error }, energy)
 }
 
 /// √(R + 2σ).
-pub(super) fn upper(looks: &[&Look]) -> f64 {
-    bound(looks, 2.0)
+pub(super) fn upper(samples: &[&ProbeSample]) -> f64 {
+    bound(samples, 2.0)
 }
 
 /// √(R + so many σ).
-fn bound(looks: &[&Look], sigmas: f64) -> f64 {
-    let (ratio, energy) = ratio(looks);
+fn bound(samples: &[&ProbeSample], sigmas: f64) -> f64 {
+    let (ratio, energy) = ratio(samples);
     if energy <= 0.0 {
         return ratio.sqrt();
     }
-    let n = looks.len() as f64;
-    let off = |l: &&Look| {
+    let n = samples.len() as f64;
+    let off = |l: &&ProbeSample| {
         let [error, exact] = l.squares();
         (error - ratio * exact).powi(2)
     };
-    let rest: f64 = looks.iter().map(off).sum();
+    let rest: f64 = samples.iter().map(off).sum();
     let sigma = (rest * n / (n - 1.0).max(1.0)).sqrt() / energy;
     (ratio + sigmas * sigma).max(0.0).sqrt()
 }
 
 /// What single points err by.
-fn spread(looks: &[&Look]) -> Spread {
+fn spread(samples: &[&ProbeSample]) -> Spread {
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let luminance = |v: [f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];
-    let whole: f64 = looks.iter().map(|l| l.weight).sum();
-    let mean = |f: &dyn Fn(&Look) -> f64| looks.iter().map(|l| l.weight * f(l)).sum::<f64>() / whole;
+    let whole: f64 = samples.iter().map(|l| l.weight).sum();
+    let mean = |f: &dyn Fn(&ProbeSample) -> f64| samples.iter().map(|l| l.weight * f(l)).sum::<f64>() / whole;
     let (dark, dim) = (DARK * mean(&|l| length(l.exact)), DARK * mean(&|l| luminance(l.exact).abs()));
-    let off = |l: &Look| length(std::array::from_fn(|c| l.shaded[c] - l.exact[c]));
-    let relative = |l: &Look| off(l) / length(l.exact).max(dark).max(f64::MIN_POSITIVE);
-    let stops = |l: &Look| {
+    let off = |l: &ProbeSample| length(std::array::from_fn(|c| l.shaded[c] - l.exact[c]));
+    let relative = |l: &ProbeSample| off(l) / length(l.exact).max(dark).max(f64::MIN_POSITIVE);
+    let stops = |l: &ProbeSample| {
         let [a, b] = [l.shaded, l.exact].map(|v| luminance(v).max(dim).max(f64::MIN_POSITIVE));
         (a / b).log2().abs()
     };
-    let sorted = |f: &dyn Fn(&Look) -> f64| {
-        let mut all: Vec<(f64, f64)> = looks.iter().map(|l| (f(l), l.weight / whole)).collect();
+    let sorted = |f: &dyn Fn(&ProbeSample) -> f64| {
+        let mut all: Vec<(f64, f64)> = samples.iter().map(|l| (f(l), l.weight / whole)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all
     };

@@ -17,7 +17,7 @@ pub use errors::Errors;
 pub use report::{Estimate, Report};
 
 use crate::{PointsBuf, Radiance};
-use errors::Look;
+use errors::ProbeSample;
 use glam::DVec3;
 use probes::Probe;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -235,11 +235,11 @@ fn compare(
     task.end();
     let exact = exact?;
     let seen = shaded(probes, uv, shade).into_iter().zip(exact);
-    let look = |(p, (shaded, exact)): (&Probe, _)| {
+    let sample = |(p, (shaded, exact)): (&Probe, _)| {
         let degrees = p.wo.z.clamp(-1.0, 1.0).acos().to_degrees();
-        Look { weight: p.weight, degrees, shaded, exact }
+        ProbeSample { weight: p.weight, degrees, shaded, exact }
     };
-    Ok(Errors::of(&probes.iter().zip(seen).map(look).collect::<Vec<_>>()))
+    Ok(Errors::of(&probes.iter().zip(seen).map(sample).collect::<Vec<_>>()))
 }
 
 /// What `shade` gives at the probe points.

@@ -6,7 +6,7 @@
 //! shifts' means is the noise of the value, which is stated; it is part of the error as stated, so that this is hardly
 //! ever too small.
 
-use super::errors::{Errors, Look};
+use super::errors::{Errors, ProbeSample};
 use super::{Report, Shade};
 use crate::shared::geometry::transport;
 use crate::{BakeError, Geometry, PointsBuf, Radiance};
@@ -91,17 +91,17 @@ impl Paths<'_> {
         let exact = exact?;
         let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; views.len()]);
         shade(&q.as_points(), &mut Radiance::of(&mut rgb));
-        let look = |k: usize| Look {
+        let sample = |k: usize| ProbeSample {
             weight: 1.0,
             degrees: views[k].2.z.clamp(-1.0, 1.0).acos().to_degrees(),
             shaded: [0, 1, 2].map(|c| f64::from(rgb[c][k])),
             exact: exact[k].0,
         };
-        let looks: Vec<Look> = (0..views.len()).map(look).collect();
-        let energy: f64 = looks.iter().flat_map(|l| l.exact).map(|x| x * x).sum();
+        let samples: Vec<ProbeSample> = (0..views.len()).map(sample).collect();
+        let energy: f64 = samples.iter().flat_map(|l| l.exact).map(|x| x * x).sum();
         let noise: f64 = exact.iter().map(|e| e.1).sum();
         let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
-        Ok(Errors::of(&looks).certificate(report).metric(METRIC).detail("noise of the paths", noise))
+        Ok(Errors::of(&samples).certificate(report).metric(METRIC).detail("noise of the paths", noise))
     }
 }
 

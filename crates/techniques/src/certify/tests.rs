@@ -12,13 +12,13 @@ fn the_stated_error_is_an_upper_one() {
     let random = |k: usize| (k as f64 * 0.618_033_988).fract().mul_add(12.9898, 0.3).sin().abs();
     let (mut below, mut sum) = (0, 0.0);
     for s in 0..200 {
-        let look = |k: usize| {
+        let sample = |k: usize| {
             let u = random(7919 * (s * PROBES + k));
-            Look { weight: 1.0, degrees: 0.0, shaded: [1.0 + 0.1 * u * u; 3], exact: [1.0; 3] }
+            ProbeSample { weight: 1.0, degrees: 0.0, shaded: [1.0 + 0.1 * u * u; 3], exact: [1.0; 3] }
         };
-        let looks: Vec<Look> = (0..PROBES).map(look).collect();
-        let looks: Vec<&Look> = looks.iter().collect();
-        let (stated, mean) = (upper(&looks), ratio(&looks).0.sqrt());
+        let samples: Vec<ProbeSample> = (0..PROBES).map(sample).collect();
+        let samples: Vec<&ProbeSample> = samples.iter().collect();
+        let (stated, mean) = (upper(&samples), ratio(&samples).0.sqrt());
         assert!(stated > mean);
         sum += stated / mean / 200.0;
         let all = (0..40_000).map(|k| random(k).powi(4)).sum::<f64>() / 40_000.0;

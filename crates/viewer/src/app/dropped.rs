@@ -44,10 +44,10 @@ impl App {
     }
 
     /// Has a thread look into a file for how it changes what is wished for.
-    fn read(&self, look: impl FnOnce() -> Result<Change, String> + Send + 'static) {
+    fn read(&self, read: impl FnOnce() -> Result<Change, String> + Send + 'static) {
         let (say, ctx) = (self.threads.say.clone(), self.threads.ctx.clone());
         std::thread::spawn(move || {
-            let _ = say.send(Said::Dropped(look()));
+            let _ = say.send(Said::Dropped(read()));
             ctx.request_repaint();
         });
     }

@@ -1,7 +1,7 @@
 //! What keys and menus do.
 
 use super::App;
-use super::{Look, REST, Theme, UNDO, degrees};
+use super::{DisplayMode, REST, Theme, UNDO, degrees};
 use crate::{Orbit, Shot, Wish, controls};
 use eframe::egui::{self, Key, Modifiers};
 use std::path::PathBuf;
@@ -84,10 +84,14 @@ impl App {
             }
         }
         if pressed(Key::H) {
-            self.look = if self.look == Look::Heat { Look::Picture } else { Look::Heat };
+            self.mode = if self.mode == DisplayMode::Heat { DisplayMode::Picture } else { DisplayMode::Heat };
         }
         if pressed(Key::F) {
-            self.look = if self.look == Look::FalseColour { Look::Picture } else { Look::FalseColour };
+            self.mode = if self.mode == DisplayMode::FalseColour {
+                DisplayMode::Picture
+            } else {
+                DisplayMode::FalseColour
+            };
         }
         if pressed(Key::B) {
             self.kept.split = !self.kept.split;

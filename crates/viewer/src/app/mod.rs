@@ -7,7 +7,7 @@ mod picture;
 mod suns;
 mod threads;
 
-use crate::paint::{Frame, Look, Painter, View};
+use crate::paint::{DisplayMode, Frame, Painter, View};
 use crate::{Error, Orbit, Wish};
 use eframe::egui::{self, Color32, Pos2, RichText, Ui, Vec2};
 use keys::KEYS;
@@ -143,7 +143,7 @@ struct App {
     frame: Option<Box<Frame>>,
     textures: Vec<egui::TextureHandle>,
     drawn: Option<Drawn>,
-    look: Look,
+    mode: DisplayMode,
     truth: Option<(Arc<Truth>, Posed, usize)>,
     truth_asked: Option<Posed>,
     truth_history: Vec<(f64, Option<f64>)>,
@@ -177,8 +177,8 @@ impl PartialEq for Drawn {
         a.sides.len() == b.sides.len()
             && a.sides.iter().zip(&b.sides).all(|(x, y)| Arc::ptr_eq(x, y))
             && pair(&a.truth, &b.truth)
-            && (a.camera, a.turn, a.size, a.exposure, a.mapper, a.look, a.still, &a.sky)
-                == (b.camera, b.turn, b.size, b.exposure, b.mapper, b.look, b.still, &b.sky)
+            && (a.camera, a.turn, a.size, a.exposure, a.mapper, a.mode, a.still, &a.sky)
+                == (b.camera, b.turn, b.size, b.exposure, b.mapper, b.mode, b.still, &b.sky)
     }
 }
 
@@ -199,7 +199,7 @@ impl App {
             frame: None,
             textures: Vec::new(),
             drawn: None,
-            look: Look::Picture,
+            mode: DisplayMode::Picture,
             truth: None,
             truth_asked: None,
             truth_history: Vec::new(),
@@ -380,7 +380,7 @@ impl App {
             ctx.request_repaint_after(REST);
         }
         let posed = Posed { live: sides[0].clone(), orbit, turn: self.kept.wish.turn, size: self.pixels };
-        if self.look == Look::Heat && still {
+        if self.mode == DisplayMode::Heat && still {
             if self.truth_asked.as_ref() != Some(&posed) {
                 self.truth_asked = Some(posed.clone());
                 self.truth_history.clear();
@@ -388,7 +388,7 @@ impl App {
                 self.threads.truth.ask(posed.clone());
             }
         } else if self.truth_asked.is_some()
-            && (self.look != Look::Heat || self.truth_asked.as_ref() != Some(&posed))
+            && (self.mode != DisplayMode::Heat || self.truth_asked.as_ref() != Some(&posed))
         {
             self.threads.truth.cancel();
             self.truth_asked = None;
@@ -405,7 +405,7 @@ impl App {
             size,
             exposure: self.kept.wish.exposure,
             mapper: ToneMapper::from_name(&self.kept.wish.tone_mapper).unwrap_or_default(),
-            look: self.look,
+            mode: self.mode,
             truth: self.truth.as_ref().map(|t| t.0.clone()),
             still: still && !first,
             sky,

@@ -1,6 +1,6 @@
 //! The controls beside the picture.
 
-use super::{App, Look, Theme, file_name, section, suns};
+use super::{App, DisplayMode, Theme, file_name, section, suns};
 use crate::wish::{GROUND, SHADOWS};
 use crate::{Wish, controls};
 use eframe::egui::{self, RichText, Ui};
@@ -251,9 +251,9 @@ impl App {
             });
         });
         ui.horizontal_wrapped(|ui| {
-            ui.selectable_value(&mut self.look, Look::Picture, "Picture");
-            ui.selectable_value(&mut self.look, Look::FalseColour, "False colour").on_hover_text("F");
-            ui.selectable_value(&mut self.look, Look::Heat, "Error")
+            ui.selectable_value(&mut self.mode, DisplayMode::Picture, "Picture");
+            ui.selectable_value(&mut self.mode, DisplayMode::FalseColour, "False colour").on_hover_text("F");
+            ui.selectable_value(&mut self.mode, DisplayMode::Heat, "Error")
                 .on_hover_text("H: FLIP to the reference, which is computed beside the window");
         });
         ui.add_space(6.0);

@@ -1,6 +1,6 @@
 //! The picture: what the mouse does in it, and what is written over and below it.
 
-use super::{App, Look, degrees, short, suns, tag};
+use super::{App, DisplayMode, degrees, short, suns, tag};
 use crate::paint::FALSE_COLOUR;
 use crate::reference::STEPS;
 use eframe::egui::{self, Color32, Pos2, Rect, RichText, Sense, Ui, Vec2};
@@ -134,7 +134,7 @@ impl App {
         if self.frame.is_none() && self.error.is_none() && y < rect.top() + 20.0 {
             tag(painter, rect.center(), egui::Align2::CENTER_CENTER, "Drawing …");
         }
-        if self.look == Look::Heat {
+        if self.mode == DisplayMode::Heat {
             let text = self.heat_words();
             tag(
                 painter,
@@ -146,7 +146,7 @@ impl App {
                 ui.ctx().request_repaint_after(Duration::from_millis(200));
             }
         }
-        if self.look == Look::FalseColour {
+        if self.mode == DisplayMode::FalseColour {
             let text = format!(
                 "luminance, {FALSE_COLOUR} stops below (black) to {FALSE_COLOUR} above (pale yellow) middle grey"
             );

@@ -132,13 +132,13 @@ impl Stand {
 }
 
 /// A reference and how pictures of it are shown.
-struct Judge {
+struct Truth {
     truth: Film,
     display: Display,
     develop: Develop,
 }
 
-impl Judge {
+impl Truth {
     fn new(truth: Film) -> Self {
         let ev = auto_exposure(&truth, |i| truth.alpha[i]);
         let develop = Develop { ev, mapper: ToneMapper::Aces };
@@ -211,15 +211,15 @@ pub fn widths(o: &Options) -> Result<()> {
         let lobe = GaussianLobe { sigma: degrees.to_radians(), weight: [1.0; 3], ..GaussianLobe::default() };
         let fit = GaussianFit { diffuse: [0.0; 3], views: vec![vec![lobe]; 2], report: Vec::new() };
         let brdf = lobes(fit);
-        let judge = Judge::new(stand.traced(&brdf, 1)?);
+        let truth = Truth::new(stand.traced(&brdf, 1)?);
         let films: Vec<Film> = bakes.iter().map(|b| stand.film(&**b, &brdf)).collect::<Result<_>>()?;
-        let mut all: Vec<(Errors, f64)> = films.iter().map(|f| judge.of(f)).collect();
-        all.push(judge.of(&stand.traced(&brdf, 4)?));
+        let mut all: Vec<(Errors, f64)> = films.iter().map(|f| truth.of(f)).collect();
+        all.push(truth.of(&stand.traced(&brdf, 4)?));
         let text = |(e, flip): &(Errors, f64)| format!("{:>9} {flip:>7.4}", percent(e.relative_rms));
         say(&format!("{degrees:>4}° {}", all.iter().map(text).collect::<Vec<_>>().join(" ")));
-        let mut cells = vec![judge.cell(&judge.truth, vec!["by paths".into()])];
+        let mut cells = vec![truth.cell(&truth.truth, vec!["by paths".into()])];
         for k in [0, 1, FOUR[0], FOUR[1]] {
-            cells.push(judge.cell(&films[k], caption(&all[k])));
+            cells.push(truth.cell(&films[k], caption(&all[k])));
         }
         let [open, seen] = [0, FOUR[1]].map(|k| even(&*bakes[k]));
         let (open, seen) = (open?, seen?);
@@ -320,19 +320,19 @@ pub fn shadows(o: &Options) -> Result<()> {
         let fit = GaussianFit::new(&*brdf, Plan::default(), &Task::quiet())?;
         let [glossy, diffuse] = parts(&fit);
         let whole = lobes(fit);
-        let judge = Judge::new(stand.traced(&whole, 1)?);
+        let truth = Truth::new(stand.traced(&whole, 1)?);
         let matte = stand.film(&*bakes[FOUR[1]], &diffuse)?;
         let shiny: Vec<Film> = bakes.iter().map(|b| stand.film(&**b, &glossy)).collect::<Result<_>>()?;
         let films: Vec<Film> = shiny.iter().map(|f| plus(f, &matte)).collect();
-        let all: Vec<(Errors, f64)> = films.iter().map(|f| judge.of(f)).collect();
+        let all: Vec<(Errors, f64)> = films.iter().map(|f| truth.of(f)).collect();
         let total = |f: &Film| -> f64 { f.rgb.iter().flatten().map(|x| f64::from(*x)).sum() };
         let share = total(&shiny[FOUR[1]]) / total(&films[FOUR[1]]).max(f64::MIN_POSITIVE);
         let text = |(e, flip): &(Errors, f64)| format!("{:>9} {flip:>7.4}", percent(e.relative_rms));
         let line: Vec<String> = all.iter().map(text).collect();
         say(&format!("{:<22} {} {:>8}", name(&spec), line.join(" "), percent(share)));
-        let mut cells = vec![judge.cell(&judge.truth, vec!["by paths".into()])];
+        let mut cells = vec![truth.cell(&truth.truth, vec!["by paths".into()])];
         for k in [0, 1, 5, 6, 7] {
-            cells.push(judge.cell(&films[k], caption(&all[k])));
+            cells.push(truth.cell(&films[k], caption(&all[k])));
         }
         for k in [1, FOUR[1]] {
             let at = |b: &dyn AnyBake| stand.film(&*even(b)?, &glossy);

@@ -33,7 +33,7 @@ params! {
 
 /// G(d, α) over d for α = 0 … π/2.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cones {
+pub struct ConeMaps {
     /// One map per α, equally spaced.
     pub maps: Chain,
     /// Factor of the model.
@@ -48,7 +48,7 @@ pub fn make(
     fibre: &Fibre,
     p: &Params,
     task: &Task,
-) -> Result<(Cones, Plan, f64), BakeError> {
+) -> Result<(ConeMaps, Plan, f64), BakeError> {
     let slug = BanksEnv::CARD.slug;
     let tolerance = task.tolerance().unwrap_or(TOLERANCE).min(0.1);
     let plan =
@@ -65,7 +65,7 @@ pub fn make(
     let kernels: Vec<Vec<f64>> = (0..plan.slices).into_par_iter().map(kernel).collect();
     let made = cube_array(light.source(), &kernels, plan.size, task)?;
     let maps = Chain::new(made.cubes).ok_or_else(|| BakeError::Light { slug, why: "no slices".into() })?;
-    Ok((Cones { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 }, plan, made.clipped))
+    Ok((ConeMaps { maps, scale: fibre.scale.map(|s| s as f32), sign: fibre.sign as f32 }, plan, made.clipped))
 }
 
 /// Makes the cubes.
@@ -74,7 +74,7 @@ pub fn link(
     m: &Reflectance,
     p: &Params,
     task: &Task,
-) -> Result<(Cones, Report), BakeError> {
+) -> Result<(ConeMaps, Report), BakeError> {
     let fibre = Fibre::new(m, p.mean_cosine);
     let (cones, plan, clipped) = make(light, &fibre, p, task)?;
     let report = Report::default()
@@ -94,7 +94,7 @@ pub fn map<'a>(m: &'a Reflectance, p: &Params) -> Option<Target<'a>> {
     matches!(m.form(), Form::Strand { kind: Kind::Banks, .. }).then_some(Target::Integral(model))
 }
 
-impl Part for Cones {
+impl Part for ConeMaps {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         self.maps.save(to, prefix);
         let factors = [&self.scale[..], &[self.sign]].concat();

@@ -32,7 +32,7 @@ use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{Cones, Params};
+use bake::{ConeMaps, Params};
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
 use steradian_light::Lights;
@@ -96,7 +96,7 @@ impl Technique for BanksEnv {
     type Light = DistantLight;
     type Material = Reflectance;
     type Transfer = ();
-    type Linked = Cones;
+    type Linked = ConeMaps;
     type Frame = LightRotation;
 
     fn light(l: &Lights, _: &Params, task: &Task) -> Result<DistantLight, BakeError> {
@@ -111,7 +111,7 @@ impl Technique for BanksEnv {
         Ok(())
     }
 
-    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(Cones, Report), BakeError> {
+    fn link(parts: Parts<'_, Self>, p: &Params, task: &Task) -> Result<(ConeMaps, Report), BakeError> {
         bake::link(parts.light, parts.material, p, task)
     }
 

@@ -1,6 +1,6 @@
 //! Two lookups in the stack; `shade.wgsl` has the same functions.
 
-use super::bake::Cones;
+use super::bake::ConeMaps;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::maths::angle::angle;
@@ -18,7 +18,7 @@ fn alpha(t: [f32; 3], wo: [f32; 3], y: f32) -> f32 {
 
 /// G(±t, α).
 #[inline(always)]
-fn radiance(m: &Cones, turn: &LightRotation, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+fn radiance(m: &ConeMaps, turn: &LightRotation, t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let y = dot(t, wo);
     let sign = if y < 0.0 { -m.sign } else { m.sign };
     let d = turn.apply(t.map(|x| sign * x));
@@ -27,7 +27,7 @@ fn radiance(m: &Cones, turn: &LightRotation, t: [f32; 3], wo: [f32; 3]) -> [f32;
     std::array::from_fn(|c| m.scale[c] * (a[c] + (b[c] - a[c]) * w))
 }
 
-pub(super) fn shade(m: &Cones, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
+pub(super) fn shade(m: &ConeMaps, turn: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
     let tangents = !q.t.iter().any(|t| t.is_empty());
     steradian_simd::dispatch(|| {
         for i in 0..out.len() {
@@ -41,7 +41,7 @@ pub(super) fn shade(m: &Cones, turn: &LightRotation, q: &Points<'_>, out: &mut R
     });
 }
 
-pub(super) fn gpu(m: &Cones, turn: &LightRotation) -> GpuTechnique {
+pub(super) fn gpu(m: &ConeMaps, turn: &LightRotation) -> GpuTechnique {
     let [r, g, b] = m.scale;
     let slices = m.maps.last() / FRAC_PI_2;
     GpuTechnique {

@@ -8,7 +8,7 @@ use steradian_light::Environment;
 use steradian_sphere::{Layout, SphereImage};
 
 /// The stack alone: what certificates measure of it, the conformance suite compares with the reference.
-fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Cones {
+fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> ConeMaps {
     let task = Task::quiet().with_tolerance(Some(2e-3));
     let values: ParamValues = params.iter().copied().collect();
     let p = Params::from_values(&values).unwrap();
@@ -17,7 +17,7 @@ fn baked(lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Cones {
     bake::make(&light, &Fibre::new(&material, p.mean_cosine), &p, &task).unwrap().0
 }
 
-fn shaded(b: &Cones, points: &[[DVec3; 3]]) -> Vec<[f64; 3]> {
+fn shaded(b: &ConeMaps, points: &[[DVec3; 3]]) -> Vec<[f64; 3]> {
     let mut q = PointsBuf::default();
     points.iter().for_each(|[n, t, wo]| q.push(n.as_vec3(), t.as_vec3(), wo.as_vec3(), Vec3::ZERO));
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
