@@ -5,11 +5,14 @@ use crate::scene::Object;
 use glam::Mat3;
 use steradian_techniques::View;
 use steradian_techniques::direct::{DISK_WGSL, Direct, rule};
+use steradian_techniques::gpu::shadow::is_shadowed;
 
 /// Lights at most.
 pub const CAPACITY: usize = 64;
 
 const SHADER: &str = include_str!("shaders/direct.wgsl");
+const OPEN: &str = include_str!("shaders/direct_open.wgsl");
+const SHADOWED: &str = include_str!("shaders/direct_shadowed.wgsl");
 
 /// What a measured reflectance reads: cells in rows of [`steradian_techniques::gpu::ROW`] texels.
 const CELLS: &str = include_str!("shaders/cells.wgsl");
@@ -25,9 +28,10 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 pub fn source(object: &Object) -> String {
     match &object.brdf {
         Some(brdf) => {
+let arriving = if is_shadowed(&object.technique) { SHADOWED } else { OPEN };
             let capacity = format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n");
             let cells = if brdf.cells().is_some() { CELLS } else { "" };
-            [&brdf.wgsl(), DISK_WGSL, &capacity, SHADER, cells].concat()
+            [&brdf.wgsl(), DISK_WGSL, &capacity, SHADER, arriving, cells].concat()
         }
         None => NONE.into(),
     }

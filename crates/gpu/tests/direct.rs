@@ -16,12 +16,16 @@ use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{Background, BakeShader, Develop, DirectShader, Film, Stage, Surface, ToneMapper};
+use steradian_scene::shadow::{Blocker, Flat, LightAt, MapOptions, ShadowMaps};
 use steradian_techniques::direct::{Direct, Suns, split};
+use steradian_techniques::gpu::shadow;
 use steradian_techniques::{AnyBake, Material};
 
 /// Mean FLIP between the CPU's and the GPU's picture.
 const BOUND: f32 = 0.01;
 const SIDE: usize = 192;
+/// Off the surface, as the CPU renderer starts its rays, metres.
+const OFFSET: f32 = 1e-4;
 
 /// Scene of the demo, technique, reflectance; `merl ` says that it is measured, as a table.
 const CASES: &[(usize, &str, &str)] = &[
@@ -83,19 +87,28 @@ fn lit(k: usize, slug: &str, spec: &str, side: usize) -> Result<Lit, Failed> {
 
 impl Lit {
     fn scene(&self) -> Scene {
-        let mut scene = scene(&self.case, self.bake.0.gpu());
+        self.scene_behind(None)
+    }
+
+    fn scene_behind(&self, by: Option<&Flat>) -> Scene {
+        let technique = self.bake.0.gpu();
+        let technique = match by {
+            Some(by) => shadow::behind(technique, by, OFFSET),
+            None => technique,
+        };
+        let mut scene = scene(&self.case, technique);
         scene.objects[0].brdf = self.case.brdf.shader();
         scene.direct = self.direct.clone();
         scene
     }
 
-    fn cpu(&self, side: usize) -> Film {
+    fn cpu(&self, side: usize, shadows: Option<Arc<dyn Blocker>>) -> Film {
         let shader = DirectShader {
             bake: self.bake.clone(),
             direct: self.direct.clone(),
             brdf: self.case.brdf.clone(),
             local: None,
-            shadows: None,
+            shadows,
         };
         let surfaces = [surface(Arc::new(shader))];
         let background = Background::Sky(self.case.backdrop.clone());
@@ -133,13 +146,41 @@ fn flip(name: &str, a: &Film, b: &Film) -> f32 {
 fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
     let gpu = gpu()?;
     let lit = lit(k, slug, spec, SIDE)?;
-    let truth = lit.cpu(SIDE);
+    let truth = lit.cpu(SIDE, None);
     for path in [Path::Raster, Path::Compute] {
         let settings = Settings { path, rate: Rate::Sample, ..Settings::new(SIDE, SIDE) };
         let (picture, _) = Renderer::new(gpu, lit.scene(), &settings)?.render(gpu)?;
         let off = flip(&format!("{k}-{slug}-{path:?}"), &truth, &film(&picture));
         if off > BOUND {
             return Err(format!("{path:?}: FLIP {off:.4}").into());
+        }
+    }
+    Ok(())
+}
+
+/// A sun, lamps and a directional light behind the object itself, by rays and by shadow maps.
+fn shadows() -> Result<(), Failed> {
+    let gpu = gpu()?;
+    let lit = lit(1, "split_sum", "ggx:alpha=0.3,f0=1.0/0.77/0.34", SIDE)?;
+    let (mesh, bvh) = &lit.case.mesh;
+    let d = &lit.direct;
+    let far = d.disks.iter().map(|l| l.direction).chain(d.directionals.iter().map(|l| l.direction));
+    let far = far.map(|d| LightAt::Far(d.as_vec3()));
+    let places: Vec<_> = far.chain(d.points.iter().map(|p| LightAt::Near(p.position))).collect();
+    let maps = ShadowMaps::new(mesh, bvh, &places, MapOptions { size: 512, taps: 3 });
+    let open = lit.cpu(SIDE, None);
+    for (name, by) in [("rays", Arc::new(bvh.clone()) as Arc<dyn Blocker>), ("maps", Arc::new(maps))] {
+        let truth = lit.cpu(SIDE, Some(by.clone()));
+        let shadow = flip(&format!("{name}-open"), &truth, &open);
+        let flat = by.flat().ok_or("no form for GPUs")?;
+        for path in [Path::Raster, Path::Compute] {
+            let settings = Settings { path, rate: Rate::Sample, ..Settings::new(SIDE, SIDE) };
+            let scene = lit.scene_behind(Some(&flat));
+            let (picture, _) = Renderer::new(gpu, scene, &settings)?.render(gpu)?;
+            let off = flip(&format!("{name}-{path:?}"), &truth, &film(&picture));
+            if off > BOUND || shadow < 3.0 * BOUND {
+                return Err(format!("{name}, {path:?}: FLIP {off:.4}; {shadow:.4} without shadows").into());
+            }
         }
     }
     Ok(())
@@ -226,6 +267,7 @@ fn main() {
         .iter()
         .map(|&(k, slug, spec)| Trial::test(format!("{slug}::{spec}"), move || picture(k, slug, spec)))
         .collect();
+    trials.push(Trial::test("shadows", shadows));
     trials.push(Trial::test("lights_change_live", lights_change_live));
     trials.push(Trial::test("folded_suns_are_not_added_twice", folded_suns_are_not_added_twice));
     trials.push(Trial::test("what_cannot_be_is_an_error", what_cannot_be_is_an_error));

@@ -8,10 +8,14 @@ use std::sync::{Arc, OnceLock};
 use steradian_base::{Kind, ParamInfo, ParamValues, Task, Value};
 use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
 use steradian_light::{DiskLight, Environment, Lights};
+use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps};
 use steradian_scene::shapes;
+use steradian_scene::{Bvh, Mesh};
 use steradian_sphere::{Frame, Layout, SphereImage};
+use steradian_techniques::direct::Shadows;
 use steradian_techniques::gpu::GpuTechnique;
-use steradian_techniques::local::{AnyLocal, LocalFrame, LocalLights, beside};
+use steradian_techniques::gpu::shadow;
+use steradian_techniques::local::{AnyLocal, LocalFrame, LocalLights, LocalShading, beside};
 use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{
     AnyBake, AnyTechnique, Geometry, Material, PointChart, PointsBuf, Radiance, Sites, View, locals, registry,
@@ -189,7 +193,45 @@ fn local(t: &dyn AnyLocal, spec: &str, choice: Option<(&'static str, Value)>) ->
     let distant = other.bake(&light(), &material, None, &ParamValues::default(), &Task::quiet())?;
     distant.shade(&points.as_points(), &mut Radiance::of(&mut cpu));
     shading.add(None, &points.as_points(), &mut Radiance::of(&mut cpu));
-    same(gpu, &cpu, &beside(distant.gpu(), alone), &points)
+    same(gpu, &cpu, &beside(distant.gpu(), alone.clone()), &points)?;
+    if shadow::knows_shadows(&alone) {
+        let mesh = mesh.ok_or("a mesh")?;
+        let shading =
+            bake.lit(&LocalFrame { lights: &lamps, view: &view, mesh: Some(mesh), shadowed: true })?;
+        let far = lamps.directionals.iter().map(|d| LightAt::Far(light_rotation * d.direction.as_vec3()));
+        let near = lamps.points.iter().map(|p| LightAt::Near(p.position));
+        shadowed(gpu, &*shading, &far.chain(near).collect::<Vec<_>>(), mesh, &points)?;
+    }
+    Ok(())
+}
+
+/// The same behind a mesh, by rays and by shadow maps.
+fn shadowed(
+    gpu: &Gpu,
+    shading: &dyn LocalShading,
+    places: &[LightAt],
+    mesh: &Mesh,
+    points: &PointsBuf,
+) -> Result<(), Failed> {
+    const OFFSET: f64 = 1e-4;
+    let shade = |shadows: Option<Shadows<'_>>| {
+        let mut cpu: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
+        shading.add(shadows, &points.as_points(), &mut Radiance::of(&mut cpu));
+        cpu
+    };
+    let open = shade(None);
+    let bvh = Bvh::build(mesh);
+    let maps = ShadowMaps::new(mesh, &bvh, places, MapOptions { size: 128, taps: 3 });
+    for by in [&bvh as &dyn Blocker, &maps] {
+        let cpu = shade(Some(Shadows { by, offset: OFFSET, reference: false }));
+        if cpu == open {
+            return Err("nothing is shadowed: nothing was compared".into());
+        }
+        let flat = by.flat().ok_or("no form for GPUs")?;
+        let technique = shading.gpu().ok_or("no text for GPUs")?;
+        same(gpu, &cpu, &shadow::behind(technique, &flat, OFFSET as f32), points)?;
+    }
+    Ok(())
 }
 
 /// Every other value of every parameter of few values: the branches of a technique's shader.

@@ -4,10 +4,12 @@ use crate::Prepared;
 use glam::{Affine3A, Mat3};
 use std::sync::Arc;
 use steradian_gpu::scene::{self, Level, Object, Scene, Triangles};
+use steradian_reference::path::PathScene;
 use steradian_render::{Background, Stage};
 use steradian_sphere::SphereImage;
 use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::Direct;
+use steradian_techniques::gpu::shadow;
 use steradian_techniques::local::beside;
 
 /// The lights that surfaces are shaded with beside their techniques: surfaces that fold suns into their data have the
@@ -30,8 +32,21 @@ pub fn unlit(baked: &[Prepared]) -> Option<String> {
     if let Some(b) = baked.iter().find(|b| b.local.as_ref().is_some_and(|l| l.gpu().is_none())) {
         return Some(format!("{} has no GPU text for local light", b.direct.0.spec()));
     }
-    if baked.iter().any(|b| b.shadowed) {
-        return Some("rays that shadow suns and points are for the CPU".into());
+    if baked.iter().any(|b| b.lobe) {
+        return Some("rays over the lobe that shadow all light are for the CPU".into());
+    }
+    if baked.iter().any(|b| b.blocker.as_ref().is_some_and(|s| !s.is_portable())) {
+        return Some(
+            "shadow volumes, and more than 16 million triangles or texels that shadow, are for the CPU"
+                .into(),
+        );
+    }
+    let deaf = |b: &&Prepared| {
+        b.shadowed && b.local.as_ref().and_then(|l| l.gpu()).is_some_and(|l| !shadow::knows_shadows(&l))
+    };
+    if let Some(b) = baked.iter().find(deaf) {
+        let local = local(b).map(|l| l.label()).unwrap_or_default();
+        return Some(format!("{local} has no GPU text for shadows of local light"));
     }
     let without = baked.iter().find(|b| !b.direct.1.is_empty() && b.direct.0.shader().is_none());
     without.map(|b| format!("{} has no GPU text for disks and points", b.direct.0.spec()))
@@ -63,6 +78,10 @@ pub fn scene_by(
         let maps = &b.surface.maps;
         let technique = match b.local.as_ref().and_then(|l| l.gpu()) {
             Some(local) => beside(technique, local),
+            None => technique,
+        };
+        let technique = match b.blocker.as_ref().and_then(|blocker| blocker.flat()) {
+            Some(by) => shadow::behind(technique, &by, PathScene::OFFSET as f32),
             None => technique,
         };
         let triangles = Arc::new(triangles);

@@ -123,6 +123,9 @@ pub struct Prepared {
     /// Shading of directional and point lights by a technique of their own.
     #[cfg(any(feature = "gpu", feature = "web"))]
     pub(crate) local: Option<Arc<dyn LocalShading>>,
+    /// What stands between the surface and the lights beside the technique's data.
+    #[cfg(any(feature = "gpu", feature = "web"))]
+    pub(crate) blocker: Option<Arc<dyn steradian_scene::shadow::Blocker>>,
     /// Do rays shadow the lights beside the technique's data?
     pub(crate) shadowed: bool,
     /// And rays over the lobe all other light?
@@ -196,6 +199,8 @@ impl Prepared {
             direct: (material.brdf.clone(), Direct::default()),
             #[cfg(any(feature = "gpu", feature = "web"))]
             local: None,
+            #[cfg(any(feature = "gpu", feature = "web"))]
+            blocker: None,
             shadowed: false,
             lobe: false,
             bytes: 0,

@@ -35,12 +35,14 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
             let d2 = dot(to, to);
             if d2 > 0.0 {
                 let e = clamp(light.power.rgb / d2, vec3<f32>(-1e30), vec3<f32>(1e30));
-                sum += brdf_value(frame * (to / sqrt(d2)), o) * e;
+                let d = to / sqrt(d2);
+                sum += brdf_value(frame * d, o) * e * gpu_arriving(p, n, d, sqrt(d2));
             }
         } else if light.place.w > 0.0 {
-            sum += gpu_disk(frame * light.place.xyz, light.place.w, o) * light.power.rgb;
+            sum += gpu_seen_disk(light.place, frame, o, n, p) * light.power.rgb;
         } else {
-            sum += brdf_value(frame * light.place.xyz, o) * light.power.rgb;
+            let f = brdf_value(frame * light.place.xyz, o);
+            sum += f * light.power.rgb * gpu_arriving(p, n, light.place.xyz, 3e38);
         }
     }
     return sum;

@@ -7,7 +7,7 @@ mod traverse;
 mod triangle;
 
 use crate::{Mesh, Ray};
-use node::Node;
+use node::{LEAF, Node};
 use steradian_parallel::prelude::*;
 use steradian_simd::run;
 use traverse::{Closest, Every, Occluded};
@@ -92,6 +92,41 @@ impl Bvh {
     /// The triangles of all hits at a distance in (0, `t_max`), in no order, after what `out` has.
     pub fn every(&self, ray: &Ray, t_max: f32, out: &mut Vec<u32>) {
         run(Every { bvh: self, ray, t_max, out });
+    }
+
+    /// The hierarchy as [`crate::shadow::Flat::Rays`] has it: boxes and triangles.
+    pub(crate) fn rows(&self) -> (Vec<[f32; 8]>, Vec<[f32; 9]>) {
+        let (mut boxes, mut triangles) = (Vec::new(), Vec::new());
+        self.rows_below(0, &mut boxes, &mut triangles);
+        (boxes, triangles)
+    }
+
+    /// Rows of boxes or of triangles at most.
+    pub(crate) fn most_rows(&self) -> usize {
+        LANES * self.nodes.len().max(self.blocks.len())
+    }
+
+    fn rows_below(&self, node: usize, boxes: &mut Vec<[f32; 8]>, triangles: &mut Vec<[f32; 9]>) {
+        let node = &self.nodes[node];
+        for k in 0..LANES {
+            let [lx, hx, ly, hy, lz, hz] = node.planes.map(|p| p[k]);
+            if lx > hx {
+                continue;
+            }
+            let (at, child, first) = (boxes.len(), node.children[k], triangles.len());
+            boxes.push([lx, ly, lz, 0.0, hx, hy, hz, first as f32]);
+            if child & LEAF == 0 {
+                self.rows_below(child as usize, boxes, triangles);
+                boxes[at][3] = boxes.len() as f32;
+                continue;
+            }
+            let block = &self.blocks[(child ^ LEAF) as usize];
+            for i in (0..LANES).filter(|i| block.ids[*i] != u32::MAX) {
+                let corner = |n: usize| block.corners[n / 3][n % 3][i];
+                triangles.push(std::array::from_fn(corner));
+            }
+            boxes[at][3] = first as f32 - triangles.len() as f32;
+        }
     }
 
     /// Bytes of the hierarchy.

@@ -1,6 +1,6 @@
 //! Shadow maps (Williams 1978, *Casting Curved Shadows on Curved Surfaces*).
 
-use super::{Blocker, LightAt, meant};
+use super::{Blocker, Flat, LightAt, meant};
 use crate::{Bvh, Mesh, Ray};
 use glam::{Mat3, Vec2, Vec3};
 
@@ -40,15 +40,16 @@ pub struct ShadowMaps {
 #[derive(Debug, Clone)]
 enum Map {
     /// Orthographic: towards (x, y, to the light), the middle, half a side in metres, and depths: metres towards the light.
-    Plane { axes: Mat3, middle: Vec2, half: f32, size: usize, depth: Vec<f32> },
+    /// Points that are not all within it look into the wider one.
+    Plane { axes: Mat3, middle: Vec2, half: f32, size: usize, depth: Vec<f32>, wider: Option<Box<Map>> },
     /// Six faces about a point: depths along the face's axis, metres.
     Cube { size: usize, depth: Vec<f32> },
 }
 
 impl ShadowMaps {
-    /// Bytes of the maps of so many distant and near lights.
+    /// Bytes of the maps of so many distant and near lights at most.
     pub fn bytes(distant: usize, near: usize, options: MapOptions) -> u64 {
-        (distant as u64 + 6 * near as u64) * (options.size as u64).pow(2) * 4
+        (2 * distant as u64 + 6 * near as u64) * (options.size as u64).pow(2) * 4
     }
 
     /// The maps of `lights` over `mesh`, whose hierarchy is `bvh`.
@@ -71,21 +72,74 @@ fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
         .filter(|p| p.is_finite())
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
     if lo.x > hi.x {
-        return Map::Plane { axes, middle: Vec2::ZERO, half: 1.0, size: 1, depth: vec![f32::NEG_INFINITY] };
+        let depth = vec![f32::NEG_INFINITY];
+        return Map::Plane { axes, middle: Vec2::ZERO, half: 1.0, size: 1, depth, wider: None };
     }
-    let middle = 0.5 * (lo + hi);
-    // A texel more on each side, so that what lies at the border is compared with something.
-    let half = (0.5 * (hi - lo).truncate().max_element()).max(1e-6) * (1.0 + 2.0 / size as f32);
-    let start = hi.z + 0.01 * (hi.z - lo.z) + 1e-3 * half;
-    let rays: Vec<Ray> = (0..size * size)
-        .map(|k| {
-            let at = middle.truncate() + half * centre(k, size);
-            Ray { origin: axes * at.extend(start), direction: -d }
+    let start = hi.z + 0.01 * (hi.z - lo.z) + 1e-3 * (hi - lo).truncate().max_element().max(1e-6);
+    let from_light = |(middle, half): (Vec2, f32), size: usize| -> Vec<Ray> {
+        let origin = |k| axes * (middle + half * centre(k, size)).extend(start);
+        (0..size * size).map(|k| Ray { origin: origin(k), direction: -d }).collect()
+    };
+    let map = |square: (Vec2, f32), wider: Option<Box<Map>>| {
+        let hits = bvh.closest_many(&from_light(square, size), f32::INFINITY);
+        let depth = hits.into_iter().map(|hit| hit.map_or(f32::NEG_INFINITY, |h| start - h.t)).collect();
+        Map::Plane { axes, middle: square.0, half: square.1, size, depth, wider }
+    };
+    let whole = square(lo.truncate(), hi.truncate(), size);
+    let touching = OFF * (hi - lo).max_element();
+    let first = from_light(whole, COARSE);
+    let (lo, hi) = layered(mesh, bvh, &first, d, touching)
+        .into_iter()
+        .map(|p| (axes.transpose() * p).truncate())
+        .fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    // What is tried stands for what lies around it.
+    let around = Vec2::splat((2.0 * whole.1 / COARSE as f32).min(0.05 * (hi - lo).max_element()));
+    let near = square(lo - around, hi + around, size);
+    match lo.x <= hi.x && near.1 < WORTH * whole.1 {
+        true => map(near, Some(Box::new(map(whole, None)))),
+        false => map(whole, None),
+    }
+}
+
+/// Rays of a side by which a distant light's map finds where surfaces lie behind surfaces.
+const COARSE: usize = 128;
+/// Surfaces as near as this, in diameters of the mesh, are one.
+const OFF: f32 = 1e-4;
+/// A map of a part is made where that is smaller than this part of the whole.
+const WORTH: f32 = 0.7;
+/// Triangles of which the corners are tried too; of more the middles are close enough.
+const FEW: usize = 1 << 18;
+
+/// The middle and half the side of the square about a rectangle, with a texel more on each side, so that what lies at the border
+/// is compared with something.
+fn square(lo: Vec2, hi: Vec2, size: usize) -> (Vec2, f32) {
+    (0.5 * (lo + hi), (0.5 * (hi - lo).max_element()).max(1e-6) * (1.0 + 2.0 / size as f32))
+}
+
+/// Points that shadow something, or are shadowed, in a distant light from `d`: of triangles, and of where `first`, rays from the
+/// light, arrive. A map that covers them leaves out a ground's far parts, which nothing shadows.
+fn layered(mesh: &Mesh, bvh: &Bvh, first: &[Ray], d: Vec3, touching: f32) -> Vec<Vec3> {
+    let corners = mesh.triangles.len() <= FEW;
+    let mut points: Vec<Vec3> = (0..mesh.triangles.len())
+        .flat_map(|i| {
+            let c = mesh.corners(i);
+            let middle = (c[0] + c[1] + c[2]) / 3.0;
+            let inwards = move |p: Vec3| p.lerp(middle, 0.01);
+            std::iter::once(middle).chain(c.into_iter().take(if corners { 3 } else { 0 }).map(inwards))
         })
+        .filter(|p| p.is_finite())
         .collect();
-    let depth = bvh.closest_many(&rays, f32::INFINITY);
-    let depth = depth.into_iter().map(|hit| hit.map_or(f32::NEG_INFINITY, |h| start - h.t)).collect();
-    Map::Plane { axes, middle: middle.truncate(), half, size, depth }
+    let hits = bvh.closest_many(first, f32::INFINITY);
+    points.extend(
+        first.iter().zip(&hits).filter_map(|(ray, hit)| Some(ray.origin + hit.as_ref()?.t * ray.direction)),
+    );
+    let towards = |d: Vec3| {
+        let ray = |p: &Vec3| Ray { origin: *p + touching * d, direction: d };
+        bvh.occluded_many(&points.iter().map(ray).collect::<Vec<_>>(), f32::INFINITY)
+    };
+    let (shadowed, shadows) = (towards(d), towards(-d));
+    let layered = shadowed.into_iter().zip(shadows).map(|(a, b)| a || b);
+    points.iter().zip(layered).filter(|p| p.1).map(|p| *p.0).collect()
 }
 
 fn cube(bvh: &Bvh, origin: Vec3, size: usize) -> Map {
@@ -132,16 +186,28 @@ fn bias(slope: f32) -> f32 {
 }
 
 impl Map {
+    fn texels(&self) -> usize {
+        match self {
+            Self::Plane { depth, wider, .. } => depth.len() + wider.as_ref().map_or(0, |w| w.texels()),
+            Self::Cube { depth, .. } => depth.len(),
+        }
+    }
+
     /// The part of `taps` × `taps` texels that do not block the light at `p`.
     fn open(&self, light: LightAt, p: Vec3, normal: Vec3, taps: isize) -> f32 {
         let offsets = |k: isize| [k % taps - taps / 2, k / taps - taps / 2];
         let mut open = 0;
         match self {
-            Self::Plane { axes, middle, half, size, depth } => {
+            Self::Plane { axes, middle, half, size, depth, wider } => {
                 let (local, n) = (axes.transpose() * p, axes.transpose() * normal);
                 let texel = 2.0 * half / *size as f32;
                 let at = ((local.truncate() - middle) / half + Vec2::ONE) * (0.5 * *size as f32);
                 let [i, j] = [at.x, at.y].map(|x| x.floor().clamp(-1.0, *size as f32) as isize);
+                let (reach, side) = (taps / 2, *size as isize);
+                let within = |k: isize| k >= reach && k < side - reach;
+                if let Some(wider) = wider.as_ref().filter(|_| !(within(i) && within(j))) {
+                    return wider.open(light, p, normal, taps);
+                }
                 // Metres towards the light for a metre across.
                 let slope = steepness(n.truncate(), n.z);
                 let margin = texel * bias(slope.length());
@@ -201,5 +267,41 @@ impl Blocker for ShadowMaps {
     fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32 {
         let found = meant(&self.maps, ray, distance);
         found.map_or(1.0, |(light, map)| map.open(*light, ray.origin, normal, self.taps))
+    }
+
+    fn is_portable(&self) -> bool {
+        self.maps.iter().map(|(_, map)| map.texels()).sum::<usize>() <= Flat::MOST
+    }
+
+    fn flat(&self) -> Option<Flat> {
+        if !self.is_portable() {
+            return None;
+        }
+        let (mut lights, mut depths) = (Vec::new(), Vec::new());
+        for (light, map) in &self.maps {
+            let (place, near) = match light {
+                LightAt::Far(d) => (d, 0.0),
+                LightAt::Near(p) => (p, 1.0),
+            };
+            let mut next = Some(map);
+            while let Some(map) = next {
+                let first = depths.len() as f32;
+                let (axes, [x, y, half], size, depth, wider) = match map {
+                    Map::Plane { axes, middle, half, size, depth, wider } => {
+                        (*axes, [middle.x, middle.y, *half], size, depth, wider.as_deref())
+                    }
+                    Map::Cube { size, depth } => (Mat3::IDENTITY, [0.0; 3], size, depth, None),
+                };
+                let [a, b, c] = axes.to_cols_array_2d();
+                let (size, more) = (*size as f32, f32::from(u8::from(wider.is_some())));
+                lights.push([
+                    place.x, place.y, place.z, near, a[0], a[1], a[2], x, b[0], b[1], b[2], y, c[0], c[1],
+                    c[2], half, size, first, more, 0.0,
+                ]);
+                depths.extend_from_slice(depth);
+                next = wider;
+            }
+        }
+        Some(Flat::Maps { lights, depths, taps: self.taps as usize })
     }
 }

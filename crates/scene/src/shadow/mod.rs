@@ -3,6 +3,7 @@
 //! Rays through the hierarchy are the yardstick. Maps and volumes are what rasterisers draw; here they are computed without one, so
 //! that a picture shows what each of them costs in accuracy.
 
+mod flat;
 mod map;
 mod volume;
 
@@ -10,6 +11,7 @@ use crate::{Bvh, Ray};
 use glam::Vec3;
 use std::fmt::Debug;
 
+pub use flat::Flat;
 pub use map::{MapOptions, ShadowMaps};
 pub use volume::ShadowVolumes;
 
@@ -18,11 +20,33 @@ pub trait Blocker: Debug + Send + Sync {
     /// The part of a light that arrives, 0 … 1: from the unit direction of `ray`, `distance` away (infinite for distant ones), at
     /// the ray's origin, a point of unit normal `normal`.
     fn arriving(&self, ray: &Ray, normal: Vec3, distance: f32) -> f32;
+
+    /// Is there [`Blocker::flat`]?
+    fn is_portable(&self) -> bool {
+        false
+    }
+
+    /// The same as rows of numbers, for devices that run no code of ours; `None` where it has no such form, or more rows than
+    /// single precision can number.
+    fn flat(&self) -> Option<Flat> {
+        None
+    }
 }
 
 impl Blocker for Bvh {
     fn arriving(&self, ray: &Ray, _: Vec3, distance: f32) -> f32 {
         f32::from(u8::from(!self.occluded(ray, distance)))
+    }
+
+    fn is_portable(&self) -> bool {
+        self.most_rows() <= Flat::MOST
+    }
+
+    fn flat(&self) -> Option<Flat> {
+        self.is_portable().then(|| {
+            let (boxes, triangles) = self.rows();
+            Flat::Rays { boxes, triangles }
+        })
     }
 }
 

@@ -267,6 +267,8 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
         direct: (material.brdf.clone(), Direct::default()),
         #[cfg(any(feature = "gpu", feature = "web"))]
         local: None,
+        #[cfg(any(feature = "gpu", feature = "web"))]
+        blocker: None,
         shadowed: false,
         lobe: false,
         bytes: 0,
@@ -355,6 +357,8 @@ fn framed(
     let local = local.map(|l| l.1);
     let bake = Arc::new(BakeShader(bake));
     let (shadowed, by_lobe) = (shadows.is_some(), lobe.is_some());
+    #[cfg(any(feature = "gpu", feature = "web"))]
+    let blocker = shadows.clone();
     let lit = !direct.is_empty() || local.is_some();
     let mut shader: Arc<dyn Shader> = bake.clone();
     if lit {
@@ -383,6 +387,8 @@ fn framed(
         direct: (material.brdf.clone(), direct),
         #[cfg(any(feature = "gpu", feature = "web"))]
         local,
+        #[cfg(any(feature = "gpu", feature = "web"))]
+        blocker,
         shadowed,
         lobe: by_lobe,
         bytes,

@@ -210,7 +210,9 @@ impl Session {
             return Err(Error::usage(why));
         }
         refuse(&prepared.iter().map(|p| p.method.clone()).collect::<Vec<_>>())?;
-        if let Some(why) = unlit(prepared) {
+        let shadowed = || prepared.iter().any(|p| p.shadowed);
+        let rays = || shadowed().then(|| "rays that shadow suns and points are for the CPU".into());
+        if let Some(why) = unlit(prepared).or_else(rays) {
             return Err(Error::usage(format!("{why}: use --suns fold for a page")));
         }
         let surfaces: Vec<_> = prepared.iter().map(|p| p.surface.clone()).collect();

@@ -1,6 +1,8 @@
 // Directional and point lights: eight numbers a light, as Light::row has them.
 struct LocalLight {
     d: vec3<f32>,
+    // 3e38 for a direction.
+    distance: f32,
     e: vec3<f32>,
     // Is it there? A point light is not at its own place.
     there: bool,
@@ -10,12 +12,12 @@ fn local_light(k: u32, p: vec3<f32>) -> LocalLight {
     let place = vec3<f32>(fetch_local_lights(k, 0u), fetch_local_lights(k, 1u), fetch_local_lights(k, 2u));
     let power = vec3<f32>(fetch_local_lights(k, 4u), fetch_local_lights(k, 5u), fetch_local_lights(k, 6u));
     if !(fetch_local_lights(k, 3u) > 0.0) {
-        return LocalLight(place, power, true);
+        return LocalLight(place, 3e38, power, true);
     }
     let to = place - p;
     let d2 = dot(to, to);
     if !(d2 > 0.0) {
-        return LocalLight(place, power, false);
+        return LocalLight(place, 0.0, power, false);
     }
-    return LocalLight(to / sqrt(d2), clamp(power / d2, vec3<f32>(-1e30), vec3<f32>(1e30)), true);
+    return LocalLight(to / sqrt(d2), sqrt(d2), clamp(power / d2, vec3<f32>(-1e30), vec3<f32>(1e30)), true);
 }

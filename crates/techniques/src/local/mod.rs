@@ -404,7 +404,9 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
 /// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
 pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
     let run = if card.needs.uv { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
-    run_by(card.slug, text, lights, (run, card.needs.uv))
+    let mut technique = run_by(card.slug, text, lights, (run, card.needs.uv));
+    technique.modules.push(crate::gpu::shadow::OPEN.into());
+    technique
 }
 
 /// The same by another loop over the lights, which may take a site.

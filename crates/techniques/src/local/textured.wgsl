@@ -11,7 +11,9 @@ fn local_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>, site:
     for (var k = 0u; k < u32(technique.local_count); k++) {
         let light = local_light(k, p);
         if light.there {
-            sum = clamp(sum + local_f_cos(x, frame * light.d, o) * light.e, vec3<f32>(-3.4028234e38), vec3<f32>(3.4028234e38));
+            let f = local_f_cos(x, frame * light.d, o);
+            let seen = light_arriving(p, site.n, light.d, light.distance);
+            sum = clamp(sum + seen * f * light.e, vec3<f32>(-3.4028234e38), vec3<f32>(3.4028234e38));
         }
     }
     return sum;
