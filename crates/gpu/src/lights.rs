@@ -28,7 +28,7 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
 pub fn source(object: &Object) -> String {
     match &object.brdf {
         Some(brdf) => {
-let arriving = if is_shadowed(&object.technique) { SHADOWED } else { OPEN };
+            let arriving = if is_shadowed(&object.technique) { SHADOWED } else { OPEN };
             let capacity = format!("const GPU_CAPACITY: u32 = {CAPACITY}u;\n");
             let cells = if brdf.cells().is_some() { CELLS } else { "" };
             [&brdf.wgsl(), DISK_WGSL, &capacity, SHADER, arriving, cells].concat()

@@ -33,6 +33,8 @@ pub struct Program {
     pub mapped: bool,
     /// The text that defines `gpu_direct`.
     pub direct: String,
+    /// Do rays or maps shadow lights?
+    pub shadowed: bool,
     /// Do shaders turn surfaces into the frame of the light ([`Program::textured`])?
     pub turned: bool,
 }
@@ -45,6 +47,7 @@ impl Program {
             entry: object.technique.entry,
             mapped: object.is_mapped(),
             direct: lights::source(object),
+            shadowed: gpu::shadow::is_shadowed(&object.technique),
             turned: false,
         }
     }
@@ -92,6 +95,7 @@ pub fn surface(program: &Program) -> String {
     };
     let reflected = format!(
         "const GPU_SITED: bool = {};
+const GPU_SHADOWED: bool = {};
 fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> vec3<f32> {{
     let n = {n};
     let t = {t};
@@ -100,7 +104,7 @@ fn gpu_reflected(look: GpuLook, wo: vec3<f32>, s: GpuPoint, footprint: f32) -> v
     return {call} + gpu_direct(n, t, o, p);
 }}
 ",
-        entry.site
+        entry.site, program.shadowed
     );
     let parts = [
         (true, program.library.as_str()),

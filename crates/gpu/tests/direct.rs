@@ -6,17 +6,18 @@
 mod common;
 
 use common::{case, gpu, scene, tabulated};
-use glam::{DVec3, Mat3, Vec3};
+use glam::{Affine3A, DVec3, Mat3, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::sync::Arc;
 use steradian_base::Task;
 use steradian_gpu::Renderer;
 use steradian_gpu::scene::{Path, Picture, Rate, Scene, Settings};
-use steradian_light::{DirectionalLight, DiskLight, Lights, PointLight};
+use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_render::metrics::{DEFAULT_PPD, flip_displays};
 use steradian_render::tone::auto_exposure;
 use steradian_render::{Background, BakeShader, Develop, DirectShader, Film, Stage, Surface, ToneMapper};
 use steradian_scene::shadow::{Blocker, Flat, LightAt, MapOptions, ShadowMaps};
+use steradian_scene::{Bvh, Camera, Mesh};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::gpu::shadow;
 use steradian_techniques::{AnyBake, Material};
@@ -68,8 +69,7 @@ struct Lit {
     bake: Arc<BakeShader>,
 }
 
-fn lit(k: usize, slug: &str, spec: &str, side: usize) -> Result<Lit, Failed> {
-    let mut case = case(k, side);
+fn lit(mut case: common::Case, slug: &str, spec: &str) -> Result<Lit, Failed> {
     case.brdf = match spec.strip_prefix("merl ") {
         Some(formula) => tabulated(formula),
         None => steradian_brdf::parse(spec)?,
@@ -145,7 +145,7 @@ fn flip(name: &str, a: &Film, b: &Film) -> f32 {
 
 fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
     let gpu = gpu()?;
-    let lit = lit(k, slug, spec, SIDE)?;
+    let lit = lit(case(k, SIDE), slug, spec)?;
     let truth = lit.cpu(SIDE, None);
     for path in [Path::Raster, Path::Compute] {
         let settings = Settings { path, rate: Rate::Sample, ..Settings::new(SIDE, SIDE) };
@@ -158,10 +158,29 @@ fn picture(k: usize, slug: &str, spec: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A sun, lamps and a directional light behind the object itself, by rays and by shadow maps.
+/// A sun, lamps and a directional light over a box on a floor, by rays and by shadow maps. Of few triangles: software adapters
+/// shade whole blocks of pixels for each of them.
 fn shadows() -> Result<(), Failed> {
+    const SIDE: usize = 192;
     let gpu = gpu()?;
-    let lit = lit(1, "split_sum", "ggx:alpha=0.3,f0=1.0/0.77/0.34", SIDE)?;
+    let mut case = case(1, SIDE);
+    let lift = Affine3A::from_translation(Vec3::new(0.1, 0.7, 0.0)) * Affine3A::from_rotation_y(0.6);
+    let mesh = Mesh::merged(&[
+        steradian_scene::shapes::by_name("plane:size=3")?,
+        steradian_scene::shapes::by_name("box:x=0.8,y=0.8,z=0.8")?.transformed(&lift),
+    ]);
+    case.camera = Camera::Pinhole {
+        from: Vec3::new(-1.5, 2.4, 1.8),
+        at: Vec3::new(0.0, 0.3, 0.0),
+        up: Vec3::Y,
+        fov_y: 0.9,
+    };
+    case.mesh = (mesh.clone(), Bvh::build(&mesh));
+    // Little light but that of the lamps.
+    case.lights.environment = steradian_light::sky::by_name("furnace", 64, 32)
+        .map(|s| Arc::new(Environment { image: s.image }))
+        .ok();
+    let lit = lit(case, "split_sum", "ggx:alpha=0.3,f0=1.0/0.77/0.34")?;
     let (mesh, bvh) = &lit.case.mesh;
     let d = &lit.direct;
     let far = d.disks.iter().map(|l| l.direction).chain(d.directionals.iter().map(|l| l.direction));
@@ -195,7 +214,7 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
 /// Lights that are replaced or turned in a running renderer give the picture of a fresh one.
 fn lights_change_live() -> Result<(), Failed> {
     let gpu = gpu()?;
-    let lit = lit(1, "split_sum", "ggx:alpha=0.15", 64)?;
+    let lit = lit(case(1, 64), "split_sum", "ggx:alpha=0.15")?;
     let settings = Settings::new(64, 64);
     let mut live = Renderer::new(gpu, lit.scene(), &settings)?;
     let (before, _) = live.render(gpu)?;
@@ -218,7 +237,7 @@ fn lights_change_live() -> Result<(), Failed> {
 /// An object whose data hold the suns gets the points alone, also where others beside it get all, and live.
 fn folded_suns_are_not_added_twice() -> Result<(), Failed> {
     let gpu = gpu()?;
-    let lit = lit(0, "sh_irradiance", "lambert", 48)?;
+    let lit = lit(case(0, 48), "sh_irradiance", "lambert")?;
     let settings = Settings::new(48, 48);
     let points = Direct { points: lit.direct.points.clone(), ..Direct::default() };
     let mut folded = lit.scene();
@@ -239,7 +258,7 @@ fn folded_suns_are_not_added_twice() -> Result<(), Failed> {
 
 fn what_cannot_be_is_an_error() -> Result<(), Failed> {
     let gpu = gpu()?;
-    let lit = lit(0, "sh_irradiance", "lambert", 16)?;
+    let lit = lit(case(0, 16), "sh_irradiance", "lambert")?;
     let settings = Settings::new(8, 8);
     // An object without a reflectance is lit by its technique alone.
     let mut bare = lit.scene();

@@ -24,5 +24,9 @@ fn gpu_fragment(
         s.uv += o.x * dpdx(v.uv) + o.y * dpdy(v.uv);
         s.weights += o.x * dpdx(v.weights) + o.y * dpdy(v.weights);
     }
+    if GPU_SHADOWED {
+        // Interpolation leaves the triangle by more than what keeps rays off it.
+        s.p -= s.plane.xyz * dot(s.plane.xyz, s.p - gpu_position(s.corners.x));
+    }
     return vec4<f32>(gpu_radiance(s), 1.0);
 }

@@ -11,10 +11,10 @@ fn gpu_vertex(@builtin(vertex_index) i: u32) -> GpuVarying {
     out.uv = gpu_uv(v);
     out.extra = vec4<f32>(gpu_vertex_colour(v), gpu_bend(gpu_corners(i / 3u)));
     // Only textures and meshes without normals need it.
-    if GPU_MAPPED || GPU_SITED || gpu_object.images[GPU_TINT].levels > 0u || gpu_object.images[GPU_EMISSION].levels > 0u || all(out.n == vec3<f32>(0.0)) {
+    if GPU_MAPPED || GPU_SITED || GPU_SHADOWED || gpu_object.images[GPU_TINT].levels > 0u || gpu_object.images[GPU_EMISSION].levels > 0u || all(out.n == vec3<f32>(0.0)) {
         out.plane = gpu_plane(gpu_corners(i / 3u));
     }
-    if GPU_SITED {
+    if GPU_SITED || GPU_SHADOWED {
         out.corners = gpu_corners(i / 3u);
         out.weights = select(vec3<f32>(0.0), vec3<f32>(1.0), vec3<u32>(i % 3u) == vec3<u32>(0u, 1u, 2u));
     }

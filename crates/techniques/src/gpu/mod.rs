@@ -7,11 +7,8 @@
 
 mod fetch;
 mod light;
-<<<<<<< HEAD
 mod reflectance;
-=======
 pub mod shadow;
->>>>>>> cf6695e (Lights beside a technique's data are shadowed on GPUs, by rays and by maps; shadow maps cover what is shadowed)
 mod wgsl;
 
 pub use fetch::ROW;

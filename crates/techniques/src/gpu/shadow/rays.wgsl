@@ -72,7 +72,11 @@ fn light_arriving(p: vec3<f32>, n: vec3<f32>, d: vec3<f32>, distance: f32) -> f3
                 }
             }
         }
-        i = select(i + 1u, u32(low.w), !met && low.w > 0.0);
+        if !met && low.w > 0.0 {
+            i = u32(low.w);
+        } else {
+            i += 1u;
+        }
     }
     return 1.0;
 }
