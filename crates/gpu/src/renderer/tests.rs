@@ -7,8 +7,10 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_light::{Environment, Lights};
+use steradian_scene::Bvh;
+use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps};
 use steradian_sphere::{Layout, SphereImage};
-use steradian_techniques::gpu::{Buffer, Entry};
+use steradian_techniques::gpu::{Buffer, Entry, shadow};
 use steradian_techniques::{AnyTechnique, Geometry, GpuTechnique, Material, Sites, registry};
 
 fn valid(what: &str, source: &str) {
@@ -54,6 +56,13 @@ fn techniques() -> Vec<GpuTechnique> {
         uniforms: Vec::new(),
         buffers: vec![Buffer::new("data", 2, vec![0.0; 2])],
     });
+    let bvh = Bvh::build(&geometry.mesh);
+    let light = LightAt::Far(glam::Vec3::Y);
+    let maps = ShadowMaps::new(&geometry.mesh, &bvh, &[light], MapOptions { size: 8, taps: 3 });
+    for by in [&bvh as &dyn Blocker, &maps] {
+        let flat = by.flat().expect("a form for GPUs");
+        techniques.push(shadow::behind(techniques[0].clone(), &flat, 1e-4));
+    }
     techniques
 }
 
@@ -83,6 +92,7 @@ fn shaders_validate_without_an_adapter() {
                 entry: technique.entry,
                 mapped,
                 direct: crate::lights::NONE.into(),
+                shadowed: shadow::is_shadowed(&technique),
                 turned: false,
             };
             for rate in [Rate::Pixel, Rate::Sample] {
