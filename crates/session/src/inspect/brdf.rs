@@ -20,6 +20,8 @@ pub struct BrdfFacts {
     pub directional: Vec<(f64, [f64; 3])>,
     /// Albedo under uniform light from the whole hemisphere.
     pub hemispherical: [f64; 3],
+    /// How far it is from reciprocal ([`super::reciprocity_error`]).
+    pub reciprocity_error: f64,
     /// Slugs of the techniques that take it, and of what computes without any.
     pub techniques: Vec<&'static str>,
 }
@@ -27,6 +29,14 @@ pub struct BrdfFacts {
 /// All models: formulas, then measurements.
 pub fn brdf_models() -> Vec<&'static Info> {
     steradian_brdf::models().iter().chain(steradian_brdf::measured_models()).copied().collect()
+}
+
+impl BrdfFacts {
+    /// The largest albedo of any channel, and the angle of view: above 1 energy is made.
+    pub fn largest_albedo(&self) -> (f64, f64) {
+        let channels = self.directional.iter().flat_map(|(a, v)| v.map(|x| (*a, x)));
+        channels.fold((0.0, 0.0), |most, x| if x.1 > most.1 { x } else { most })
+    }
 }
 
 impl Session {
@@ -40,6 +50,7 @@ impl Session {
         Ok(BrdfFacts {
             directional: ANGLES.iter().map(|a| (*a, of(*a))).collect(),
             hemispherical: albedo::hemispherical(&*brdf, HEMISPHERICAL),
+            reciprocity_error: super::reciprocity_error(&*brdf),
             techniques: techniques(&*brdf),
             brdf,
         })

@@ -7,6 +7,7 @@ mod mesh;
 mod plot;
 mod probes;
 mod rti;
+mod slice;
 mod texture;
 mod transfer;
 
@@ -17,6 +18,7 @@ pub use mesh::{MeshFacts, is_mesh};
 pub use plot::polar_plot;
 pub use probes::ProbesFacts;
 pub use rti::{LightPositionFacts, PtmFacts, is_lp, is_ptm};
+pub use slice::{image_slice, reciprocity_error};
 pub use steradian_brdf::Domain;
 pub use texture::{LevelFacts, TextureFacts};
 pub use transfer::TransferFacts;

@@ -5,18 +5,28 @@ use crate::context::Context;
 use crate::failure::Failure;
 use serde_json::json;
 use std::path::Path;
-use steradian_session::inspect::{BrdfFacts, Domain, brdf_models, polar_plot};
+use steradian_formats::WriteOptions;
+use steradian_session::inspect::{BrdfFacts, Domain, brdf_models, image_slice, polar_plot};
 
 /// The report on `spec`; the list of models for an empty one.
-pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<Report, Failure> {
+pub fn report(
+    spec: &str,
+    plot: Option<&Path>,
+    slice: Option<&Path>,
+    context: &mut Context,
+) -> Result<Report, Failure> {
     if spec.is_empty() {
         return Ok(list());
     }
-    let BrdfFacts { brdf, directional: table, hemispherical, techniques: taken } =
-        context.inspect_brdf(spec)?;
+    let facts = context.inspect_brdf(spec)?;
+    let (degrees, largest) = facts.largest_albedo();
+    let BrdfFacts { brdf, directional: table, hemispherical, reciprocity_error, techniques: taken } = facts;
     let info = brdf.info();
     if let Some(path) = plot {
         context.write_drawing(path, &polar_plot(&*brdf))?;
+    }
+    if let Some(path) = slice {
+        context.write_image(path, &image_slice(&*brdf), WriteOptions::default())?;
     }
     let json = json!({
         "kind": "brdf",
@@ -32,6 +42,8 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
         "isotropic": brdf.is_isotropic(),
         "directional_albedo": table.iter().map(|(a, v)| json!({"degrees": a, "rgb": v})).collect::<Vec<_>>(),
         "hemispherical_albedo": hemispherical,
+        "largest_albedo": {"degrees": degrees, "value": largest},
+        "reciprocity_error": reciprocity_error,
         "notes": brdf.notes(),
         "techniques": taken,
     });
@@ -50,6 +62,13 @@ pub fn report(spec: &str, plot: Option<&Path>, context: &mut Context) -> Result<
     lines.extend(brdf.notes().into_iter().map(|n| ("measured", n)));
     lines.extend(table.iter().map(|(a, v)| ("albedo", format!("{} from {a}°", three(*v)))));
     lines.push(("albedo", format!("{} over the hemisphere", three(hemispherical))));
+    let kept = match largest > 1.0 {
+        true => format!("albedo {largest:.6} from {degrees}°: makes energy"),
+        false => format!("at most {largest:.6} of the light is reflected, from {degrees}°"),
+    };
+    lines.push(("energy", kept));
+    let apart = format!("f(l, v) and f(v, l) differ by {:.2e} of f (RMS)", reciprocity_error);
+    lines.push(("reciprocity", apart));
     lines.push(("techniques", taken.join(", ")));
     Ok(Report { json, lines })
 }

@@ -16,6 +16,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use steradian_session::inspect::{is_bake, is_lp, is_mesh, is_ptm};
+use steradian_session::{IMAGES, check_output};
 
 /// Options of `steradian inspect`.
 #[derive(Debug, Args)]
@@ -32,6 +33,10 @@ pub struct Options {
     /// Polar plots of a BRDF, as .svg or .png
     #[arg(long, value_name = "OUT")]
     plot: Option<PathBuf>,
+    /// Image slice of a BRDF (Burley 2012): f in sr-1 over the half vector's angle (left to right, 0 to 90 degrees) and the difference
+    /// angle (bottom to top), for images as render writes them
+    #[arg(long, value_name = "OUT")]
+    slice: Option<PathBuf>,
 }
 
 /// One line of a report in words.
@@ -45,10 +50,13 @@ struct Report {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     crate::inputs::check_text(o.plot.as_deref())?;
+    if let Some(path) = &o.slice {
+        check_output(path, &IMAGES)?;
+    }
     let report = if let Some(spec) = o.what.strip_prefix("brdf:") {
-        brdf::report(spec, o.plot.as_deref(), context)?
-    } else if o.plot.is_some() {
-        return Err(Failure::usage("--plot draws a BRDF: inspect brdf:SPEC --plot OUT.svg"));
+        brdf::report(spec, o.plot.as_deref(), o.slice.as_deref(), context)?
+    } else if o.plot.is_some() || o.slice.is_some() {
+        return Err(Failure::usage("--plot and --slice draw a BRDF: inspect brdf:SPEC --plot OUT.svg"));
     } else if is_mesh(&o.what) {
         mesh::report(&o.what, context)?
     } else if is_ptm(&o.what) {
