@@ -75,6 +75,9 @@ impl App {
             self.drag_sun(k, rect, at);
         } else if response.dragged() && self.wiping {
             self.kept.wipe = (self.kept.wipe + d.x / rect.width()).clamp(0.0, 1.0);
+        } else if let (true, true, Some(at)) = (response.drag_stopped(), self.wiping, released(ui)) {
+            // The button comes up in the frame of the last motion, which is no part of the drag.
+            self.kept.wipe = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
         } else if response.dragged() && self.holding.is_none() && d != Vec2::ZERO {
             self.moved = Instant::now();
             if shift {
@@ -301,4 +304,13 @@ impl App {
         }
         Some(words.join("   "))
     }
+}
+
+/// Where a button came up in this frame.
+fn released(ui: &Ui) -> Option<Pos2> {
+    let up = |e: &egui::Event| match e {
+        egui::Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
+        _ => None,
+    };
+    ui.input(|i| i.events.iter().find_map(up))
 }
