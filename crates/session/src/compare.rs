@@ -5,11 +5,15 @@ use crate::picture::{auto_exposure, background};
 use crate::probes::has_no_light;
 use crate::scene::{Sited, given_to};
 use crate::{Error, Kind, Material, Method, Outcome, Prepared, Renderer, Scene, Session};
+use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::Certificate;
 use steradian_light::Lights;
+use steradian_reference::{Lookup, Reference};
 use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors, flip_displays};
-use steradian_render::{Background, Develop, Display, Film, Settings, Stage};
+use steradian_render::{
+    Background, Develop, Display, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, render,
+};
 use steradian_scene::{Bvh, Camera};
 
 /// How pictures are compared.
@@ -22,6 +26,24 @@ pub struct Plan {
     pub paths: bool,
     /// Exposure value on top of the automatic one.
     pub ev: f32,
+}
+
+/// How hard the reference tries at each point: to a relative error as it estimates it, and with so many evaluations of the
+/// reflectance at most, whatever it then estimates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    pub tolerance: f64,
+    pub evaluations: u64,
+}
+
+impl Effort {
+    /// Pixels a side of the picture that tells what an effort is worth, and by how much more that is tried there.
+    const SIDE: usize = 20;
+    const FINER: u64 = 5;
+
+    fn finer(self) -> Self {
+        Self { tolerance: self.tolerance / Self::FINER as f64, evaluations: self.evaluations * Self::FINER }
+    }
 }
 
 /// One technique's picture.
@@ -166,11 +188,34 @@ impl Session {
             (self.film_of(case, &exact, &Renderer::Cpu)?.0, None)
         };
         let seconds = start.elapsed().as_secs_f64();
-        let ev = plan.ev + auto_exposure(&reference);
-        let develop = Develop { ev, mapper: scene.tone_mapper };
-        let truth = Truth { display: develop.film(&reference), film: reference, develop, certificate };
+        let truth = Truth::new(reference, certificate, scene, plan.ev);
         let answer = Answer::Rendered(Box::new(truth.rendering(seconds)));
         Ok((truth, answer))
+    }
+
+    /// The reference's picture of a scene's first material by a limited effort, and what that effort is worth: its relative
+    /// RMS distance from five times the effort, measured at the points of a small picture. What the reference itself estimates
+    /// adds up errors of many cells that largely cancel: of tabulated reflectance, which has a crease at every cell, 10 to 1000
+    /// times as much.
+    pub(crate) fn true_picture_by(&self, case: &Subject<'_>, effort: Effort) -> Result<(Truth, f64), Error> {
+        let reference = Reference::new(&case.lights, Lookup::Bilinear, &self.task)?;
+        let film = |e: Effort, settings: Settings| -> Result<Film, Error> {
+            let reference = Arc::new(reference.clone().with_budget(e.evaluations));
+            let brdf = case.scene.materials[0].brdf.clone();
+            let shader = Arc::new(ReferenceShader::new(reference, brdf, e.tolerance));
+            let stage = Stage {
+                mesh: &case.scene.mesh,
+                bvh: &case.bvh,
+                surfaces: &[Surface { shader, base_colour: None, maps: SurfaceMaps::default() }],
+                background: &case.background,
+                camera: case.camera,
+            };
+            Ok(render(&stage, &settings, &self.task)?)
+        };
+        let small = Settings { inner: 1, edge: 1, ..Settings::new(Effort::SIDE, Effort::SIDE) };
+        let (coarse, fine) = (film(effort, small)?, film(effort.finer(), small)?);
+        let own = errors(&coarse, &fine, |i| fine.alpha[i] > 0.999).relative_rms;
+        Ok((Truth::new(film(effort, case.settings)?, None, case.scene, 0.0), own))
     }
 
     /// A technique's pictures, or why there are none.
@@ -318,6 +363,16 @@ pub(crate) struct Truth {
 }
 
 impl Truth {
+    fn new(film: Film, certificate: Option<Certificate>, scene: &Scene, ev: f32) -> Self {
+        let develop = Develop { ev: ev + auto_exposure(&film), mapper: scene.tone_mapper };
+        Self { display: develop.film(&film), film, develop, certificate }
+    }
+
+    /// Tone-mapped.
+    pub fn picture(&self) -> &Display {
+        &self.display
+    }
+
     fn rendering(&self, shade_seconds: f64) -> Rendering {
         Rendering {
             label: if self.certificate.is_some() { Method::Path } else { Method::Reference }.label(),
@@ -360,4 +415,28 @@ pub(crate) fn differences(
         .filter(|&i| covered(i))
         .fold((0.0, 0usize), |(s, n), i| (s + f64::from(map[i]), n + 1));
     (e, sum / n.max(1) as f64, difference_picture(&map, truth.width, truth.height))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What an effort is said to be worth is how far its whole picture is from one that is not limited.
+    #[test]
+    fn the_reference_knows_its_own_error() {
+        let mut session = Session::new();
+        let mut scene =
+            Scene::of("sphere:segments=24", Some("ggx:alpha=0.05"), "studio", &mut session).expect("a scene");
+        (scene.settings.width, scene.settings.height) = (24, 24);
+        let case = session.subject(&scene, scene.camera_or_framed().expect("framed")).expect("light");
+        let by = |tolerance, evaluations| {
+            session.true_picture_by(&case, Effort { tolerance, evaluations }).expect("a picture")
+        };
+        let (truth, nothing) = by(1e-4, 4_000_000);
+        for evaluations in [1000, 4000] {
+            let (picture, own) = by(1e-2, evaluations);
+            let e = errors(&picture.film, &truth.film, |i| truth.film.alpha[i] > 0.999).relative_rms;
+            assert!(nothing < 1e-5 && (0.3..3.0).contains(&(own / e)), "{evaluations}: {own} {e} {nothing}");
+        }
+    }
 }

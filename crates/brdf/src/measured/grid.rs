@@ -1,10 +1,12 @@
 //! Regular grids of measurements in four coordinates, linear between neighbours.
 
+use super::half_table::Lookup;
 use super::tabulated::Twin;
 use crate::math::{half, polar_angle};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
+use steradian_simd::run;
 
 /// What the four coordinates of a grid are, slowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -203,6 +205,11 @@ impl Grid {
 
     /// f of two directions above the horizon: linear in each coordinate, constant beyond the outermost cells.
     pub fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        if self.coordinates == Coordinates::Half && self.sizes[1] == 1 {
+            let mut out = [[0.0; 3]];
+            self.values(&[wi], wo, &mut out);
+            return out[0];
+        }
         let (place, periodic) = self.place(wi, wo);
         let axis = |k: usize| between(place[k], self.sizes[k], periodic[k]);
         let [a, b, c, d] = [axis(0), axis(1), axis(2), axis(3)];
@@ -220,6 +227,16 @@ impl Grid {
             }
         }
         sum
+    }
+
+    /// [`Grid::value`] of each of `wi`, into `out`.
+    pub fn values(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        match (self.coordinates, self.sizes) {
+            (Coordinates::Half, [nh, 1, nd, nt]) => {
+                run(Lookup { cells: &self.cells, sizes: [nh, nd, nt], wi, wo, out });
+            }
+            _ => out.iter_mut().zip(wi).for_each(|(f, wi)| *f = self.value(*wi, wo)),
+        }
     }
 }
 

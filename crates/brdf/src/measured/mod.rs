@@ -8,6 +8,7 @@ pub mod csv;
 pub mod curet;
 mod curet_file;
 mod grid;
+mod half_table;
 mod materials;
 pub mod merl;
 pub mod merl_anisotropic;

@@ -65,6 +65,10 @@ impl Tabulated for Table {
         self.grid.value(wi, wo)
     }
 
+    fn values(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        self.grid.values(wi, wo, out);
+    }
+
     fn is_isotropic(&self) -> bool {
         self.grid.is_isotropic()
     }

@@ -27,6 +27,13 @@ pub(super) trait Tabulated: Debug + Send + Sync + 'static {
     /// f of two directions above the horizon.
     fn value(&self, wi: DVec3, wo: DVec3) -> [f64; 3];
 
+    /// [`Tabulated::value`] of each of `wi`, into `out`; what is written for those below the horizon does not matter.
+    fn values(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        for (f, wi) in out.iter_mut().zip(wi) {
+            *f = if wi.z > 0.0 { self.value(*wi, wo) } else { [0.0; 3] };
+        }
+    }
+
     /// See [`Brdf::is_isotropic`].
     fn is_isotropic(&self) -> bool {
         true
@@ -114,6 +121,17 @@ impl<T: Tabulated> Brdf for Measured<T> {
 
     fn eval(&self, wi: DVec3, wo: DVec3) -> [f64; 3] {
         if above(wi, wo) { self.data.value(wi, wo) } else { [0.0; 3] }
+    }
+
+    fn f_cos_batch(&self, wi: &[DVec3], wo: DVec3, out: &mut [[f64; 3]]) {
+        if wo.z <= 0.0 {
+            out.fill([0.0; 3]);
+            return;
+        }
+        self.data.values(wi, wo, out);
+        for (f, wi) in out.iter_mut().zip(wi) {
+            *f = if wi.z > 0.0 { f.map(|f| f * wi.z) } else { [0.0; 3] };
+        }
     }
 
     fn is_isotropic(&self) -> bool {
