@@ -50,6 +50,8 @@ class Driver:
             "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
             # Without Vulkan for the compositor too, showing a WebGPU canvas loses the device.
             "--use-vulkan=swiftshader", "--enable-features=Vulkan",
+            # Its software adapters take minutes for measured reflectance under a sun, which the watchdog takes for a hang.
+            "--disable-gpu-watchdog",
             f"--user-data-dir={self.home.name}", "--allow-file-access-from-files=false",
         ]
         capabilities = {"browserName": "chrome", "goog:chromeOptions": {"args": arguments}, "goog:loggingPrefs": {"browser": "ALL"}}

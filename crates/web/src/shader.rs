@@ -60,26 +60,35 @@ pub fn object_module(object: &Object, mapper: &str) -> Result<Module, WebError> 
     let surface = program::surface(&Program::textured(object));
     let varying = program::varying("center");
     let text = [&surface, GEOMETRY_TEXTURES, &varying, RASTER_VERTEX, DISPLAY, tone(mapper)?, FRAGMENT];
-    translated(object.technique.slug, text.concat(), ["gpu_vertex", "gpu_page_fragment"])
+    let measured = object.brdf.as_ref().is_some_and(|b| b.cells().is_some());
+    let without = [&HORIZON[..], if measured { &STRIPS } else { &[] }].concat();
+    translated(object.technique.slug, text.concat(), &without, ["gpu_vertex", "gpu_page_fragment"])
 }
 
 /// The module that draws the backdrop.
 pub fn sky_module(mapper: &str) -> Result<Module, WebError> {
     let text = [CAMERA, BACKDROP, BACKDROP_TEXTURES, DISPLAY, tone(mapper)?, SKY];
-    translated("the backdrop", text.concat(), ["gpu_page_sky_vertex", "gpu_page_sky_fragment"])
+    translated("the backdrop", text.concat(), &[], ["gpu_page_sky_vertex", "gpu_page_sky_fragment"])
 }
 
 const STAGES: [ShaderStage; 2] = [ShaderStage::Vertex, ShaderStage::Fragment];
 
-/// The functions by which suns at the horizon have a rule of their own, and what they return where they have not.
+/// Functions that WebGL does without, and what they return.
+type Without = [(&'static str, &'static str)];
+
+/// Those by which suns at the horizon have a rule of their own. Their loops within loops, each with the reflectance in it, are more than
+/// WebGL's compilers bear: the software one of Chromium takes all memory instead of seconds.
 const HORIZON: [(&str, &str); 3] =
     [("gpu_at_horizon", "false"), ("gpu_horizon_disk", "vec3<f32>()"), ("gpu_horizon_cell", "vec3<f32>()")];
 
-/// The text without the rule for suns at the horizon. Its loops within loops, each with the reflectance in it, are more than
-/// WebGL's compilers bear: the software one of Chromium takes all memory instead of seconds.
-fn without_horizon(wgsl: &str) -> String {
+/// Those by which disks that cross the horizon have one, which with measured reflectance in it takes the same compiler 13 GB too: such
+/// disks take the rule of others, whose part below the horizon is black.
+const STRIPS: [(&str, &str); 2] = [("gpu_takes_strips", "false"), ("gpu_strips", "vec3<f32>()")];
+
+/// The text whose functions of these names return the values.
+fn cut(wgsl: &str, without: &Without) -> String {
     let mut out = wgsl.to_owned();
-    for (name, value) in HORIZON {
+    for (name, value) in without {
         let begin = out.find(&format!("fn {name}(")).and_then(|at| Some(at + out[at..].find(" {\n")? + 3));
         let end = begin.and_then(|at| Some(at + out[at..].find("\n}\n")?));
         if let (Some(begin), Some(end)) = (begin, end) {
@@ -98,10 +107,15 @@ fn parsed(wgsl: &str) -> Result<(naga::Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
-fn translated(what: &str, wgsl: String, entries: [&'static str; 2]) -> Result<Module, WebError> {
+fn translated(
+    what: &str,
+    wgsl: String,
+    without: &Without,
+    entries: [&'static str; 2],
+) -> Result<Module, WebError> {
     let failed = |why: String| WebError::Shader { what: what.into(), why: why.replace('\n', " ") };
     parsed(&wgsl).map_err(failed)?;
-    let (module, info) = parsed(&without_horizon(&wgsl)).map_err(failed)?;
+    let (module, info) = parsed(&cut(&wgsl, without)).map_err(failed)?;
     let mut out = Module { entries, glsl: [String::new(), String::new()], bindings: bindings(&module), wgsl };
     for (k, stage) in STAGES.into_iter().enumerate() {
         let names = stage_names(&module, &info, stage, entries[k], &mut out.glsl[k]).map_err(failed)?;

@@ -79,13 +79,16 @@ fn brdf_seen(w: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(max(w.y - free, -limit), min(w.y + BRDF_HALF_PI, limit));
 }
 
-fn brdf_floor(w: vec2<f32>) -> vec2<f32> {
+// By sine and cosine of the tilt from the direction itself: those of an angle near the horizon hold no digits of 1 - sine.
+fn brdf_floor(w: vec3<f32>) -> vec2<f32> {
     let h = brdf.ks.w;
     let edge = sqrt((1.0 - h) * (1.0 + h));
-    let sine = abs(sin(w.y));
+    let size = max(length(w.yz), 1e-37);
+    let sine = abs(w.y) / size;
+    let cosine = w.z / size;
     var shadow = edge;
     if sine > h {
-        shadow = max((1.0 - h * sine) / max(cos(w.y), 1e-12), edge);
+        shadow = max((1.0 - h + h * cosine * cosine / (1.0 + sine)) / max(cosine, 1e-12), edge);
     }
     if w.y >= 0.0 {
         return vec2<f32>(edge, brdf.kd.w - shadow);
@@ -94,9 +97,13 @@ fn brdf_floor(w: vec2<f32>) -> vec2<f32> {
 }
 
 fn brdf_diffuse(i: vec2<f32>, o: vec2<f32>, part: vec2<f32>) -> f32 {
-    let sum = i.y + o.y;
-    let sines = sin(2.0 * part.y - sum) - sin(2.0 * part.x - sum);
-    return 0.5 * ((part.y - part.x) * cos(i.y - o.y) + 0.5 * sines) * i.x * o.x;
+    // w cos a + sin w cos b, a and b of which cancel near the horizon: cos a + cos b as a product, sin w less w as a series.
+    let w = part.y - part.x;
+    let a = i.y - o.y;
+    let b = part.y + part.x - i.y - o.y;
+    let less = select(w - sin(w), w * w * w * (1.0 / 6.0 - w * w * (1.0 / 120.0 - w * w / 5040.0)), w < 0.5);
+    let sum = w * 2.0 * cos(0.5 * (a + b)) * cos(0.5 * (a - b)) - less * cos(b);
+    return 0.5 * sum * i.x * o.x;
 }
 
 fn brdf_specular(i: vec2<f32>, o: vec2<f32>, m: vec3<f32>, part: vec2<f32>) -> f32 {
@@ -123,8 +130,8 @@ fn brdf_eval(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         diffuse += max(brdf_diffuse(i, o, part), 0.0);
         specular += brdf_specular(i, o, m, part);
     }
-    let fi = brdf_floor(i);
-    let fo = brdf_floor(o);
+    let fi = brdf_floor(wi);
+    let fo = brdf_floor(wo);
     let width = max(min(fi.y, fo.y) - max(fi.x, fo.x), 0.0) * wi.z * wo.z;
     diffuse += width;
     specular += width * brdf_power_cosine(vec3<f32>(0.0, 0.0, 1.0), m, brdf.power.x);

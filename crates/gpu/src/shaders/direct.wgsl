@@ -30,20 +30,25 @@ fn gpu_direct(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f
     var sum = vec3<f32>(0.0);
     for (var k = 0u; k < gpu_lights.counts.x; k++) {
         let light = gpu_lights.lights[k];
-        if light.power.w > 0.0 {
-            let to = light.place.xyz - p;
-            let d2 = dot(to, to);
-            if d2 > 0.0 {
-                let e = clamp(light.power.rgb / d2, vec3<f32>(-1e30), vec3<f32>(1e30));
-                let d = to / sqrt(d2);
-                sum += brdf_value(frame * d, o) * e * gpu_arriving(p, n, d, sqrt(d2));
-            }
-        } else if light.place.w > 0.0 {
+        if light.place.w > 0.0 {
             sum += gpu_seen_disk(light.place, frame, o, n, p) * light.power.rgb;
-        } else {
-            let f = brdf_value(frame * light.place.xyz, o);
-            sum += f * light.power.rgb * gpu_arriving(p, n, light.place.xyz, 3e38);
+            continue;
         }
+        var d = light.place.xyz;
+        var distance = 3e38;
+        var e = light.power.rgb;
+        if light.power.w > 0.0 {
+            let to = d - p;
+            let d2 = dot(to, to);
+            if !(d2 > 0.0) {
+                continue;
+            }
+            distance = sqrt(d2);
+            d = to / distance;
+            e = clamp(e / d2, vec3<f32>(-1e30), vec3<f32>(1e30));
+        }
+        // One evaluation for both kinds: compilers put its text at every call.
+        sum += brdf_value(frame * d, o) * e * gpu_arriving(p, n, d, distance);
     }
     return sum;
 }

@@ -6,6 +6,7 @@ use super::spectrum::{Spectrum, into_gamut, rgb};
 use crate::DiskLight;
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex};
 use steradian_parallel::prelude::*;
 use steradian_sphere::{Layout, SphereImage, layout::Position};
 
@@ -26,6 +27,33 @@ pub struct ClearSky {
     pub ground: [f64; 3],
 }
 
+/// What does not depend on the sun's place.
+struct Atmosphere {
+    turbidity: f64,
+    albedo: f64,
+    air: Air,
+    multiple: Multiple,
+}
+
+impl Atmosphere {
+    /// That of the last sky again where it is the same: a sun that moves asks for the same many times a second, and it is four
+    /// fifths of what a sky of 256 × 128 texels takes.
+    fn of(turbidity: f64, albedo: f64) -> Arc<Self> {
+        static LAST: Mutex<Option<Arc<Atmosphere>>> = Mutex::new(None);
+        let same = |a: &Arc<Self>| a.turbidity == turbidity && a.albedo == albedo;
+        let last = LAST.lock().ok().and_then(|last| last.clone()).filter(same);
+        last.unwrap_or_else(|| {
+            let air = Air::new(turbidity);
+            let multiple = Multiple::new(&air, albedo);
+            let new = Arc::new(Self { turbidity, albedo, air, multiple });
+            if let Ok(mut last) = LAST.lock() {
+                *last = Some(new.clone());
+            }
+            new
+        })
+    }
+}
+
 impl ClearSky {
     /// Unit direction to the sun.
     pub fn direction(&self) -> DVec3 {
@@ -38,18 +66,17 @@ impl ClearSky {
     /// Linear Rec. 709 in W sr⁻¹ m⁻² of the visible band: luminance in cd m⁻² is 179 times the RGB's
     /// luminance ([`super::EFFICACY`]). Below the horizon lies the ground, evenly lit by sky and sun.
     pub fn render(&self, width: usize, height: usize) -> (SphereImage, Option<DiskLight>) {
-        let air = Air::new(self.turbidity);
-        let albedo = super::luminance(self.ground);
-        let multiple = Multiple::new(&air, albedo);
+        let atmosphere = Atmosphere::of(self.turbidity, super::luminance(self.ground));
+        let Atmosphere { air, multiple, .. } = &*atmosphere;
         let mut image = SphereImage::new(Layout::LatLong, width, height);
-        let sun = self.sun(&air);
+        let sun = self.sun(air);
         if width == 0 || height == 0 {
             return (image, sun);
         }
         let above = height.div_ceil(2);
         let [r, g, b] = image.planes.each_mut().map(|p| p[..above * width].par_chunks_mut(width));
         r.zip(g).zip(b).enumerate().for_each(|(j, ((r, g), b))| {
-            self.row(&air, &multiple, [r, g, b], height, j);
+            self.row(air, multiple, [r, g, b], height, j);
         });
         let irradiance = self.horizontal_irradiance(&image, sun);
         for (plane, (e, a)) in image.planes.iter_mut().zip(irradiance.iter().zip(self.ground)) {

@@ -75,36 +75,39 @@ fn plane(mesh: &Mesh, bvh: &Bvh, d: Vec3, size: usize) -> Map {
         let depth = vec![f32::NEG_INFINITY];
         return Map::Plane { axes, middle: Vec2::ZERO, half: 1.0, size: 1, depth, wider: None };
     }
-    let start = hi.z + 0.01 * (hi.z - lo.z) + 1e-3 * (hi - lo).truncate().max_element().max(1e-6);
-    let from_light = |(middle, half): (Vec2, f32), size: usize| -> Vec<Ray> {
+    let from_light = |(middle, half): (Vec2, f32), size: usize, start: f32| -> Vec<Ray> {
         let origin = |k| axes * (middle + half * centre(k, size)).extend(start);
         (0..size * size).map(|k| Ray { origin: origin(k), direction: -d }).collect()
     };
-    let map = |square: (Vec2, f32), wider: Option<Box<Map>>| {
-        let hits = bvh.closest_many(&from_light(square, size), f32::INFINITY);
+    let map = |square: (Vec2, f32), start: f32, wider: Option<Box<Map>>| {
+        let hits = bvh.closest_many(&from_light(square, size, start), f32::INFINITY);
         let depth = hits.into_iter().map(|hit| hit.map_or(f32::NEG_INFINITY, |h| start - h.t)).collect();
         Map::Plane { axes, middle: square.0, half: square.1, size, depth, wider }
     };
+    let start = hi.z + 0.01 * (hi.z - lo.z) + 1e-3 * (hi - lo).truncate().max_element().max(1e-6);
     let whole = square(lo.truncate(), hi.truncate(), size);
     let touching = OFF * (hi - lo).max_element();
-    let first = from_light(whole, COARSE);
+    let first = from_light(whole, COARSE, start);
     let (lo, hi) = layered(mesh, bvh, &first, d, touching)
         .into_iter()
-        .map(|p| (axes.transpose() * p).truncate())
-        .fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+        .map(|p| axes.transpose() * p)
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
     // What is tried stands for what lies around it.
-    let around = Vec2::splat((2.0 * whole.1 / COARSE as f32).min(0.05 * (hi - lo).max_element()));
-    let near = square(lo - around, hi + around, size);
+    let around = (2.0 * whole.1 / COARSE as f32).min(0.05 * (hi - lo).truncate().max_element());
+    let near = square(lo.truncate() - around, hi.truncate() + around, size);
+    // Rays from close by, since those from above a ground of kilometres arrive with an error of millimetres.
+    let above = (hi.z + around + 0.05 * (hi.z - lo.z)).min(start);
     match lo.x <= hi.x && near.1 < WORTH * whole.1 {
-        true => map(near, Some(Box::new(map(whole, None)))),
-        false => map(whole, None),
+        true => map(near, above, Some(Box::new(map(whole, start, None)))),
+        false => map(whole, start, None),
     }
 }
 
 /// Rays of a side by which a distant light's map finds where surfaces lie behind surfaces.
 const COARSE: usize = 128;
-/// Surfaces as near as this, in diameters of the mesh, are one.
-const OFF: f32 = 1e-4;
+/// Surfaces as near as this, in diameters of the mesh, are one: above the rounding of singles, and no more, since a ground that
+/// reaches the horizon has a diameter of 20 000 times the object's.
+const OFF: f32 = 2e-6;
 /// A map of a part is made where that is smaller than this part of the whole.
 const WORTH: f32 = 0.7;
 /// Triangles of which the corners are tried too; of more the middles are close enough.

@@ -80,6 +80,20 @@ fn maps_err_by_half_as_much_with_twice_the_texels() {
     }
 }
 
+/// A ground of 40 kilometres under the same leaves its shadows where they are.
+#[test]
+fn maps_over_a_ground_to_the_horizon_are_as_fine() {
+    let sunk = Affine3A::from_translation(-0.01 * Vec3::Y);
+    let ground = shapes::by_name("plane:size=40000").expect("a shape").transformed(&sunk);
+    let mesh = Mesh::merged(&[scene(), ground]);
+    let bvh = Bvh::build(&mesh);
+    for light in &LIGHTS[..2] {
+        let maps = ShadowMaps::new(&mesh, &bvh, &[*light], MapOptions::default());
+        let error = mislit(&scene(), &bvh, &maps, *light);
+        assert!(error < 0.012, "{light:?}: {error}");
+    }
+}
+
 #[test]
 fn filtered_edges_are_between_light_and_shadow() {
     let mesh = scene();

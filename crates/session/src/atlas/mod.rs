@@ -254,9 +254,9 @@ impl Session {
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
         let mut answers = self.compared(&scene, &methods, renderers, &comparison)?.into_iter();
         let truth = answers.next().ok_or_else(no_answer)?;
+        let error = |a: Answer| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms);
+        let unshadowed = if paths { answers.next().and_then(error) } else { None };
         let mut each = || -> Vec<Answer> { answers.by_ref().take(renderers.len()).collect() };
-        let error = |a: &Answer| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms);
-        let unshadowed = if paths { each().first().and_then(error) } else { None };
         let entries = techniques.iter().map(|t| Entry { card: t.card(), answers: each() }).collect();
         Ok(Chapter { stage, brdf: spec.into(), truth, unshadowed, entries })
     }

@@ -6,6 +6,7 @@ use super::material::place;
 use crate::gpu::{Buffer, Entry, Uniform, Value};
 use crate::shared::light::exact::{self, TurnedSuns};
 use crate::shared::material::kernels::word;
+use crate::shared::maths::angle::angle;
 use crate::shared::maths::harmonics::{MAX_TERMS, frame, globe_uv};
 use crate::shared::maths::vector::dot;
 use crate::shared::points::batch::{self, Point};
@@ -30,13 +31,18 @@ fn azimuths([cos, sin]: [f32; 2], most: usize, a: &mut [[f32; 2]; MAX_ORDERS]) {
     }
 }
 
+/// The direction to the eye across the normal, and its length, the sine of θ_v.
+#[inline(always)]
+fn aside(p: &Point) -> ([f32; 3], f32) {
+    let side: [f32; 3] = std::array::from_fn(|k| p.wo[k] - p.cos_o * p.n[k]);
+    (side, dot(side, side).sqrt())
+}
+
 /// The centre at angle γ from n, and the direction of azimuth 0 about it.
 #[inline(always)]
-fn lean(p: &Point, gamma: f32) -> [[f32; 3]; 2] {
-    let side: [f32; 3] = std::array::from_fn(|k| p.wo[k] - p.cos_o * p.n[k]);
-    let square = dot(side, side);
+fn lean(p: &Point, (side, sine): ([f32; 3], f32), gamma: f32) -> [[f32; 3]; 2] {
     // Seen along the normal, slices do not depend on the azimuth.
-    let side = if square > 1e-12 { side.map(|x| x / square.sqrt()) } else { frame(p.n)[0] };
+    let side = if sine > 1e-6 { side.map(|x| x / sine) } else { frame(p.n)[0] };
     let (sin, cos) = gamma.sin_cos();
     let c = std::array::from_fn(|k| p.n[k] * cos - side[k] * sin);
     [c, std::array::from_fn(|k| side[k] * cos + p.n[k] * sin)]
@@ -76,15 +82,20 @@ pub(super) fn shade(b: &Bake<ShrmSlices>, shown: &TurnedSuns, q: &Points<'_>, ou
     batch::shade(q, out, |p: Point| {
         let strands = s.centre == Centre::Tangent;
         let t = if strands { tangent(q, &p) } else { [0.0; 3] };
-        let part =
-            if strands { dot(t, p.wo).clamp(-1.0, 1.0).acos() * FRAC_1_PI } else { place(p.cos_o.acos()) };
+        let side = aside(&p);
+        let part = if strands {
+            dot(t, p.wo).clamp(-1.0, 1.0).acos() * FRAC_1_PI
+        } else {
+            // By the sine too: the cosine alone, rounded, tells angles to 3e-4 near the normal.
+            place(angle(side.1.min(1.0), p.cos_o.min(1.0)))
+        };
         let x = part * last;
         let i = (x as usize).min(elevations - 2);
         let u = x - i as f32;
         let r0 = &s.curve[i * s.stride..(i + 1) * s.stride];
         let r1 = &s.curve[(i + 1) * s.stride..(i + 2) * s.stride];
         let head: [f32; HEAD] = std::array::from_fn(|k| r0[k] + (r1[k] - r0[k]) * u);
-        let [c, zero] = if strands { [t, p.n] } else { lean(&p, head[0]) };
+        let [c, zero] = if strands { [t, p.n] } else { lean(&p, side, head[0]) };
         let (c, zero) = (turn.apply(c), turn.apply(zero));
         let axes = frame(c);
         let phi = [dot(axes[0], zero), dot(axes[1], zero)];

@@ -90,7 +90,7 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if strands {
         part = angle(clamp(dot(along, wo), -1.0, 1.0)) * 0.3183098861837907;
     } else {
-        part = place(angle(min(cos_o, 1.0)));
+        part = place(brdf_atan2(length(wo - cos_o * n), cos_o));
     }
     let y = part * technique.orders.y;
     let row = min(u32(y), u32(technique.orders.y) - 1u);
