@@ -123,6 +123,20 @@ impl Grid {
         of_half_angles([theta_h, phi_h, at(i / nt % nd, nd) * FRAC_PI_2, at(i % nt, nt) * PI])
     }
 
+    /// Are light and view above the horizon at the centres of cells of an isotropic grid of [`Coordinates::Half`]? In the cells'
+    /// order. Both are where cos θ_h cos θ_d exceeds sin θ_h sin θ_d |cos φ_d|.
+    pub fn centres_above([nh, nd, nt]: [usize; 3]) -> impl Iterator<Item = bool> {
+        let at = |n: usize, whole: f64| (0..n).map(move |i| (i as f64 + 0.5) / n as f64 * whole);
+        let turns: Vec<f64> = at(nt, PI).map(|t| t.cos().abs()).collect();
+        let d: Vec<(f64, f64)> = at(nd, FRAC_PI_2).map(f64::sin_cos).collect();
+        at(nh, 1.0).flat_map(move |h| {
+            let (sh, ch) = (h * h * FRAC_PI_2).sin_cos();
+            let rows = d.iter().map(|(sd, cd)| (sh * sd, ch * cd));
+            let above = rows.flat_map(|(s, c)| turns.iter().map(move |t| c > s * t));
+            above.collect::<Vec<bool>>()
+        })
+    }
+
     /// See [`Brdf::held`]: the kind of its coordinates, the sizes, the cells.
     pub fn numbers(&self) -> Vec<f64> {
         let head = std::iter::once(self.coordinates.code()).chain(self.sizes.iter().map(|n| *n as f64));
@@ -277,6 +291,19 @@ mod tests {
             let swapped = half_angles(wo, wi);
             assert!((0..4).all(|k| (angles[k] - swapped[k]).abs() < 1e-12), "{angles:?} {swapped:?}");
         }
+    }
+
+    #[test]
+    fn cells_lie_above_the_horizon_where_their_directions_do() {
+        let [nh, nd, nt] = [20, 18, 24];
+        let mut count = 0;
+        for (i, above) in Grid::centres_above([nh, nd, nt]).enumerate() {
+            let (wi, wo) = Grid::centre([nh, 1, nd, nt], i);
+            // Rounding decides at the horizon.
+            assert!(above == (wi.z > 0.0 && wo.z > 0.0) || wi.z.min(wo.z).abs() < 1e-12, "{i}: {wi} {wo}");
+            count += 1;
+        }
+        assert_eq!(count, nh * nd * nt);
     }
 
     #[test]

@@ -90,17 +90,17 @@ fn of(table: &MerlTable) -> Option<Table> {
         return None;
     }
     let mut counts = Counts::default();
-    let cell = |i: usize| {
-        let (wi, wo) = Grid::centre(MERL, i);
+    let cell = |(i, above): (usize, bool)| {
         let v = [r[i] * UNITS[0], g[i] * UNITS[1], b[i] * UNITS[2]].map(|v| v as f32);
         let measured = v.iter().all(|v| v.is_finite() && *v >= 0.0);
-        if above(wi, wo) {
+        if above {
             counts.all += 1;
             counts.missing += usize::from(!measured);
         }
-        if measured && above(wi, wo) { v } else { [f32::NAN; 3] }
+        if measured && above { v } else { [f32::NAN; 3] }
     };
-    let cells = (0..MERL_CELLS).map(cell).collect();
+    let [nh, _, nd, nt] = MERL;
+    let cells = Grid::centres_above([nh, nd, nt]).enumerate().map(cell).collect();
     let grid = Grid::filled(Coordinates::Half, MERL, cells, &[2, 0])?;
     Some(Table { info: &INFO, notes, counts, grid })
 }
