@@ -75,7 +75,7 @@ fn networks() {
     // Two materials; weights of both signs, small as trained ones are.
     let whole = floats(2 * 675, |i| (i as f32 * 0.7).sin() * 0.3);
     let rest = format!(",two,names={}", folder.names());
-    damaged(&whole, &folder.0.join("networks.bin"), "nbrdf", &rest, 1000);
+    damaged(&whole, &folder.0.join("networks.bin"), "nbrdf", &rest, 3000);
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn tabulated_factors() {
     let folder = Folder::new("factors");
     let whole = floats(3 * 256 * 512, |i| 1.0 / (1.0 + (i % 1536) as f32));
     let rest = format!(",two,names={}", folder.names());
-    damaged(&whole, &folder.0.join("npf.bin"), "npf", &rest, 100);
+    damaged(&whole, &folder.0.join("npf.bin"), "npf", &rest, 1000);
 }
 
 #[test]
@@ -210,4 +210,35 @@ fn anisotropic_tables_of_merl() {
     let mut whole: Vec<u8> = head.iter().flat_map(|v| v.to_le_bytes()).collect();
     whole.extend(floats(3 * 216, |i| 0.6 + 0.3 * (i as f32 * 0.9).sin()));
     damaged(&whole, &folder.0.join("a.binary"), "merl-aniso", "", 1000);
+}
+
+#[test]
+fn tables_of_utia() {
+    let folder = Folder::new("utia");
+    let whole: Vec<u8> = (0..3 * 288 * 288).flat_map(|i| (0.1 + (i % 7) as f64).to_le_bytes()).collect();
+    damaged(&whole, &folder.0.join("a.bin"), "utia", "", 100);
+}
+
+#[test]
+fn tables_and_directions_of_curet() {
+    let folder = Folder::new("curet");
+    let (table, angles) = (folder.0.join("abrdf.dat"), folder.0.join("angles.dat"));
+    let row = |i: usize| {
+        format!("{} {:.3} 0.5 {:.3} {:.2}\n", i + 1, 0.2 * (i % 7) as f64, 0.13 * (i / 7) as f64, i)
+    };
+    let directions: String = (0..70).map(row).collect();
+    let values: String = (0..70).map(|i| format!(" 0.{}", 1 + i % 9)).collect();
+    let values = format!("# two samples\n7{values}\n12{values}\n");
+    std::fs::write(&angles, &directions).expect("writable");
+    damaged(values.as_bytes(), &table, "curet", ",sample=12", 1500);
+    // The same with the other of the two.
+    std::fs::write(&table, &values).expect("writable");
+    let (spec, mut damage) = (format!("curet:{},sample=12", table.display()), Mutator::new(8));
+    let rounds = if full() { 75_000 } else { 1500 };
+    let read = (0..rounds).filter(|_| {
+        std::fs::write(&angles, damage.damage(directions.as_bytes(), b"-1e39,nan,0")).expect("writable");
+        ends_well(&spec, &angles)
+    });
+    let read = read.count();
+    assert!((1..rounds).contains(&read), "{read} of {rounds} read");
 }
