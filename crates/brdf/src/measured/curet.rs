@@ -19,7 +19,7 @@ use crate::draw::{self, Draw};
 use crate::math::above;
 use crate::registry::Entry;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, BrdfShader, Info, Lobe, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -198,6 +198,14 @@ impl Brdf for Curet {
 
     fn lobes(&self, _: DVec3) -> Vec<Lobe> {
         Vec::new()
+    }
+
+    /// Its cells are the coefficients of the modes times their factors.
+    fn shader(&self) -> Option<BrdfShader> {
+        let cell = |(k, m): (usize, &zernike::Mode)| self.modes.each_ref().map(|a| (a[k] * m.factor) as f32);
+        let cells = zernike::modes().iter().enumerate().map(cell).collect();
+        let text = include_str!("curet.wgsl");
+        Some(BrdfShader::new(text, self.peak(), self.domain(), []).with_cells(Arc::new(cells)))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {

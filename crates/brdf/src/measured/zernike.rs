@@ -26,7 +26,7 @@ pub(super) struct Mode {
     l: usize,
     /// Which radial polynomials.
     radial: [usize; 2],
-    factor: f64,
+    pub factor: f64,
 }
 
 struct Table {

@@ -23,8 +23,9 @@ use super::tabulated::load;
 use crate::draw::Draw;
 use crate::math::{INV_PI, above, half, polar_angle};
 use crate::registry::Entry;
+use crate::shader::four;
 use crate::spec::Args;
-use crate::{Brdf, Info, Lobe, Peak, Sample, SharedBrdf, SpecError};
+use crate::{Brdf, BrdfShader, Info, Lobe, MAX_CELLS, Peak, Sample, SharedBrdf, SpecError};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -81,6 +82,11 @@ pub struct Rgl {
     shape: Shape,
 }
 
+/// At the pole zeros have a sign, which says nothing.
+fn azimuth(w: DVec3) -> f64 {
+    (w.y + 0.0).atan2(w.x + 0.0)
+}
+
 /// Bounds of the maps between angles and the unit square.
 fn theta_to_u(theta: f64) -> f64 {
     (theta / FRAC_PI_2).sqrt()
@@ -132,14 +138,14 @@ impl Rgl {
 
     fn blend(&self, wo: DVec3) -> Blend {
         let [phi, theta, ..] = &self.arrays.0;
-        warp::blend(&phi.values, &theta.values, wo.y.atan2(wo.x), polar_angle(wo))
+        warp::blend(&phi.values, &theta.values, azimuth(wo), polar_angle(wo))
     }
 
     /// u of the half vector for a view that is folded.
     fn place(&self, wi: DVec3, wo: DVec3) -> DVec2 {
         let h = half(wi, wo);
-        let from = if self.isotropic { wo.y.atan2(wo.x) } else { 0.0 };
-        let turn = (h.y.atan2(h.x) - from + PI) / TAU;
+        let from = if self.isotropic { azimuth(wo) } else { 0.0 };
+        let turn = (azimuth(h) - from + PI) / TAU;
         DVec2::new(theta_to_u(polar_angle(h)), turn - turn.floor())
     }
 
@@ -209,7 +215,7 @@ impl Brdf for Rgl {
         let factor = if self.arrays.0[7].values[0] == 0.0 {
             1.0
         } else {
-            let turn = (wo.y.atan2(wo.x) + PI) / TAU;
+            let turn = (azimuth(wo) + PI) / TAU;
             let sigma = self.sigma.value(&ONLY, DVec2::new(theta_to_u(polar_angle(wo)), turn));
             if sigma <= 0.0 {
                 return [0.0; 3];
@@ -231,6 +237,31 @@ impl Brdf for Rgl {
         self.shape.peak()
     }
 
+    /// Its cells: azimuths, elevations, σ, D, visible D (two cells a node), colours.
+    fn shader(&self) -> Option<BrdfShader> {
+        let [phi, theta, sigma, ndf, vndf, _, colours, jacobian] = &self.arrays.0;
+        let single = [&phi.values[..], &theta.values, self.sigma.values(), self.ndf.values()];
+        let mut cells: Vec<[f32; 3]> = single.concat().into_iter().map(|v| [v; 3]).collect();
+        cells.extend(self.vndf.cells());
+        let [r, g, b] = self.colours.each_ref().map(Grids::values);
+        cells.extend((0..r.len()).map(|i| [r[i], g[i], b[i]]));
+        if cells.len() > MAX_CELLS {
+            return None;
+        }
+        let size = |a: &file::Array| [a.shape[a.shape.len() - 1] as f64, a.shape[a.shape.len() - 2] as f64];
+        let both = |a: &file::Array, b: &file::Array| four([size(a)[0], size(a)[1], size(b)[0], size(b)[1]]);
+        let turned = if self.isotropic { 1.0 } else { 0.0 };
+        let scaled = if jacobian.values[0] == 0.0 { 0.0 } else { 1.0 };
+        let parameters = [
+            four([phi.values.len() as f64, theta.values.len() as f64, turned, f64::from(self.symmetry)]),
+            both(sigma, ndf),
+            both(vndf, colours),
+            four([scaled, 0.0, 0.0, 0.0]),
+        ];
+        let shader = BrdfShader::new(include_str!("rgl.wgsl"), self.peak(), self.domain(), parameters);
+        Some(shader.with_cells(Arc::new(cells)))
+    }
+
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<Sample> {
         if wo.z <= 0.0 {
             return None;
@@ -243,7 +274,7 @@ impl Brdf for Rgl {
             let view = DVec3::new(wo.x * sx, wo.y * sy, wo.z);
             let blend = self.blend(view);
             let at = self.vndf.sample(&blend, self.luminance.sample(&blend, u));
-            let from = if self.isotropic { view.y.atan2(view.x) } else { 0.0 };
+            let from = if self.isotropic { azimuth(view) } else { 0.0 };
             let (theta, phi) = (at.x * at.x * FRAC_PI_2, at.y * TAU - PI + from);
             let h = crate::math::spherical(theta, phi);
             let wi = (2.0 * view.dot(h) * h - view).normalize_or(DVec3::Z);

@@ -44,6 +44,11 @@ impl Grids {
         Self { size, values }
     }
 
+    /// Every number.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     fn node(&self, blend: &Blend, x: usize, y: usize) -> f64 {
         let [w, h] = self.size;
         let at = |slice: usize| f64::from(self.values[(slice * h + y) * w + x]);
@@ -104,6 +109,19 @@ impl Density {
             rows.iter_mut().zip(row_sums).for_each(|(r, s)| *r = (s / total) as f32);
         }
         Some(Self { density: Grids::new(size, values), along: Grids::new(size, along), rows })
+    }
+
+    /// Two cells for each node: the density, its integral along the row up to the node and that over the rows up to the row, and
+    /// what of the integrals half precision would not hold.
+    pub fn cells(&self) -> impl Iterator<Item = [f32; 3]> {
+        let w = self.density.size[0];
+        // Eleven bits, as a half has.
+        let head = |v: f32| f32::from_bits(v.to_bits() & !0x1fff);
+        let nodes = self.density.values.iter().zip(&self.along.values).enumerate();
+        nodes.flat_map(move |(i, (&density, &along))| {
+            let below = self.rows[i / w];
+            [[density, head(along), head(below)], [0.0, along - head(along), below - head(below)]]
+        })
     }
 
     fn row_sum(&self, blend: &Blend, y: usize) -> f64 {
