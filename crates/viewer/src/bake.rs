@@ -8,7 +8,7 @@ use steradian_light::Lights;
 use steradian_render::ToneMapper;
 use steradian_session::live::{Live, Names};
 use steradian_session::{
-    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, Shadows, for_any_mesh, light_as_baked,
+    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, for_any_mesh, light_as_baked,
     make_tangents,
 };
 use steradian_techniques::AnyTechnique;
@@ -26,9 +26,8 @@ pub struct Baker {
 }
 
 impl Baker {
-    /// A baker that has nothing yet. Lights beside the techniques' data cast no shadows: a GPU has no rays.
-    pub fn new(mut session: Session) -> Self {
-        session.shadows = Shadows::Off;
+    /// A baker that has nothing yet.
+    pub fn new(session: Session) -> Self {
         Self { session, model: None, lights: None, last: None }
     }
 
