@@ -137,29 +137,25 @@ struct Spot {
 
 impl Paths<'_> {
     /// Points spread over the surface by its area where the sites are vertices, since triangles are interpolated between
-    /// them; else some of the sites.
+    /// them; else some of the sites. Where some triangles are far larger than most, as those of a ground that reaches the horizon, every
+    /// second point is spread over the triangles evenly: fine triangles are where the data change.
     fn spots(&self, slug: &'static str) -> Result<Vec<Spot>, BakeError> {
         let mesh = &self.geometry.mesh;
         if mesh.normals.len() == mesh.positions.len() {
+            let triangles: Vec<[u32; 3]> = (0..mesh.triangles.len())
+                .filter(|i| self.geometry.spans(*i))
+                .map(|i| mesh.triangles[i])
+                .collect();
             let area = |t: &[u32; 3]| {
                 let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
                 0.5 * (b - a).cross(c - a).length()
             };
-            let mut sum = 0.0;
-            let ends: Vec<f64> = mesh
-                .triangles
-                .iter()
-                .enumerate()
-                .map(|(i, t)| {
-                    if self.geometry.spans(i) {
-                        sum += area(t);
-                    }
-                    sum
-                })
-                .collect();
+            let areas: Vec<f64> = triangles.iter().map(area).collect();
+            let [whole, evenly] = [areas.clone(), evened(&areas)].map(sums);
             let spot = |k: usize| {
-                let at = sum * (k as f64 + 0.5) / SITES as f64;
-                let corners = mesh.triangles[ends.partition_point(|e| *e < at).min(ends.len() - 1)];
+                let ends = if k.is_multiple_of(2) { &whole } else { &evenly };
+                let at = ends.last().unwrap_or(&0.0) * (k as f64 + 0.5) / SITES as f64;
+                let corners = triangles[ends.partition_point(|e| *e < at).min(ends.len() - 1)];
                 // Even over a triangle (Turk 1990).
                 let u = R2::default().point(k as u32);
                 let root = u.x.sqrt();
@@ -168,7 +164,7 @@ impl Paths<'_> {
                 let n = mix(&mesh.normals).normalize_or(mesh.normals[corners[0] as usize]);
                 Spot { site: Site { p: mix(&mesh.positions), n }, corners, weights: [w[1], w[2]] }
             };
-            if sum > 0.0 {
+            if whole.last().is_some_and(|sum| *sum > 0.0) {
                 return Ok((0..SITES).map(spot).collect());
             }
         }
@@ -178,6 +174,29 @@ impl Paths<'_> {
         let sites = (0..count).map(|k| there[k * there.len() / count.max(1)]);
         Ok(sites.map(|s| Spot { site: all[s as usize], corners: [s; 3], weights: [0.0; 2] }).collect())
     }
+}
+
+/// Triangles of so many times the median's area are far larger than most.
+const FAR_LARGER: f64 = 1e4;
+
+/// The areas, cut to the median where some are far larger.
+fn evened(areas: &[f64]) -> Vec<f64> {
+    let mut sorted = areas.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let most = sorted.last().copied().unwrap_or(0.0);
+    let most = if most > FAR_LARGER * median && median > 0.0 { median } else { most };
+    areas.iter().map(|a| a.min(most)).collect()
+}
+
+/// The sums up to each.
+fn sums(mut of: Vec<f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    for x in &mut of {
+        sum += *x;
+        *x = sum;
+    }
+    of
 }
 
 /// Paths with what they need of light and mesh.
@@ -285,4 +304,32 @@ impl<'a> Through<'a> {
 fn ray(v: &Vertex<'_>, d: DVec3) -> Ray {
     let side = if d.dot(v.side) < 0.0 { -v.side } else { v.side };
     Ray { origin: v.p.as_vec3() + side.as_vec3() * OFFSET, direction: d.as_vec3().normalize() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Sites;
+    use std::sync::Arc;
+    use steradian_brdf::parse;
+    use steradian_scene::{Mesh, shapes};
+
+    /// Over a plane of 20 kilometres around a small ball half of the points lie on the ball; on its own no triangle is favoured.
+    #[test]
+    fn fine_triangles_over_a_ground_get_half_of_the_points() {
+        let ground = shapes::by_name("plane:size=20000,y=-2").expect("a shape");
+        let both = Mesh::merged(&[shapes::icosphere(3), ground]);
+        let lights = Lights::default();
+        let brdf = parse("lambert").expect("a spec");
+        let near = |mesh: Mesh| {
+            let geometry = Geometry::new(Arc::new(mesh), Sites::Vertices);
+            let paths = Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1 };
+            let spots = paths.spots("a").expect("spots");
+            spots.iter().filter(|s| s.site.p.length() < 1.5).count()
+        };
+        assert!((SITES / 2 - 1..=SITES / 2 + 1).contains(&near(both)));
+        assert_eq!(near(shapes::icosphere(3)), SITES);
+        let areas = [1.0, 2.0, 1.0, 1e3];
+        assert_eq!(evened(&areas), areas);
+    }
 }
