@@ -122,7 +122,7 @@ fn request(o: Options, context: &mut Context) -> Result<(PathBuf, Request), Fail
         .map(|spec| Ok((spec.clone(), context.light(spec, &adjust)?)))
         .collect::<Result<_, Failure>>()?;
     let toml = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let first = o.environment.clone().unwrap_or(if toml { "As the scene says" } else { DEFAULT_SKY }.into());
+    let first = o.environment.clone().unwrap_or(if toml { "Light of the scene" } else { DEFAULT_SKY }.into());
     let stem = Path::new(&o.input).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let name = if is_shape(&o.input) { o.input.split(':').next().unwrap_or_default().into() } else { stem };
     let title = o.title.unwrap_or_else(|| capital(&name));

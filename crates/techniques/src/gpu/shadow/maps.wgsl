@@ -2,15 +2,6 @@
 // steradian_scene::shadow::ShadowMaps. A light has five rows of four numbers; behind all lights lie depths, four a row.
 const SHADOW_STEEPEST: f32 = 10.0;
 
-fn shadow_row(row: u32) -> vec4<f32> {
-    return vec4<f32>(
-        fetch_light_shadows(row, 0u),
-        fetch_light_shadows(row, 1u),
-        fetch_light_shadows(row, 2u),
-        fetch_light_shadows(row, 3u),
-    );
-}
-
 fn shadow_depth(texel: u32) -> f32 {
     return fetch_light_shadows(5u * u32(technique.shadow_lights) + texel / 4u, texel % 4u);
 }

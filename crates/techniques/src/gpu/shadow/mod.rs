@@ -6,6 +6,7 @@ use steradian_scene::shadow::Flat;
 
 /// Nothing blocks.
 pub(crate) const OPEN: &str = include_str!("open.wgsl");
+const ROWS: &str = include_str!("row.wgsl");
 const RAYS: &str = include_str!("rays.wgsl");
 const MAPS: &str = include_str!("maps.wgsl");
 
@@ -21,7 +22,7 @@ pub fn knows_shadows(local: &GpuTechnique) -> bool {
 pub fn behind(technique: GpuTechnique, by: &Flat, offset: f32) -> GpuTechnique {
     let mut out = technique;
     out.modules.retain(|m| m != OPEN);
-    let (module, rows, numbers) = match by {
+    let (module, mut rows, numbers) = match by {
         Flat::Rays { boxes, triangles } => {
             let mut rows = boxes.as_flattened().to_vec();
             rows.extend(triangles.iter().flat_map(|t| {
@@ -37,9 +38,8 @@ pub fn behind(technique: GpuTechnique, by: &Flat, offset: f32) -> GpuTechnique {
             (MAPS, rows, vec![("shadow_lights", lights.len() as f32), ("shadow_taps", *taps as f32)])
         }
     };
-    let mut rows = rows;
     rows.resize(rows.len().next_multiple_of(ROW).max(ROW), 0.0);
-    out.modules.push(module.into());
+    out.modules.extend([ROWS.into(), module.into()]);
     out.buffers.push(Buffer::new("light_shadows", ROW, rows));
     let numbers = numbers.into_iter().chain([("shadow_offset", offset)]);
     out.uniforms.extend(numbers.map(|(name, x)| Uniform { name, value: Value::F32(x) }));

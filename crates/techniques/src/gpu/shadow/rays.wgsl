@@ -1,14 +1,5 @@
 // The part of a light in unit direction d, so far away, that reaches a point of unit normal n: a ray through boxes and
 // triangles, the twin of steradian_scene::Bvh::occluded. Boxes are two rows of four numbers, triangles three, behind all boxes.
-fn shadow_row(row: u32) -> vec4<f32> {
-    return vec4<f32>(
-        fetch_light_shadows(row, 0u),
-        fetch_light_shadows(row, 1u),
-        fetch_light_shadows(row, 2u),
-        fetch_light_shadows(row, 3u),
-    );
-}
-
 // The corners of a triangle along the axes k, sheared along the ray (Woop, Benthin & Wald 2013, Watertight Ray/Triangle
 // Intersection). Edges of zero count as inside.
 fn shadow_triangle(row: u32, o: vec3<f32>, k: vec3<u32>, s: vec3<f32>, distance: f32) -> bool {
