@@ -4,6 +4,8 @@ use crate::Orbit;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use steradian_render::ToneMapper;
+use steradian_render::scenefile::SceneFile;
 
 /// Reflectance of a ground.
 pub const GROUND: &str = "lambert:albedo=0.4";
@@ -71,7 +73,17 @@ impl Wish {
         match scene {
             true => {
                 let (ground, ground_technique) = (None, None);
-                Self { light: None, brdf: None, technique: None, ground, ground_technique, ..plain }
+                let (exposure, tone_mapper) = developed(Path::new(input));
+                Self {
+                    light: None,
+                    brdf: None,
+                    technique: None,
+                    ground,
+                    ground_technique,
+                    exposure,
+                    tone_mapper: tone_mapper.name().into(),
+                    ..plain
+                }
             }
             false if steradian_session::is_shape(input) => plain,
             false => Self { brdf: None, ground: None, ground_technique: None, ..plain },
@@ -227,6 +239,14 @@ fn word(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
+/// The exposure and the tone mapper of a scene file; the usual ones where it cannot be read, which loading it tells.
+fn developed(file: &Path) -> (Option<f32>, ToneMapper) {
+    const MOST_BYTES: u64 = 1 << 20;
+    let is_text = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() <= MOST_BYTES);
+    let text = is_text.then(|| std::fs::read_to_string(file).ok()).flatten();
+    text.and_then(|text| SceneFile::developed_by(&text)).unwrap_or_default()
+}
+
 fn is_scene(input: &str) -> bool {
     Path::new(input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
@@ -250,6 +270,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("steradian-scene-{}", std::process::id()));
         let wish = Wish {
             turn: 30.0,
+            tone_mapper: "agx".into(),
             params: [("split_sum", "taps=4,multiscatter=on"), SHADOWS]
                 .map(|(t, given)| (t.to_string(), given.to_string()))
                 .into(),
@@ -264,7 +285,10 @@ mod tests {
         };
         wish.export(&folder, [320, 200], -1.5).expect("written");
         let mut session = steradian_session::Session::new();
-        let read = session.scene_file(&folder.join("scene.toml"), &Default::default());
+        let file = folder.join("scene.toml");
+        let again = Wish::of(&file.display().to_string());
+        assert_eq!((again.exposure, again.tone_mapper.as_str()), (Some(-1.5), "agx"));
+        let read = session.scene_file(&file, &Default::default());
         std::fs::remove_dir_all(&folder).expect("there");
         let scene = read.unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((scene.settings.width, scene.exposure), (320, Some(-1.5)));

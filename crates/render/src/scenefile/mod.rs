@@ -187,6 +187,14 @@ impl SceneFile {
         check::check(source, parsed, files)
     }
 
+    /// The exposure and the tone mapper that `text` asks for; `None` where it is no scene. Opens no file.
+    pub fn developed_by(text: &str) -> Option<(Option<f32>, ToneMapper)> {
+        let parsed: schema::SceneText = toml::from_str(text).ok()?;
+        let name = parsed.output.tone_mapper.as_ref().map(|name| name.get_ref().as_str());
+        let exposure = parsed.output.exposure.filter(|ev| ev.is_finite());
+        Some((exposure, name.and_then(ToneMapper::from_name).unwrap_or_default()))
+    }
+
     /// An error at a value of this file.
     pub fn error<T>(&self, at: &At<T>, why: impl std::fmt::Display) -> SceneError {
         error::Source { file: &self.file, text: &self.text }.error(at.at, why.to_string())

@@ -24,7 +24,7 @@ impl App {
         let before = self.kept.wish.clone();
         let wish = &mut self.kept.wish;
         match extension.as_str() {
-            "toml" => *wish = Wish { tone_mapper: wish.tone_mapper.clone(), ..Wish::of(&name) },
+            "toml" => *wish = Wish::of(&name),
             "obj" | "ply" | "stl" | "gltf" | "glb" => {
                 (wish.input, wish.orbit, wish.normal_map, wish.brdf) = (name, None, None, None);
                 wish.light.get_or_insert_with(|| "studio".into());

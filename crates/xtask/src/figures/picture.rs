@@ -86,6 +86,20 @@ impl Ball {
         Ok(self.film(|i| all[i].rgb.map(|v| v as f32)))
     }
 
+    /// How far the integral by two references is apart, relative RMS over every eighth point.
+    pub fn apart(&self, by: [&Reference; 2], brdf: &dyn Brdf) -> Result<f64> {
+        let some: Vec<ReferencePoint> = self.points.iter().step_by(8).copied().collect();
+        let [a, b] = by.map(|r| r.radiance_batch(brdf, &some, TRUTH, &Task::quiet()));
+        let (mut off, mut energy) = (0.0, 0.0);
+        for (a, b) in a?.iter().zip(&b?) {
+            for (x, y) in a.rgb.iter().zip(b.rgb) {
+                off += (x - y) * (x - y);
+                energy += y * y;
+            }
+        }
+        Ok((off / energy).sqrt())
+    }
+
     /// A technique's.
     pub fn shaded(&self, bake: &mut dyn AnyBake) -> Film {
         let mut buf = PointsBuf::with_capacity(self.points.len());
