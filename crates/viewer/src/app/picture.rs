@@ -165,12 +165,13 @@ impl App {
             if left.is_zero() {
                 self.said = None;
             } else {
-                tag(
-                    painter,
-                    Pos2::new(rect.center().x, rect.bottom() - 14.0),
-                    egui::Align2::CENTER_BOTTOM,
-                    text,
-                );
+                // Words about the picture stand at the lower left.
+                let plain = self.mode == DisplayMode::Picture;
+                let (x, align) = match plain {
+                    true => (rect.center().x, egui::Align2::CENTER_BOTTOM),
+                    false => (rect.right() - 14.0, egui::Align2::RIGHT_BOTTOM),
+                };
+                tag(painter, Pos2::new(x, rect.bottom() - 14.0), align, text);
                 ui.ctx().request_repaint_after(left);
             }
         }
