@@ -83,6 +83,7 @@ impl Material {
             && self.params == other.material.params
             && self.local == other.material.local
             && self.maps.is_empty() == other.material.maps.is_empty()
+            && self.maps.normal.is_some() == other.material.maps.normal.is_some()
             && self.method.as_ref().is_none_or(|m| m.slug() == other.method.slug())
     }
 }
@@ -286,7 +287,8 @@ impl Changed {
             None => before.material.method.is_none() && after.brdf.spec() == before.material.brdf.spec(),
         };
         let bare = after.local.is_none() && before.local.is_none() && !before.shadowed;
-        let maps = after.maps.is_empty() == before.material.maps.is_empty();
+        let has = |m: &Material| [m.maps.is_empty(), m.maps.normal.is_some()];
+        let maps = has(after) == has(&before.material);
         if !kept || !bare || !maps || (geometry && t.needs_sites(&after.params)) {
             return None;
         }

@@ -86,6 +86,30 @@ fn techniques_with_sites_bake_on_the_scenes_mesh() {
     assert!((r - 0.5).abs() < 1e-4, "{out}");
 }
 
+/// Transfer to other normals than the mesh's is baked where a normal map needs it, and nowhere else.
+#[test]
+fn a_normal_map_asks_for_transfer_to_its_normals() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    // Slopes of a quarter, encoded as colours.
+    let slopes =
+        |k: usize| [0.5 + 0.125 * (k as f32 * 0.7).sin(), 0.5 + 0.125 * (k as f32 * 1.9).cos(), 0.98];
+    let texels = (0..256).flat_map(slopes).flat_map(f32::to_le_bytes);
+    fs::write(dir.join("n.pfm"), [&b"PF\n16 16\n-1\n"[..], &texels.collect::<Vec<_>>()].concat())
+        .expect("written");
+    let picture = |more: &[&'static str]| {
+        let torus = ["render", "torus:segments=24", "-e", "sky:elevation=30", "-b", "lambert:albedo=0.5"];
+        let size = ["-t", "prt-diffuse", "--size", "32x32", "--background", "none", "-o", "x.pfm"];
+        well(dir, &[&torus[..], &size, more].concat());
+        fs::read(dir.join("x.pfm")).expect("a picture")
+    };
+    let (map, on, off) = (["--normal-map", "n.pfm"], ["--param", "normals=on"], ["--param", "normals=off"]);
+    let bumps = picture(&map);
+    assert_eq!(bumps, picture(&[map, on].concat()));
+    assert_ne!(bumps, picture(&[map, off].concat()));
+    assert_eq!(picture(&[]), picture(&off));
+}
+
 #[test]
 fn engines_get_vertices_with_transfer_and_its_shader() {
     let d = tempfile::tempdir().expect("a folder");

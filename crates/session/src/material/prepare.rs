@@ -185,7 +185,8 @@ impl Session {
             }
             Changed::Reflectance => {
                 let of = steradian_techniques::Material::new(material.brdf.clone())
-                    .with_textures(material.planes.clone());
+                    .with_textures(material.planes.clone())
+                    .with_bumps(material.maps.normal.is_some());
                 let bake = match preview {
                     true => old.0.preview(None, Some(&of), &task)?,
                     false => old.0.with_material(&of, &task)?,
@@ -305,8 +306,9 @@ fn link(
 ) -> Result<(Box<dyn AnyBake>, Direct, LocalLights), Error> {
     let task = task.clone().with_tolerance(under.tolerance);
     let suns = suns(material, usual);
-    let of =
-        steradian_techniques::Material::new(material.brdf.clone()).with_textures(material.planes.clone());
+    let of = steradian_techniques::Material::new(material.brdf.clone())
+        .with_textures(material.planes.clone())
+        .with_bumps(material.maps.normal.is_some());
     let geometry = under.geometry(technique.needs_sites(&material.params));
     let with = |suns: Suns| {
         let (baked, direct, local) = match &material.local {

@@ -178,7 +178,7 @@ impl<T: Technique> AnyTechnique for Erased<T> {
         params: &ParamValues,
         task: &Task,
     ) -> Result<Box<dyn AnyBake>, BakeError> {
-        let params = T::Params::from_values(params)?;
+        let params = T::settled(T::Params::from_values(params)?, material);
         check_material::<T>(material)?;
         lights.check()?;
         let given = Given {

@@ -19,12 +19,14 @@ pub struct Material {
     pub textures: Planes,
     /// What the surface shows from every view under every light, for techniques that shade with it.
     pub apparent: Option<Arc<Btf>>,
+    /// Does a normal map, which stays with the renderer too, tilt the normals that are shaded off the mesh's?
+    pub bumpy: bool,
 }
 
 impl Material {
     /// The material of one reflectance.
     pub fn new(brdf: SharedBrdf) -> Self {
-        Self { brdf, textures: Planes::default(), apparent: None }
+        Self { brdf, textures: Planes::default(), apparent: None, bumpy: false }
     }
 
     /// The material with parameters that vary over the surface.
@@ -37,6 +39,12 @@ impl Material {
     #[must_use]
     pub fn with_apparent(self, apparent: Arc<Btf>) -> Self {
         Self { apparent: Some(apparent), ..self }
+    }
+
+    /// The material with a normal map, or without.
+    #[must_use]
+    pub fn with_bumps(self, bumpy: bool) -> Self {
+        Self { bumpy, ..self }
     }
 }
 

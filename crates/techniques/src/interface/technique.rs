@@ -29,6 +29,12 @@ pub trait Technique: Send + Sync + 'static {
     /// State of one frame: rotated light, a summed reflection map.
     type Frame: Default + Send + Sync;
 
+    /// Parameters with those settled that are left to the technique and follow from the material; [`Bake::params`] are such. A
+    /// material that changes later leaves them as they are.
+    fn settled(p: Self::Params, m: &Material) -> Self::Params {
+        let _ = m;
+        p
+    }
     /// Bakes the light.
     fn light(l: &Lights, p: &Self::Params, task: &Task) -> Result<Self::Light, BakeError>;
     /// Bakes the reflectance, which [`Card::materials`] takes.

@@ -21,9 +21,16 @@ params! {
         /// Where the window ends; 0 for none.
         pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
         /// Transfer by normal.
-        pub normals: bool = ParamInfo::switch("normals", false, "transfer to other normals than the mesh's, for normal maps: ten times the memory"),
+        pub normals: Option<bool> = ParamInfo::switch("normals", false, "transfer to other normals than the mesh's, at ten times the memory; auto: where the material has a normal map").auto(f64::NAN),
         /// 16-bit transfer.
         pub halves: bool = ParamInfo::switch("halves", false, "transfer of 16-bit floats"),
+    }
+}
+
+impl Params {
+    /// Is there transfer to other normals than the mesh's?
+    pub(super) fn by_normal(&self) -> bool {
+        self.normals == Some(true)
     }
 }
 
@@ -34,17 +41,18 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
         bands: p.bands,
         tolerance: p.precision,
         bounces: p.bounces as u32,
-        matrices: p.normals,
+        matrices: p.by_normal(),
         ..Settings::default()
     };
     let t = transport::bake(PrtDiffuse::CARD.slug, g, m.0, settings, task)?;
     let n = p.bands * p.bands;
     let reflected = transport::reflected(&t);
-    let by_normal = if p.normals { normals::by_normal(g, &t)? } else { Vec::new() };
+    let by_normal = if p.by_normal() { normals::by_normal(g, &t)? } else { Vec::new() };
     let all = match t.direct {
         None => PerSite { stride: n, data: t.t },
         Some(direct) => PerSite { stride: n, data: direct }.beside(&reflected),
     };
-    let all = if p.normals { all.beside(&PerSite { stride: HARMONICS * n, data: by_normal }) } else { all };
+    let all =
+        if p.by_normal() { all.beside(&PerSite { stride: HARMONICS * n, data: by_normal }) } else { all };
     Ok(if p.halves { all.rounded() } else { all })
 }

@@ -86,6 +86,10 @@ impl Technique for PrtDiffuse {
     type Linked = ();
     type Frame = Frame;
 
+    fn settled(p: Params, m: &Material) -> Params {
+        Params { normals: p.normals.or(Some(m.bumpy)), ..p }
+    }
+
     fn light(l: &Lights, p: &Params, _: &Task) -> Result<ShLight, BakeError> {
         ShLight::bake(Self::CARD.slug, l, p.window)
     }
@@ -105,7 +109,7 @@ impl Technique for PrtDiffuse {
 
     fn is_whole(b: &Bake<Self>) -> bool {
         let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride);
-        let more = if b.params.normals { HARMONICS * n } else { 0 };
+        let more = if b.params.by_normal() { HARMONICS * n } else { 0 };
         // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other normals.
         (stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride))
             && b.transfer.data.len().is_multiple_of(stride.max(1))

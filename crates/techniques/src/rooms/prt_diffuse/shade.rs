@@ -51,7 +51,7 @@ impl Frame {
         if transfer.stride == 0 {
             return Self::default();
         }
-        let form = Form::of(bands, transfer.stride, b.params.normals);
+        let form = Form::of(bands, transfer.stride, b.params.by_normal());
         let factor = b.material.0.map(|a| a / PI);
         let light = [
             b.light.turned(bands, v.light_rotation, factor),

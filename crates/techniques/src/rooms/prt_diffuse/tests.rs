@@ -148,6 +148,23 @@ fn flat_bumps_are_none() {
     }
 }
 
+/// Whether there is transfer to other normals follows from the material where nothing else is said.
+#[test]
+fn a_normal_map_asks_for_other_normals() {
+    let material =
+        |bumpy| Material::new(steradian_brdf::parse("lambert:albedo=0.5").unwrap()).with_bumps(bumpy);
+    let (geometry, light) = (vertices(&ring()), lights::furnace());
+    for (said, bumpy, expected) in
+        [(None, false, "off"), (None, true, "on"), (Some(false), true, "off"), (Some(true), false, "on")]
+    {
+        let given = said.map(|on: bool| ("normals", f64::from(u8::from(on))));
+        let params = given.into_iter().chain([("bands", 2.0), ("precision", 0.05)]).collect();
+        let technique = find("prt_diffuse").unwrap();
+        let b = technique.bake(&light, &material(bumpy), Some(&geometry), &params, &Task::quiet()).unwrap();
+        assert_eq!(b.params().0["normals"].to_string(), expected, "{said:?} {bumpy}");
+    }
+}
+
 /// Bumps beside a box above them get what paths bring them, which the mesh's normals do not.
 #[test]
 fn bumps_in_a_shadow_are_those_of_paths() {
