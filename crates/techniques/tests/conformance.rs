@@ -15,6 +15,8 @@ mod local;
 mod random;
 #[path = "conformance/robust.rs"]
 mod robust;
+#[path = "conformance/sites.rs"]
+mod sites;
 #[path = "conformance/table.rs"]
 mod table;
 

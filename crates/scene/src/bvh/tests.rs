@@ -124,6 +124,37 @@ fn small_meshes_and_batches() {
     });
 }
 
+/// Rays that start just above a long wall and leave it do not hit it, and those that start just below do.
+#[test]
+fn long_triangles_do_not_hit_what_leaves_them() {
+    on_every_isa(|| {
+        let mut random = Random(5);
+        for length in [3.0, 300.0, 30_000.0] {
+            let (up, n) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.8, 0.6, 0.0));
+            let z = Vec3::Z * length;
+            let mesh = Mesh {
+                positions: vec![-up - z, up - z, up + z, -up + z],
+                triangles: vec![[0, 1, 2], [0, 2, 3]],
+                ..Mesh::default()
+            };
+            let bvh = Bvh::build(&mesh);
+            let mut hits = 0;
+            for _ in 0..4000 {
+                let (p, mut d) = (up * (random.next() - 0.5), random.direction());
+                d *= d.dot(n).signum();
+                let [away, through] = [1e-4, -1e-4].map(|h| Ray { origin: p + h * n, direction: d });
+                assert!(!bvh.occluded(&away, f32::INFINITY) && bvh.closest(&away, f32::INFINITY).is_none());
+                // Through the wall, unless it leaves below one of its edges.
+                if d.dot(n) > 1e-3 {
+                    assert!(bvh.occluded(&through, f32::INFINITY), "{length}: {through:?}");
+                    hits += 1;
+                }
+            }
+            assert!(hits > 3000);
+        }
+    });
+}
+
 /// Rays from inside at the very vertices and edge points of a closed mesh never escape (Woop 2013's test).
 #[test]
 fn no_ray_leaves_a_closed_mesh_between_its_triangles() {

@@ -2,12 +2,13 @@
 //!
 //! Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection (JCGT 2(1)): space is sheared so that the ray
 //! becomes the z axis; the edge functions of the two triangles at a shared edge are then exact negatives of
-//! each other, and no ray slips between them. Edge functions that are zero in f32 are computed again in f64.
-//! Both sides of a triangle are hit.
+//! each other, and no ray slips between them. Edge functions that are zero in f32 are computed again in f64, and so are
+//! distances that rounding may have put before or behind the origin: a ray that starts close above a triangle, and far from its
+//! corners, does not hit it. Both sides of a triangle are hit.
 
 use super::LANES;
 use super::node::splat;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use steradian_simd::Lanes;
 
 /// One number for each triangle of a block.
@@ -98,10 +99,46 @@ impl<L: Lanes> Shear<L> {
         // Weights first: the product of an area and a height could leave the range of f32.
         let inverse = L::splat(1.0).div(e[0].add(e[1]).add(e[2]));
         let (u, v, w) = (e[0].mul(inverse), e[1].mul(inverse), e[2].mul(inverse));
-        let t = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+        let mut t = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+        let doubtful = inside & magnitude(&[t]).le(rounding(&[a, b, c], inverse));
+        if doubtful != 0 {
+            t = L::load(&self.distances(block, doubtful, t.store()));
+        }
         let mask = inside & zero.lt(t) & t.lt(L::splat(t_max));
         (mask != 0).then_some(Met { mask, t, uv: [v, w] })
     }
+
+    /// The distances `t` with those of some triangles computed without the rounding of f32.
+    #[cold]
+    #[inline(never)]
+    fn distances(&self, block: &Block, which: u32, mut t: Lane) -> Lane {
+        let along = |x: [L; 3]| DVec3::from_array(x.map(|x| f64::from(x.store()[0])));
+        let (origin, s) = (along(self.origin), along(self.s));
+        let direction = DVec3::new(s.x, s.y, 1.0) / s.z;
+        for i in (0..LANES).filter(|i| which >> i & 1 != 0) {
+            let corner = |v: usize| DVec3::from_array(self.k.map(|k| f64::from(block.corners[v][k][i])));
+            let a = corner(0);
+            let normal = (corner(1) - a).cross(corner(2) - a);
+            t[i] = (normal.dot(a - origin) / normal.dot(direction)) as f32;
+        }
+        t
+    }
+}
+
+/// What rounding may add to the distances of triangles with these corners in sheared space and the inverse of the sum of their
+/// edge functions: an error of some ε z in x and y, which times x or y is that of an edge function, by which z is weighed.
+#[inline(always)]
+fn rounding<L: Lanes>([a, b, c]: &[[L; 3]; 3], inverse: L) -> L {
+    let across = magnitude(&[a[0], a[1], b[0], b[1], c[0], c[1]]);
+    let along = magnitude(&[a[2], b[2], c[2]]);
+    along.mul(along).mul(across.mul(magnitude(&[inverse]))).mul(L::splat(12.0 * f32::EPSILON))
+}
+
+/// The largest magnitude.
+#[inline(always)]
+fn magnitude<L: Lanes>(of: &[L]) -> L {
+    let zero = L::splat(0.0);
+    of.iter().fold(zero, |m, x| m.max(x.max(zero.sub(*x))))
 }
 
 /// A bit for every triangle whose edge functions have no two different signs.
