@@ -35,6 +35,8 @@ pub struct Request {
     /// Albedo of the surfaces that reflect, which the mean of a base-colour texture multiplies; `None` takes the base
     /// colours of the mesh's file.
     pub albedo: Option<[f64; 3]>,
+    /// Visibility by least squares over the hemisphere too?
+    pub hemisphere: bool,
     /// Did someone ask for the tolerance? Then a miss is one.
     pub asked: bool,
     /// Where the result goes: finished blocks are kept beside it until it is there.
@@ -87,7 +89,10 @@ impl Session {
         self.note_error(format!("coefficients of t {t:.1e} and of v {v:.1e} (estimated)"));
         let reached = t.max(0.2 * v);
         let asked = (request.asked && settings.rays.is_none()).then_some(settings.tolerance);
-        let saved = Saved::new(result, &mesh, kind, &settings);
+        let mut saved = Saved::new(result, &mesh, kind, &settings);
+        if request.hemisphere {
+            saved.project_on_hemispheres(&sites, &self.task)?;
+        }
         let seconds = start.elapsed().as_secs_f64();
         drop(scene);
         Ok(Outcome::new(Done { saved, mesh, sites, seconds, resumed, store }, asked, reached))

@@ -1,9 +1,10 @@
 //! Transfer as named tensors with metadata.
 
-use crate::{Products, Settings, Site, Transfer};
+use crate::{Products, Recovery, Settings, Site, Transfer, TransferError};
 use std::path::Path;
-use steradian_base::Input;
+use steradian_base::{Input, Task};
 use steradian_formats::{Tensor, TensorFile};
+use steradian_parallel::prelude::*;
 use steradian_scene::Mesh;
 
 /// Why tensors are no transfer, or not that of a mesh.
@@ -39,11 +40,15 @@ const FORM: (&str, &str) = ("steradian.transfer", "1");
 /// Transfer with what it was made of, as a file holds it.
 ///
 /// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error` (sites, 2), and
-/// where it was asked for `m` (sites, bands², bands²), the matrices of glossy transfer.
+/// where they were asked for `h` (sites, bands²), visibility by least squares over the hemisphere, and `m` (sites, bands²,
+/// bands²), the matrices of glossy transfer.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saved {
     /// The data.
     pub transfer: Transfer,
+    /// Sites, bands² coefficients of the function that is nearest to V over the hemisphere above a site
+    /// ([`Saved::project_on_hemispheres`]).
+    pub hemisphere: Option<Vec<f32>>,
     /// Digest of the mesh ([`mesh_digest`]).
     pub mesh: String,
     /// What the sites are: `vertices`, `texels WxH` or `points`.
@@ -61,12 +66,39 @@ impl Saved {
     pub fn new(transfer: Transfer, mesh: &Mesh, sites: String, settings: &Settings) -> Self {
         Self {
             transfer,
+            hemisphere: None,
             mesh: mesh_digest(mesh),
             sites,
             tolerance: settings.tolerance,
             offset: settings.offset,
             albedo: settings.albedo.clone(),
         }
+    }
+
+    /// Projects visibility by least squares: [`Recovery::over_hemisphere`], damped by the tolerance, 1e-3 at least. `sites` are
+    /// those of the transfer.
+    ///
+    /// # Errors
+    /// If the task was cancelled.
+    pub fn project_on_hemispheres(&mut self, sites: &[Site], task: &Task) -> Result<(), TransferError> {
+        let x = &self.transfer;
+        let n = x.bands * x.bands;
+        let recovery = Recovery::over_hemisphere(x.bands, self.tolerance.max(1e-3));
+        let mut out = vec![0.0; n * sites.len()];
+        task.begin("hemispheres", sites.len() as u64);
+        let one = |(k, (to, site)): (usize, (&mut [f32], &Site))| {
+            task.check()?;
+            if !site.is_absent() {
+                let c = recovery.visibility(site.n.as_dvec3().normalize(), &x.visibility(k)[..n]);
+                to.iter_mut().zip(c).for_each(|(to, c)| *to = c as f32);
+            }
+            task.advance(1);
+            Ok(())
+        };
+        let done = out.par_chunks_mut(n).zip(sites).enumerate().try_for_each(one);
+        task.end();
+        self.hemisphere = Some(out);
+        done
     }
 
     /// As tensors; with matrices where `normals` of the sites are given.
@@ -83,6 +115,9 @@ impl Saved {
         put("ao", Tensor::f32([sites], x.ao.clone()));
         put("bent", Tensor::f32([sites, 3], (0..sites).flat_map(|k| x.bent_normal(k)).collect()));
         put("error", Tensor::f32([sites, 2], x.error.concat()));
+        if let Some(h) = &self.hemisphere {
+            put("h", Tensor::f32([sites, n], h.clone()));
+        }
         if let Some(places) = matrices {
             let products = Products::new(x.bands);
             let rows = (0..sites).flat_map(|k| products.transfer(places[k].n.as_dvec3(), x.visibility(k)));
@@ -165,6 +200,10 @@ impl Saved {
                 error: error.as_chunks::<2>().0.to_vec(),
                 enclosed: Vec::new(),
                 rays: 0,
+            },
+            hemisphere: match file.tensors.contains_key("h") {
+                true => Some(values("h", &[sites, bands * bands])?),
+                false => None,
             },
             mesh: text("steradian.mesh")?.clone(),
             sites: text("steradian.sites")?.clone(),

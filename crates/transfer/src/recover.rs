@@ -11,6 +11,9 @@
 //!   min ∫ (n·w)₊ (V − Σ c_i y_i)² dw, whose normal equations need t alone: **M c = t, M_ij = ∫ (n·w)₊ y_i y_j dw**. What light
 //!   blocks is solved for, 1 − V, so that an open site is exactly open, and ε is added to the diagonal: eigenvalues of M fall to
 //!   3e-5 at four bands, and an error of t would be multiplied by their inverses.
+//!
+//! Where v_i = ∫ V y_i dw is known, the same is done with the weight 1 in place of the cosine
+//! ([`Recovery::over_hemisphere`]): the series of v itself is that of a function that ends at the horizon, which no few bands hold.
 
 use crate::Products;
 use glam::DVec3;
@@ -47,28 +50,36 @@ pub fn share(n: DVec3, t: &[f32], w: DVec3) -> f64 {
 /// Coefficients of visibility from those of diffuse transfer.
 pub struct Recovery {
     products: Products,
-    /// The cosine's coefficients by band, to 2·bands − 1 bands.
-    cosine: Vec<f64>,
+    /// Coefficients of the weight by band, to 2·bands − 1 bands: of the cosine, or of the hemisphere.
+    weight: Vec<f64>,
     ridge: f64,
 }
 
 impl Recovery {
     /// For vectors of `bands` bands. `ridge` is ε, 1e-6 to 1: at about the error of t it damps what the error would make.
     pub fn new(bands: usize, ridge: f64) -> Self {
-        let bands = bands.max(1);
-        let cosine = sh::zonal::cosine(2 * (bands - 1));
-        Self { products: Products::new(bands), cosine, ridge: ridge.clamp(1e-6, 1.0) }
+        Self::weighed(bands, sh::zonal::cosine(2 * (bands.max(1) - 1)), ridge)
     }
 
-    /// c of a site of unit normal `n` and transfer vector `t` (bands² numbers): V(w) ≈ Σ c_i y_i(w) for n·w > 0. It means
-    /// nothing below the horizon.
+    /// For v = ∫ V y dw over n·w > 0 in place of t: min ∫ (V − Σ c_i y_i)² dw over the hemisphere, **G c = v,
+    /// G_ij = ∫ y_i y_j dw** over n·w > 0 (least-squares projection on the hemisphere).
+    pub fn over_hemisphere(bands: usize, ridge: f64) -> Self {
+        Self::weighed(bands, sh::zonal::phong(2 * (bands.max(1) - 1), 0.0), ridge)
+    }
+
+    fn weighed(bands: usize, weight: Vec<f64>, ridge: f64) -> Self {
+        Self { products: Products::new(bands.max(1)), weight, ridge: ridge.clamp(1e-6, 1.0) }
+    }
+
+    /// c of a site of unit normal `n` and transfer vector `t` (bands² numbers; v for [`Recovery::over_hemisphere`]):
+    /// V(w) ≈ Σ c_i y_i(w) for n·w > 0. It means nothing below the horizon.
     ///
     /// # Panics
     /// If `t` is of another length.
     pub fn visibility(&self, n: DVec3, t: &[f32]) -> Vec<f64> {
         let count = self.products.bands().pow(2);
         assert_eq!(t.len(), count, "a transfer vector has bands² numbers");
-        let open = sh::zonal::lobe(&self.cosine, n);
+        let open = sh::zonal::lobe(&self.weight, n);
         let matrix = self.products.matrix(&open);
         let mut rows: Vec<Vec<f64>> = matrix.chunks_exact(count).map(<[f64]>::to_vec).collect();
         rows.iter_mut().enumerate().for_each(|(i, row)| row[i] += self.ridge);

@@ -198,7 +198,8 @@ fn a_white_furnace_is_reached_from_below() {
         };
         // ∫ L (n·w) dw/π with L = 1.
         let x = f64::from(of(&mesh, &site, &settings).vector(0, 0)[0]) * (4.0 * PI).sqrt() / PI;
-        assert!(x > last && x < 1.005, "{bounces}: {x} after {last}");
+        // The tolerance of a coefficient is 0.34 % of x, and as much may come with what is seen.
+        assert!(x > last && x < 1.0065, "{bounces}: {x} after {last}");
         last = x;
     }
     assert!(last > 0.99, "{last}");
@@ -301,4 +302,39 @@ fn files_come_back_and_know_their_mesh() {
     file.tensors.remove("v");
     assert!(Saved::read(&file).unwrap_err().to_string().contains("'v'"));
     assert_eq!(Saved::read(&Default::default()), Err(FileError::NoTransfer));
+}
+
+/// Visibility by direction is nearer by least squares over the hemisphere than by the series of ∫ V y dw.
+#[test]
+fn least_squares_over_the_hemisphere_are_nearer_to_visibility() {
+    let mesh = on_plate(shapes::knot(2, 3, 0.6, 0.3, 0.1, 24));
+    let sites: Vec<Site> = Site::vertices(&mesh).into_iter().step_by(29).collect();
+    let bvh = Bvh::build(&mesh);
+    for (bands, expected) in
+        [(3, [0.328, 0.273]), (4, [0.296, 0.252]), (5, [0.276, 0.236]), (8, [0.226, 0.191])]
+    {
+        let settings = Settings { bands, ..Settings::default() };
+        let mut saved = Saved::new(of(&mesh, &sites, &settings), &mesh, "points".into(), &settings);
+        saved.project_on_hemispheres(&sites, &Task::quiet()).expect("nobody cancels");
+        let nearest = saved.hemisphere.as_deref().expect("projected");
+        let (mut off, mut count, mut y) = ([0.0; 2], 0.0, vec![0.0; bands * bands]);
+        for (k, site) in sites.iter().enumerate() {
+            let frame = Frame::from_normal(site.n.as_dvec3().normalize());
+            for i in 0..500 {
+                let z = (f64::from(i) + 0.5) / 500.0;
+                let (r, phi) = ((1.0 - z * z).sqrt(), 2.4 * f64::from(i));
+                let d = frame.to_world(DVec3::new(r * phi.cos(), r * phi.sin(), z));
+                sh::eval(bands - 1, d, &mut y);
+                let ray = Ray { origin: site.p + 1e-4 * site.n, direction: d.as_vec3() };
+                let v = f64::from(u8::from(!bvh.occluded(&ray, f32::INFINITY)));
+                for (off, c) in off.iter_mut().zip([saved.transfer.visibility(k), &nearest[k * y.len()..]]) {
+                    *off += (y.iter().zip(c).map(|(y, c)| y * f64::from(*c)).sum::<f64>() - v).powi(2);
+                }
+                count += 1.0;
+            }
+        }
+        // The numbers of docs/transfer.md.
+        let rms = off.map(|o: f64| (o / count).sqrt());
+        assert!((0..2).all(|i| (rms[i] - expected[i]).abs() < 2e-3), "{bands} bands: {rms:.4?}");
+    }
 }

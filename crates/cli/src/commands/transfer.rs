@@ -44,6 +44,9 @@ pub struct Options {
     /// Texels of an atlas over the mesh's texture coordinates in place of the vertices
     #[arg(long, value_name = "WxH", value_parser = size)]
     atlas: Option<(usize, usize)>,
+    /// Visibility by direction too: the coefficients of what is nearest to it over the hemisphere, by least squares
+    #[arg(long)]
+    hemisphere: bool,
     /// Matrices of glossy transfer too, bands² x bands² a site
     #[arg(long)]
     matrices: bool,
@@ -104,9 +107,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if let Some(path) = file {
         check_output(path, &["safetensors", "glb"])?;
         let vertices = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
-        if vertices && (o.points.is_some() || o.atlas.is_some() || o.matrices) {
+        if vertices && (o.points.is_some() || o.atlas.is_some() || o.hemisphere || o.matrices) {
             return Err(Failure::usage(
-                "a .glb carries vectors of its vertices: for points, an atlas or matrices write .safetensors",
+                "a .glb carries vectors of its vertices: for points, an atlas, hemispheres or matrices write .safetensors",
             ));
         }
         if !vertices && o.bits == 8 {
@@ -134,6 +137,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         places,
         settings,
         albedo: o.albedo,
+        hemisphere: o.hemisphere,
         asked: o.tolerance.is_some(),
         output: file.map(Path::to_path_buf),
     };
@@ -168,7 +172,7 @@ fn points(table: &CsvTable) -> Result<Vec<Site>, Failure> {
     Ok(p.into_iter().zip(n).map(site).collect())
 }
 
-/// The table with ao, t0 …, v0 …; of reflections in colour t is tr0 …, tg0 …, tb0 ….
+/// The table with ao, t0 …, v0 … and perhaps h0 …; of reflections in colour t is tr0 …, tg0 …, tb0 ….
 fn columns(mut table: CsvTable, done: &Done) -> String {
     let x = &done.saved.transfer;
     let sites = 0..x.len();
@@ -181,6 +185,9 @@ fn columns(mut table: CsvTable, done: &Done) -> String {
     }
     for i in 0..x.bands.pow(2) {
         table.set_column(&format!("v{i}"), sites.clone().map(|k| f64::from(x.visibility(k)[i])));
+    }
+    for (i, h) in done.saved.hemisphere.iter().flat_map(|h| (0..x.bands.pow(2)).map(move |i| (i, h))) {
+        table.set_column(&format!("h{i}"), sites.clone().map(|k| f64::from(h[k * x.bands.pow(2) + i])));
     }
     csv::text(&table)
 }

@@ -21,6 +21,12 @@ fn points_get_their_columns_and_vertices_a_file() {
     assert_eq!((rows[1][0], number(1, 7)), ("a", 1.0));
     assert!((number(1, 8) - 0.886_227).abs() < 1e-6 && (number(1, 9) - 1.023_327).abs() < 1e-5);
     assert!((7..16).all(|c| number(2, c) == 0.0));
+    // In the open visibility is 1 in every direction, and a function of the first harmonic.
+    let out = well(dir, &["transfer", "icosphere", "-p", "p.csv", "--bands", "2", "--hemisphere"]);
+    let rows: Vec<&str> = out.lines().collect();
+    assert!(rows[0].ends_with(",h0,h1,h2,h3"));
+    let h: Vec<f64> = rows[1].split(',').skip(16).map(|x| x.parse().expect("a number")).collect();
+    assert!((h[0] - 3.544_908).abs() < 1e-5 && h[1..].iter().all(|x| x.abs() < 1e-5), "{h:?}");
     let json = well(dir, &["transfer", "torus:segments=16", "--rays", "64", "-o", "t.safetensors", "--json"]);
     assert!(json.contains("\"bands\": 5") && json.contains("mesh_digest"));
     assert!(!dir.join("t.safetensors.part").exists());
@@ -30,11 +36,14 @@ fn points_get_their_columns_and_vertices_a_file() {
     assert!(said.contains("vertices, 5 bands") && said.contains("direct light"), "{said}");
     let three =
         ["transfer", "torus:segments=16", "--rays", "64", "--bounces", "2", "--albedo", "0.8/0.2/0.1"];
-    let three: Vec<&str> =
-        three.into_iter().chain(["--matrices", "--bands", "2", "-o", "c.safetensors"]).collect();
+    let three: Vec<&str> = three
+        .into_iter()
+        .chain(["--matrices", "--hemisphere", "--bands", "2", "-o", "c.safetensors"])
+        .collect();
     well(dir, &three);
     let file = read_tensors(&dir.join("c.safetensors"), &Limits::default()).expect("tensors");
     assert_eq!((file.tensors["t"].shape[1], &file.tensors["m"].shape[1..]), (3, &[4, 4][..]));
+    assert_eq!(file.tensors["h"].shape[1..], [4]);
 }
 
 #[test]
