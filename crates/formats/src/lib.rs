@@ -65,5 +65,8 @@ pub use ptm::{Ptm, PtmCoefficients, PtmTexels, decode_ptm, read_ptm, write_ptm};
 pub use raster::{Channel, Raster};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use stored::StoredTexture;
-pub use tensors::{Tensor, TensorData, TensorFile, decode_tensors, read_tensors, write_tensors};
+pub use tensors::{
+    Tensor, TensorData, TensorFile, TensorParts, decode_tensors, read_tensors, write_tensors,
+    write_tensors_with,
+};
 pub use texel::TexelFormat;

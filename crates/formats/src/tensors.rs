@@ -155,32 +155,95 @@ impl TensorFile {
     /// Writes the file's bytes: the header's length, the header as JSON padded to 8 bytes, the elements. Wider
     /// elements come first, so that each tensor is aligned.
     pub fn encode(&self, w: &mut dyn Write) -> io::Result<()> {
-        let mut order: Vec<(&String, &Tensor)> = self.tensors.iter().collect();
-        order.sort_by_key(|(_, t)| std::cmp::Reverse(t.data.dtype().1));
+        self.encode_with(None, w)
+    }
+
+    fn encode_with(&self, made: Option<TensorParts<'_>>, w: &mut dyn Write) -> io::Result<()> {
+        let wrong =
+            |name: &str| Err(io::Error::other(format!("tensor '{name}' does not have its shape's size")));
+        let mut order: Vec<(&str, &[usize], Elements<'_>)> = Vec::new();
+        for (name, t) in &self.tensors {
+            if product(&t.shape) != Some(t.data.len()) {
+                return wrong(name);
+            }
+            order.push((name, &t.shape, Elements::Held(&t.data)));
+        }
+        if let Some(made) = made {
+            order.push((made.name, made.shape, Elements::Made(made.half, made.parts)));
+            order.sort_by_key(|(name, ..)| *name);
+        }
+        order.sort_by_key(|(.., elements)| std::cmp::Reverse(elements.dtype().1));
         let mut header = serde_json::Map::new();
         if !self.metadata.is_empty() {
             header.insert("__metadata__".into(), serde_json::json!(self.metadata));
         }
-        let mut at = 0;
-        for (name, tensor) in &order {
-            let fits =
-                tensor.shape.iter().try_fold(1usize, |n, &k| n.checked_mul(k)) == Some(tensor.data.len());
-            if !fits || name.as_str() == "__metadata__" {
-                return Err(io::Error::other(format!("tensor '{name}' does not have its shape's size")));
-            }
-            let end = at + tensor.data.bytes();
-            let entry = serde_json::json!({
-                "dtype": tensor.data.dtype().0, "shape": tensor.shape, "data_offsets": [at, end]
-            });
-            header.insert((*name).clone(), entry);
+        let mut at = 0usize;
+        for (name, shape, elements) in &order {
+            let (dtype, bytes) = elements.dtype();
+            let end = product(shape).and_then(|n| n.checked_mul(bytes)).and_then(|n| n.checked_add(at));
+            let (Some(end), false) = (end, *name == "__metadata__" || header.contains_key(*name)) else {
+                return wrong(name);
+            };
+            let entry = serde_json::json!({"dtype": dtype, "shape": shape, "data_offsets": [at, end]});
+            header.insert((*name).into(), entry);
             at = end;
         }
         let mut text = serde_json::Value::Object(header).to_string().into_bytes();
         text.resize(text.len().next_multiple_of(8), b' ');
         w.write_all(&(text.len() as u64).to_le_bytes())?;
         w.write_all(&text)?;
-        order.iter().try_for_each(|(_, t)| t.data.write(w))
+        for (name, shape, elements) in order {
+            match elements {
+                Elements::Held(data) => data.write(w)?,
+                Elements::Made(half, parts) => {
+                    let mut count = 0;
+                    for part in parts {
+                        let part = TensorData::F32(part?);
+                        count += part.len();
+                        if half { part.halved().write(w)? } else { part.write(w)? }
+                    }
+                    if product(shape) != Some(count) {
+                        return wrong(name);
+                    }
+                }
+            }
+        }
+        Ok(())
     }
+}
+
+/// A tensor of floats that is made while it is written, one part after the other, and never held whole.
+pub struct TensorParts<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Length of each index.
+    pub shape: &'a [usize],
+    /// Are its elements 16-bit floats? Else they have 32 bits.
+    pub half: bool,
+    /// Runs of elements, together as many as the product of the shape; an error ends the writing.
+    pub parts: &'a mut dyn Iterator<Item = io::Result<Vec<f32>>>,
+}
+
+/// Elements in memory, or still to be made, of 16 bits or 32.
+enum Elements<'a> {
+    Held(&'a TensorData),
+    Made(bool, &'a mut dyn Iterator<Item = io::Result<Vec<f32>>>),
+}
+
+impl Elements<'_> {
+    /// The format's name and bytes per element.
+    fn dtype(&self) -> (&'static str, usize) {
+        match self {
+            Self::Held(data) => data.dtype(),
+            Self::Made(true, _) => ("F16", 2),
+            Self::Made(false, _) => ("F32", 4),
+        }
+    }
+}
+
+/// The number of elements of a shape; `None` beyond what can be counted.
+fn product(shape: &[usize]) -> Option<usize> {
+    shape.iter().try_fold(1usize, |n, &k| n.checked_mul(k))
 }
 
 /// Bytes of a header: tens of thousands of tensors.
@@ -189,6 +252,12 @@ const MAX_HEADER: u64 = 4 << 20;
 /// Writes `file` to `path`, whole or not at all.
 pub fn write_tensors(path: &Path, file: &TensorFile) -> Result<(), FormatError> {
     write_atomic(path, |w| file.encode(w))
+}
+
+/// Writes `file` and a tensor that is made meanwhile to `path`, whole or not at all: the same bytes as if it had been among the
+/// others.
+pub fn write_tensors_with(path: &Path, file: &TensorFile, made: TensorParts<'_>) -> Result<(), FormatError> {
+    write_atomic(path, |w| file.encode_with(Some(made), w))
 }
 
 /// Reads the tensors in `path`.
@@ -256,6 +325,33 @@ mod tests {
         let mut f = sample();
         f.tensors.insert("a".into(), Tensor::f32([2, 2], vec![1.0]));
         assert!(f.encode(&mut Vec::new()).unwrap_err().to_string().contains("'a'"));
+    }
+
+    #[test]
+    fn a_tensor_in_parts_is_as_one_in_memory() {
+        let d = tempfile::tempdir().unwrap();
+        let (whole, parts) = (d.path().join("a"), d.path().join("b"));
+        let values: Vec<f32> = (0..12).map(|k| 0.1 * k as f32).collect();
+        for half in [false, true] {
+            let mut f = sample();
+            let write = |runs: usize, f: &TensorFile| {
+                let mut made = values.chunks(5).take(runs).map(|v| Ok(v.to_vec()));
+                let made = TensorParts { name: "bb", shape: &[4, 3], half, parts: &mut made };
+                write_tensors_with(&parts, f, made)
+            };
+            write(3, &f).unwrap();
+            // Too few elements: nothing is written.
+            let before = std::fs::read(&parts).unwrap();
+            assert!(write(2, &f).unwrap_err().to_string().contains("'bb'"));
+            assert_eq!(std::fs::read(&parts).unwrap(), before);
+            let data = TensorData::F32(values.clone());
+            let data = if half { data.halved() } else { data };
+            f.tensors.insert("bb".into(), Tensor { shape: vec![4, 3], data });
+            write_tensors(&whole, &f).unwrap();
+            assert_eq!(std::fs::read(&whole).unwrap(), before);
+            // A name of its own.
+            assert!(write(3, &f).is_err());
+        }
     }
 
     #[test]

@@ -2,11 +2,12 @@
 
 use crate::inputs::is_shape;
 use crate::{Error, Outcome, Session};
-use half::f16;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_engines::{VertexNumbers, glb};
-use steradian_formats::{TensorData, TensorFile, read_tensors, write_atomic, write_tensors};
+use steradian_formats::{
+    TensorFile, TensorParts, read_tensors, write_atomic, write_tensors, write_tensors_with,
+};
 use steradian_scene::Mesh;
 use steradian_transfer::{
     BLOCK, Saved, Scene, Settings, Site, Store, TransferError, key, mesh_digest, transfer,
@@ -119,29 +120,34 @@ impl Session {
             write_atomic(path, |w| w.write_all(&bytes))?;
             return self.finish_transfer(done);
         }
-        let matrices = done.saved.transfer.wide > done.saved.transfer.bands;
-        let n = done.saved.transfer.bands.pow(2) as u64;
-        let bytes = if matrices { 8 * n * n * done.sites.len() as u64 } else { 0 };
-        if bytes > self.task.max_memory() {
-            return Err(Error::failed(format!(
-                "matrices of {} sites take {} MiB: raise --max-memory, or leave --matrices out: v holds all that they are made of",
-                done.sites.len(),
-                bytes >> 20
-            )));
-        }
-        let mut file = done.saved.tensors(matrices.then_some(&done.sites[..]));
-        file.metadata.extend(self.provenance_pairs());
-        match bits {
-            16 => {
-                for tensor in file.tensors.values_mut() {
-                    tensor.data =
-                        TensorData::F16(tensor.data.to_f32().iter().map(|x| f16::from_f32(*x)).collect());
-                }
-            }
-            32 => {}
+        let half = match bits {
+            16 => true,
+            32 => false,
             _ => return Err(Error::usage("tensors have 16 or 32 bits: 8 are for the vertices of a .glb")),
+        };
+        let mut file = done.saved.tensors();
+        file.metadata.extend(self.provenance_pairs());
+        if half {
+            file.tensors.values_mut().for_each(|t| t.data = t.data.halved());
         }
-        write_tensors(path, &file)?;
+        let (sites, n) = (done.sites.len(), done.saved.transfer.bands.pow(2));
+        if done.saved.transfer.wide > done.saved.transfer.bands {
+            // They would take more memory than all else.
+            self.task.begin("matrices", sites as u64);
+            let mut parts = done.saved.matrices(&done.sites).map(|m| {
+                self.task.check().map_err(std::io::Error::other)?;
+                self.task.advance((m.len() / (n * n)) as u64);
+                Ok(m)
+            });
+            let made = TensorParts { name: "m", shape: &[sites, n, n], half, parts: &mut parts };
+            let written = write_tensors_with(path, &file, made);
+            self.task.end();
+            // An interruption is no fault of the file.
+            self.check()?;
+            written?;
+        } else {
+            write_tensors(path, &file)?;
+        }
         self.finish_transfer(done)
     }
 

@@ -40,8 +40,8 @@ const FORM: (&str, &str) = ("steradian.transfer", "1");
 /// Transfer with what it was made of, as a file holds it.
 ///
 /// Tensors: `t` (sites, channels, bands²), `v` (sites, wide²), `ao` (sites), `bent` (sites, 3), `error` (sites, 2), and
-/// where they were asked for `h` (sites, bands²), visibility by least squares over the hemisphere, and `m` (sites, bands²,
-/// bands²), the matrices of glossy transfer.
+/// where it was asked for `h` (sites, bands²), visibility by least squares over the hemisphere. Beside them a file may have `m`
+/// (sites, bands², bands²), the matrices of glossy transfer ([`Saved::matrices`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Saved {
     /// The data.
@@ -101,8 +101,22 @@ impl Saved {
         done
     }
 
-    /// As tensors; with matrices where `normals` of the sites are given.
-    pub fn tensors(&self, matrices: Option<&[Site]>) -> TensorFile {
+    /// The matrices of glossy transfer at `sites`, those of the transfer, whose visibility has 2·bands − 1 bands: bands⁴ numbers a
+    /// site, made for some sites at a time.
+    pub fn matrices(&self, sites: &[Site]) -> impl Iterator<Item = Vec<f32>> {
+        const SITES: usize = 64;
+        let products = Products::new(self.transfer.bands);
+        sites.chunks(SITES).enumerate().map(move |(k, sites)| {
+            let one = |(i, site): (usize, &Site)| {
+                let m = products.transfer(site.n.as_dvec3(), self.transfer.visibility(k * SITES + i));
+                m.into_iter().map(|m| m as f32).collect::<Vec<f32>>()
+            };
+            sites.par_iter().enumerate().flat_map_iter(one).collect()
+        })
+    }
+
+    /// As tensors, without matrices.
+    pub fn tensors(&self) -> TensorFile {
         let mut file = TensorFile::default();
         let x = &self.transfer;
         let (sites, n) = (x.len(), x.bands * x.bands);
@@ -117,11 +131,6 @@ impl Saved {
         put("error", Tensor::f32([sites, 2], x.error.concat()));
         if let Some(h) = &self.hemisphere {
             put("h", Tensor::f32([sites, n], h.clone()));
-        }
-        if let Some(places) = matrices {
-            let products = Products::new(x.bands);
-            let rows = (0..sites).flat_map(|k| products.transfer(places[k].n.as_dvec3(), x.visibility(k)));
-            put("m", Tensor::f32([sites, n, n], rows.map(|m| m as f32).collect()));
         }
         file.metadata = self.metadata().into();
         file

@@ -119,6 +119,25 @@ fn a_normal_map_asks_for_transfer_to_its_normals() {
     assert_eq!(picture(&[]), picture(&off));
 }
 
+/// Matrices go to the file as they are made: a limit that they exceed changes nothing of it.
+#[test]
+fn matrices_beyond_the_memory_are_the_same() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let made = |more: &[&'static str]| {
+        let line = ["transfer", "torus:segments=12", "--rays", "64", "--bands", "8", "--matrices"];
+        well(dir, &[&line[..], &["-o", "m.safetensors"], more].concat());
+        read_tensors(&dir.join("m.safetensors"), &Limits::default()).expect("tensors").tensors
+    };
+    for bits in ["32", "16"] {
+        let whole = made(&["--bits", bits]);
+        let bytes = whole["m"].data.bytes();
+        assert!(bytes > 700_000, "{bytes} bytes");
+        assert!(made(&["--bits", bits, "--max-memory", "512K"]) == whole);
+    }
+    assert!(!dir.join("m.safetensors.part").exists());
+}
+
 #[test]
 fn engines_get_vertices_with_transfer_and_its_shader() {
     let d = tempfile::tempdir().expect("a folder");
