@@ -4,7 +4,7 @@
 use super::survey::{Way, film as drawn, row, sheet};
 use super::{Options, light, mesh, save, say};
 use anyhow::{Context, Result, anyhow};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::sync::Arc;
 use steradian_base::{Cancelled, Task};
 use steradian_render::{
@@ -14,7 +14,7 @@ use steradian_render::{
 use steradian_scene::{Bvh, Camera, Framing, Mesh};
 use steradian_session::{Material, Scene};
 use steradian_sphere::sh;
-use steradian_techniques::{Points, Radiance};
+use steradian_techniques::{AnyBake, Geometry, Points, PointsBuf, Radiance, Sites};
 use steradian_transfer::{Refinement, Site, Transfer, refine, transfer};
 
 /// Albedo of the bunny.
@@ -44,11 +44,13 @@ fn coloured(mesh: &Mesh, camera: Camera, settings: &Settings, colours: Vec<Vec3>
     Ok(render(&stage, settings, &Task::quiet())?)
 }
 
-fn vectors(mesh: &Mesh, bands: usize) -> Result<Transfer> {
+/// Transfer vectors of all vertices, to a tolerance or by so many rays each.
+fn vectors(mesh: &Mesh, bands: usize, rays: Option<u32>) -> Result<Transfer> {
     let scene = steradian_transfer::Scene::new(mesh).map_err(|e| anyhow!("{e}"))?;
     let settings = steradian_transfer::Settings {
         bands,
         tolerance: 5e-3,
+        rays,
         offset: 1e-4 * mesh.bounds().map_or(1.0, |(a, b)| (b - a).length()),
         ..steradian_transfer::Settings::default()
     };
@@ -59,7 +61,7 @@ fn vectors(mesh: &Mesh, bands: usize) -> Result<Transfer> {
 pub fn basis(o: &Options) -> Result<()> {
     const BANDS: usize = 5;
     let head = mesh::bust()?;
-    let t = vectors(&head, BANDS)?;
+    let t = vectors(&head, BANDS, None)?;
     let camera = Framing { share: 0.9, ..Framing::default() }.camera(&head.positions).context("a mesh")?;
     let side = o.side.unwrap_or(112);
     let settings = Settings::new(side, side);
@@ -94,6 +96,18 @@ pub fn basis(o: &Options) -> Result<()> {
     save(o, "k06-basis.png", &sheet.draw())
 }
 
+/// Radiance of all vertices.
+fn at_vertices(b: &dyn AnyBake, mesh: &Mesh) -> Vec<Vec3> {
+    let mut q = PointsBuf::with_capacity(mesh.positions.len());
+    for ((k, n), p) in (0..).zip(&mesh.normals).zip(&mesh.positions) {
+        q.push(*n, n.any_orthonormal_vector(), *n, *p);
+        q.locate(Vec2::ZERO, [k; 3], [0.0; 2]);
+    }
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; q.len()]);
+    b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+    (0..q.len()).map(|i| Vec3::new(rgb[0][i], rgb[1][i], rgb[2][i])).collect()
+}
+
 /// Spherical harmonics beside Haar wavelets, by coefficients of the light.
 pub fn wavelets(o: &Options) -> Result<()> {
     const BANDS: [usize; 4] = [3, 5, 10, 14];
@@ -110,7 +124,7 @@ pub fn wavelets(o: &Options) -> Result<()> {
         camera: Some(camera),
         settings: Settings { inner: 1, share: true, ..Settings::new(side, side) },
         background: steradian_render::scenefile::SceneBackground::Colour([0.0; 3]),
-        ..Scene::new(bunny, vec![Material::new(brdf)], lights)
+        ..Scene::new(bunny, vec![Material::new(brdf.clone())], lights)
     };
     say(&format!(
         "STAR04 7.4: a bunny under {name} by coefficients of the light, relative RMS error beside paths"
@@ -118,7 +132,7 @@ pub fn wavelets(o: &Options) -> Result<()> {
     let truth = drawn(&scene, &Way::Paths(1))?;
     let image = &scene.lights.environment.as_ref().context("a light without an image")?.image;
     let of_light = sh::project(image, BANDS[3] - 1);
-    let t = vectors(&scene.mesh, BANDS[3])?;
+    let t = vectors(&scene.mesh, BANDS[3], Some(4096))?;
     let mut harmonics = Vec::new();
     for bands in BANDS {
         let n = bands * bands;
@@ -133,10 +147,19 @@ pub fn wavelets(o: &Options) -> Result<()> {
         let film = coloured(&scene.mesh, camera, &scene.settings, (0..t.len()).map(colour).collect())?;
         harmonics.push((format!("{n} coefficients"), film));
     }
+    let geometry = Geometry::new(Arc::new(scene.mesh.clone()), Sites::Vertices);
+    let material = steradian_techniques::Material::new(brdf);
+    let technique = steradian_techniques::find("haar_transport").context("a technique")?;
+    let task = Task::quiet();
+    let bake = technique.bake(&scene.lights, &material, Some(&geometry), &Default::default(), &task)?;
+    // Transport is the same however many wavelets of the light a frame sums.
+    let mut saved = bake.save();
     let mut haar = Vec::new();
     for count in WAVELETS {
-        let spec = format!("wavelets={count},size=6");
-        haar.push((format!("{count} wavelets"), drawn(&scene, &Way::Global("haar_transport", &spec))?));
+        saved.metadata.insert("steradian.param.wavelets".into(), count.to_string());
+        let colours = at_vertices(&*technique.load(&saved)?, &scene.mesh);
+        let film = coloured(&scene.mesh, camera, &scene.settings, colours)?;
+        haar.push((format!("{count} wavelets"), film));
     }
     for films in [&mut harmonics, &mut haar] {
         films.push(("paths, direct light".into(), truth.clone()));
