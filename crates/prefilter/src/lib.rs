@@ -16,6 +16,7 @@ mod small;
 
 pub use cube::{
     CubeArray, CubeMethod, EdgeCube, Filtered, Size, angular, cube_array, edge_cube, filter, filter::filter,
+    lookup,
 };
 pub use image::{Deviation, FilteredImage, deviation, filter_image, map, mirror_image};
 pub use kernel::{Cosine, FibreKernel, GgxMirror, Lobe, Power, Radial, Zonal, quadrature};

@@ -4,6 +4,7 @@ pub mod angular;
 mod cube_array;
 pub mod edge_cube;
 pub mod filter;
+pub mod lookup;
 
 pub use cube_array::{CubeArray, cube_array};
 pub use edge_cube::EdgeCube;

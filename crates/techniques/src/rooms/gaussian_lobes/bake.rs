@@ -43,7 +43,7 @@ params! {
 
 /// Words of `visibility`.
 /// Most lookups of a lobe.
-const MAX_TAPS: f64 = 64.0;
+pub(super) const MAX_TAPS: f64 = 64.0;
 const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
 
 impl Params {

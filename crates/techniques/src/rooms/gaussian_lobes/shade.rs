@@ -2,19 +2,24 @@
 //! functions.
 
 use super::GaussianLobes;
-use super::bake::Views;
+use super::bake::{MAX_TAPS, Views};
 use super::light::Light;
-use super::visibility::{self, Blocked, DIFFUSE};
+use super::visibility::{self, Blocked, DIFFUSE, MOST};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
-use crate::shared::points::batch::{self, Point};
+use crate::shared::maths::angle::{angle, sin_cos};
+use crate::shared::points::batch::{self, Block, BlockShader, Lanes, WIDTH};
+use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::{light::sh_light, maths::harmonics};
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 use steradian_brdf::fit::gaussian::LAST;
 use steradian_parallel::prelude::*;
+use steradian_prefilter::EdgeCube;
+use steradian_prefilter::lookup::Places;
 
 /// 1 over the last elevation.
 const SCALE: f32 = (1.0 / LAST) as f32;
@@ -29,13 +34,12 @@ fn row(table: &[[f32; 4]], first: usize, count: usize, x: f32) -> [f32; 4] {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * w)
 }
 
-/// r turned by `angle` away from n in the plane of both.
+/// r turned by `angle` away from n in the plane of both: cos a r + sin a (cos θ r − n)/sin θ.
 #[inline(always)]
-fn mean(p: &Point, sine: f32, angle: f32) -> [f32; 3] {
-    let (s, c) = angle.sin_cos();
-    // cos a r + sin a (cos θ r − n)/sin θ.
+fn mean(n: [f32; 3], r: [f32; 3], [sine, cos_o]: [f32; 2], angle: f32) -> [f32; 3] {
+    let [s, c] = sin_cos(angle);
     let s = s / sine.max(1e-4);
-    std::array::from_fn(|k| (c + s * p.cos_o) * p.r[k] - s * p.n[k])
+    std::array::from_fn(|k| (c + s * cos_o) * r[k] - s * n[k])
 }
 
 /// Lookups: one, or three at least.
@@ -44,28 +48,17 @@ fn number(taps: f32) -> usize {
     if taps > 1.001 { (taps - 1e-3).ceil().max(3.0) as usize } else { 1 }
 }
 
-/// Where lookup k of `taps` lies, of −1 … 1.
-#[inline(always)]
-fn place(k: usize, taps: usize) -> f32 {
-    (2 * k + 1) as f32 / taps as f32 - 1.0
-}
+/// The lookups of a stretched lobe by their number: where each lies in standard deviations of the sweep, and its weight of 1.
+static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
 
-/// Its weight.
-#[inline(always)]
-fn tap(at: f32) -> f32 {
-    (-2.0 * at * at).exp()
-}
-
-/// The sum of the weights, and by what places are multiplied so that their variance is 1.
-#[inline(always)]
-fn spread(taps: usize) -> [f32; 2] {
-    let (mut all, mut square) = (0.0, 0.0);
-    for k in 0..taps {
-        let at = place(k, taps);
-        all += tap(at);
-        square += at * at * tap(at);
-    }
-    [all, (all / square.max(1e-6)).sqrt()]
+/// Normal weights at even places out to two standard deviations, stretched so that their variance is 1.
+fn taps(count: usize) -> Vec<[f32; 2]> {
+    let place = |k: usize| (2 * k + 1) as f32 / count as f32 - 1.0;
+    let weighed: Vec<[f32; 2]> = (0..count).map(|k| [place(k), (-2.0 * place(k).powi(2)).exp()]).collect();
+    let all: f32 = weighed.iter().map(|[_, w]| w).sum();
+    let square: f32 = weighed.iter().map(|[at, w]| at * at * w).sum();
+    let scale = (all / square.max(1e-6)).sqrt();
+    weighed.iter().map(|[at, w]| [at * scale, w / all]).collect()
 }
 
 /// The sine of θ_o, and θ_o over the last elevation.
@@ -73,7 +66,7 @@ fn spread(taps: usize) -> [f32; 2] {
 fn elevation(cos_o: f32) -> [f32; 2] {
     let cosine = cos_o.min(1.0);
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    [sine, sine.atan2(cosine) * SCALE]
+    [sine, angle(sine, cosine) * SCALE]
 }
 
 /// The state of a frame.
@@ -131,67 +124,172 @@ impl Frame {
 }
 
 pub(super) fn shade(b: &Bake<GaussianLobes>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-    let (light, v, blocked) = (&b.light, &b.linked, &b.transfer);
-    match blocked.bands() {
-        0 => run::<0>(light, v, blocked, f, q, out),
-        1 => run::<1>(light, v, blocked, f, q, out),
-        2 => run::<2>(light, v, blocked, f, q, out),
-        3 => run::<3>(light, v, blocked, f, q, out),
-        _ => run::<4>(light, v, blocked, f, q, out),
+    match b.transfer.bands() {
+        0 => run::<0>(b, f, q, out),
+        1 => run::<1>(b, f, q, out),
+        2 => run::<2>(b, f, q, out),
+        3 => run::<3>(b, f, q, out),
+        _ => run::<4>(b, f, q, out),
+    }
+}
+
+fn run<const BANDS: usize>(b: &Bake<GaussianLobes>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
+    let shader = Shader::<BANDS> { light: &b.light, v: &b.linked, blocked: &b.transfer, f, q };
+    batch::shade_blocks(q, out, &shader);
+}
+
+/// One lobe of each point of a block.
+struct Row<'a> {
+    angle: Lanes,
+    /// The levels about its own, their sizes, and the weight of the second.
+    near: [&'a EdgeCube; WIDTH],
+    far: [&'a EdgeCube; WIDTH],
+    sizes: [Lanes; 2],
+    part: Lanes,
+    sweep: Lanes,
+    /// Its lookups, and the most of them.
+    taps: [&'static [[f32; 2]]; WIDTH],
+    most: usize,
+    zonal: [Lanes; 4],
+    weight: [[f32; 4]; WIDTH],
+}
+
+impl<'a> Row<'a> {
+    #[inline(always)]
+    fn new<const BANDS: usize>(chain: &'a Chain, v: &Views, lobe: usize, x: &Lanes) -> Self {
+        let (count, taps_of) = (v.count(), &**TAPS);
+        let (first, sharpest) = (lobe * count, &chain.levels()[0]);
+        let mut out = Self {
+            angle: [0.0; WIDTH],
+            near: [sharpest; WIDTH],
+            far: [sharpest; WIDTH],
+            sizes: [[0.0; WIDTH]; 2],
+            part: [0.0; WIDTH],
+            sweep: [0.0; WIDTH],
+            taps: [&[]; WIDTH],
+            most: 0,
+            zonal: [[1.0; WIDTH]; 4],
+            weight: [[0.0; 4]; WIDTH],
+        };
+        for (k, x) in x.iter().enumerate() {
+            let [angle, level, sweep, taps] = row(&v.means, first, count, *x);
+            (out.angle[k], out.sweep[k]) = (angle, sweep);
+            (out.near[k], out.far[k], out.part[k]) = chain.around(level);
+            (out.sizes[0][k], out.sizes[1][k]) = (out.near[k].size() as f32, out.far[k].size() as f32);
+            out.weight[k] = row(&v.weights, first, count, *x);
+            let lookups = taps_of.get(number(taps)).map_or(&[][..], |t| t);
+            out.taps[k] = if out.weight[k] == [0.0; 4] { &[] } else { lookups };
+            out.most = out.most.max(out.taps[k].len());
+            if BANDS > 1 && !v.zonal.is_empty() {
+                let zonal = row(&v.zonal, first, count, *x);
+                (0..4).for_each(|l| out.zonal[l][k] = zonal[l]);
+            }
+        }
+        out
     }
 }
 
 /// With as many bands of visibility.
-fn run<const BANDS: usize>(
-    light: &Light,
-    v: &Views,
-    blocked: &Blocked,
-    f: &Frame,
-    q: &Points<'_>,
-    out: &mut Radiance<'_>,
-) {
-    let (chain, count, turn) = (&light.chain, v.count(), &f.turn);
-    batch::shade(q, out, |p: Point| {
-        let [sine, x] = elevation(p.cos_o);
-        let seen = visibility::at::<BANDS>(&blocked.visibility, q, p.index);
-        let e = light.irradiance.sample(turn.apply(p.n));
-        let mut sum = [0, 1, 2].map(|c| v.diffuse[c] * e[c]);
-        if BANDS > 0 {
-            let less = f.blocked(q, p.index);
-            (0..3).for_each(|c| sum[c] = (sum[c] - less[c]).max(0.0));
+struct Shader<'a, const BANDS: usize> {
+    light: &'a Light,
+    v: &'a Views,
+    blocked: &'a Blocked,
+    f: &'a Frame,
+    q: &'a Points<'a>,
+}
+
+#[inline(always)]
+fn lane(v: &[Lanes; 3], k: usize) -> [f32; 3] {
+    [v[0][k], v[1][k], v[2][k]]
+}
+
+/// Directions turned as the light is.
+#[inline(always)]
+fn turned(turn: &LightRotation, d: &[Lanes; 3]) -> [Lanes; 3] {
+    let mut out = [[0.0; WIDTH]; 3];
+    for k in 0..WIDTH {
+        [out[0][k], out[1][k], out[2][k]] = turn.apply(lane(d, k));
+    }
+    out
+}
+
+impl<const BANDS: usize> BlockShader for Shader<'_, BANDS> {
+    #[inline(always)]
+    fn shade(&self, p: &Block) -> [[f32; 4]; WIDTH] {
+        let Self { light, v, blocked, f, q } = *self;
+        let turn = &f.turn;
+        let (mut sine, mut x) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for k in 0..WIDTH {
+            [sine[k], x[k]] = elevation(p.cos_o[k]);
         }
+        let mut sum = [[0.0; 4]; WIDTH];
+        let even = Places::new(&turned(turn, &p.n)).cells(&[light.irradiance.size() as f32; WIDTH]);
+        for (k, sum) in sum.iter_mut().enumerate() {
+            let e = even.sample(&light.irradiance, k);
+            for c in 0..3 {
+                sum[c] = v.diffuse[c] * e[c];
+            }
+            if BANDS > 0 {
+                let less = f.blocked(q, p.index[k]);
+                for c in 0..3 {
+                    sum[c] = (sum[c] - less[c]).max(0.0);
+                }
+            }
+        }
+        let seen = visibility::at::<BANDS>(&blocked.visibility, q, &p.index);
         for i in 0..v.lobes {
-            let [angle, level, sweep, taps] = row(&v.means, i * count, count, x);
-            let weight = row(&v.weights, i * count, count, x);
-            let zonal = if v.zonal.is_empty() { [1.0; 4] } else { row(&v.zonal, i * count, count, x) };
-            let (near, far, w) = chain.around(level);
-            let taps = number(taps);
-            let [all, scale] = spread(taps);
-            for k in 0..taps {
-                let at = place(k, taps);
-                let d = mean(&p, sine, angle + sweep * scale * at);
-                let seen = visibility::ratio::<BANDS>(&seen, p.n, zonal, d).clamp(0.0, 1.0);
-                let share = tap(at) / all * seen;
-                let d = turn.apply(d);
-                let (l0, l1) = (near.sample(d), far.sample(d));
-                (0..3).for_each(|c| sum[c] += weight[c] * share * (l0[c] + (l1[c] - l0[c]) * w));
+            let row = Row::new::<BANDS>(&light.chain, v, i, &x);
+            for tap in 0..row.most {
+                let (mut places, mut tapped) = ([0.0; WIDTH], [0.0; WIDTH]);
+                for k in 0..WIDTH {
+                    if let Some(t) = row.taps[k].get(tap) {
+                        [places[k], tapped[k]] = *t;
+                    }
+                }
+                let mut d = [[0.0; WIDTH]; 3];
+                for k in 0..WIDTH {
+                    let angle = row.angle[k] + row.sweep[k] * places[k];
+                    let m = mean(lane(&p.n, k), lane(&p.r, k), [sine[k], p.cos_o[k]], angle);
+                    [d[0][k], d[1][k], d[2][k]] = m;
+                }
+                if BANDS > 0 {
+                    for k in 0..WIDTH {
+                        let mut b = [0.0; MOST * MOST];
+                        for l in 0..BANDS * BANDS {
+                            b[l] = seen[l][k];
+                        }
+                        let zonal = [row.zonal[0][k], row.zonal[1][k], row.zonal[2][k], 0.0];
+                        let v = visibility::ratio::<BANDS>(&b, lane(&p.n, k), zonal, lane(&d, k));
+                        tapped[k] *= v.clamp(0.0, 1.0);
+                    }
+                }
+                let places = Places::new(&turned(turn, &d));
+                let [near, far] = row.sizes.map(|size| places.cells(&size));
+                for (k, sum) in sum.iter_mut().enumerate() {
+                    if tap < row.taps[k].len() {
+                        let (l0, l1) = (near.sample(row.near[k], k), far.sample(row.far[k], k));
+                        for c in 0..4 {
+                            let l = l0[c] + (l1[c] - l0[c]) * row.part[k];
+                            sum[c] += row.weight[k][c] * tapped[k] * l;
+                        }
+                    }
+                }
             }
         }
         sum
-    });
+    }
 }
 
 /// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its weight.
 pub(super) fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
     let r = (2.0 * n.dot(wo) * n - wo).as_vec3().to_array();
     let cos_o = n.dot(wo) as f32;
-    let p = Point { n: n.as_vec3().to_array(), wo: wo.as_vec3().to_array(), r, cos_o, index: 0 };
-    let ([sine, x], count) = (elevation(cos_o), v.count());
+    let (n, [sine, x], count) = (n.as_vec3().to_array(), elevation(cos_o), v.count());
     let lobe = |i: usize| {
         let [angle, ..] = row(&v.means, i * count, count, x);
         let weight = row(&v.weights, i * count, count, x);
         let zonal = if v.zonal.is_empty() { [1.0; 4] } else { row(&v.zonal, i * count, count, x) };
-        (mean(&p, sine, angle), zonal, weight.iter().map(|w| f64::from(*w)).sum())
+        (mean(n, r, [sine, cos_o], angle), zonal, weight.iter().map(|w| f64::from(*w)).sum())
     };
     (0..v.lobes).map(lobe).collect()
 }

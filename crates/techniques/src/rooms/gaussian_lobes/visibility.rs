@@ -17,6 +17,7 @@ use super::bake::{Params, Views};
 use super::shade;
 use crate::certify::Report;
 use crate::shared::geometry::transport::{self, PerSite};
+use crate::shared::points::batch::{Lanes, WIDTH};
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part, Points, Technique};
 use steradian_base::Task;
@@ -112,21 +113,29 @@ impl Part for Blocked {
     }
 }
 
-/// Coefficients of what is blocked at point `i`, interpolated; those of bands that are not kept are 0. Points that lie on no mesh,
-/// and sites that are not there, see everything.
+/// Coefficients of what is blocked at the points of a block, interpolated; those of bands that are not kept are 0. Points that lie on
+/// no mesh, and sites that are not there, see everything.
 #[inline(always)]
-pub(super) fn at<const BANDS: usize>(blocked: &PerSite, q: &Points<'_>, i: usize) -> [f32; MOST * MOST] {
-    let mut b = [0.0; MOST * MOST];
+pub(super) fn at<const BANDS: usize>(
+    blocked: &PerSite,
+    q: &Points<'_>,
+    points: &[usize; WIDTH],
+) -> [Lanes; MOST * MOST] {
+    let mut out = [[0.0; WIDTH]; MOST * MOST];
     if BANDS == 0 || q.site.index.iter().any(|s| s.is_empty()) || q.site.weight.iter().any(|s| s.is_empty()) {
-        return b;
+        return out;
     }
-    let [u, v] = q.site.weight.map(|w| w[i]);
-    for (index, w) in q.site.index.iter().zip([1.0 - u - v, u, v]) {
-        if let Some(site) = blocked.at(index[i]) {
-            (0..BANDS * BANDS).for_each(|k| b[k] += w * site[k]);
+    for (lane, i) in points.iter().enumerate() {
+        let mut b = [0.0; MOST * MOST];
+        let [u, v] = q.site.weight.map(|w| w[*i]);
+        for (index, w) in q.site.index.iter().zip([1.0 - u - v, u, v]) {
+            if let Some(site) = blocked.at(index[*i]).and_then(|s| s.get(..BANDS * BANDS)) {
+                (0..BANDS * BANDS).for_each(|k| b[k] += w * site[k]);
+            }
         }
+        (0..BANDS * BANDS).for_each(|k| out[k][lane] = b[k]);
     }
-    b
+    out
 }
 
 /// Σ A_l b_lm y_lm(d) of the coefficients `b`; `zonal` holds A_1, A_2 and A_3.
