@@ -1,11 +1,19 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use steradian_fuzz::reflectance;
+use std::path::Path;
+use steradian_formats::{decode_curet, decode_curet_directions};
+use steradian_fuzz::limits;
 
-// The table, and after a byte of 0 the directions.
+// As a table, and as directions.
 fuzz_target!(|bytes: &[u8]| {
-    let mut parts = bytes.splitn(2, |b| *b == 0);
-    let (table, angles) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
-    reflectance("curet", &[("abrdf.dat", table), ("angles.dat", angles)], ",sample=12");
+    let name = Path::new("f.dat");
+    if let Ok(table) = decode_curet(name, bytes, &limits()) {
+        if let Ok(values) = table.sample(name, 12) {
+            assert!(values.iter().all(|v| v.is_finite()));
+        }
+    }
+    if let Ok(rows) = decode_curet_directions(name, bytes, &limits()) {
+        assert!(rows.iter().all(|[a, _, b, _]| a.abs().max(b.abs()) < std::f64::consts::FRAC_PI_2));
+    }
 });

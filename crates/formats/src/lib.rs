@@ -55,9 +55,10 @@ pub use ktx2::{
 };
 pub use lp::{LightPosition, decode_lp, read_lp, write_lp};
 pub use measured::{
-    AltaTable, AstmTable, BrdfLab, BrdfLabFit, BrdfLabLobe, CornellTable, MerlAnisotropic, UTIA_BYTES,
-    UTIA_DIRECTIONS, UTIA_ELEVATIONS, UTIA_TURNS, UtiaTable, decode_alta, decode_astm, decode_brdflab,
-    decode_cornell, decode_merl_anisotropic, decode_utia,
+    AltaTable, AstmTable, BrdfLab, BrdfLabFit, BrdfLabLobe, CornellTable, CuretTable, MerlAnisotropic,
+    NBRDF_NUMBERS, NPF_BYTES, NPF_COLUMNS, UTIA_BYTES, UTIA_DIRECTIONS, UTIA_ELEVATIONS, UTIA_TURNS,
+    UtiaTable, decode_alta, decode_astm, decode_brdflab, decode_cornell, decode_curet,
+    decode_curet_directions, decode_merl_anisotropic, decode_nbrdf, decode_npf, decode_utia,
 };
 pub use merl::{MERL_BYTES, MERL_CELLS, MERL_DIMENSIONS, MerlTable, decode_merl, write_merl};
 pub use mesh::{MeshData, decode_mesh, read_mesh};

@@ -13,10 +13,9 @@
 //! sample's number and its measurements. The directions are in a second file, `angles=` (default `angles.dat` beside the
 //! first), one row per measurement. The fits that CUReT publishes (`kp8*.dat`) are not read: their order is not documented.
 
-use super::curet_file::{self, Pair};
 use super::zernike::{self, MODES, ORDER};
 use crate::draw::{self, Draw};
-use crate::math::above;
+use crate::math::{above, spherical};
 use crate::registry::Entry;
 use crate::spec::Args;
 use crate::{Brdf, BrdfShader, Info, Lobe, Sample, SharedBrdf, SpecError};
@@ -24,6 +23,7 @@ use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use steradian_base::ParamInfo;
+use steradian_formats::{Limits, decode_curet, decode_curet_directions};
 use steradian_numerics::dense::Cholesky;
 
 /// The page.
@@ -64,6 +64,12 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     }))
 }
 
+/// More than 61 rows of 205 numbers need.
+const MAX_BYTES: u64 = 4 << 20;
+
+/// One pair of directions, local frame.
+type Pair = (DVec3, DVec3);
+
 /// A sample of CUReT's, refitted.
 #[derive(Debug, Clone)]
 pub struct Curet {
@@ -83,23 +89,27 @@ impl Curet {
     }
 
     fn read(path: &Path, angles: &Path, sample: u32, spec: String, a: &Args<'_>) -> Result<Self, SpecError> {
-        let directions = curet_file::directions(angles, a)?;
+        let (limits, what) = (Limits::default(), "a table of CUReT's");
+        let fault = |path: &Path, what: String| SpecError::File { file: path.display().to_string(), what };
+        let rows = decode_curet_directions(angles, &a.bytes(angles, MAX_BYTES, what)?, &limits)?;
+        let directions: Vec<Pair> =
+            rows.iter().map(|[i, phi_i, o, phi_o]| (spherical(*i, *phi_i), spherical(*o, *phi_o))).collect();
         let mut channels = Vec::new();
         for path in colours(path) {
-            let values = curet_file::row(&path, sample, a)?;
+            let table = decode_curet(&path, &a.bytes(&path, MAX_BYTES, what)?, &limits)?;
+            let values = table.sample(&path, sample)?;
             if values.len() != directions.len() {
                 let (n, m) = (values.len(), directions.len());
-                let what = format!(
+                let why = format!(
                     "sample {sample} has {n} measurements for {m} directions in {}",
                     angles.display()
                 );
-                return Err(curet_file::fault(&path, what));
+                return Err(fault(&path, why));
             }
-            channels.push(values);
+            channels.push(values.to_vec());
         }
-        let fit = fit(&directions, &channels).ok_or_else(|| {
-            curet_file::fault(angles, "too few different directions to fit a reflectance".into())
-        })?;
+        let fit = fit(&directions, &channels)
+            .ok_or_else(|| fault(angles, "too few different directions to fit a reflectance".into()))?;
         let modes = std::array::from_fn(|c| fit.modes[c.min(fit.modes.len() - 1)]);
         Ok(Self { spec, modes, residual: fit.residual })
     }

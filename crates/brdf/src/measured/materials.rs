@@ -1,6 +1,5 @@
 //! Files of many materials: binary numbers, and a text beside them with one name per line.
 
-use super::curet_file::fault;
 use super::{nbrdf, npf};
 use crate::model::merl_fits::{ABC, SGD};
 use crate::spec::Args;
@@ -13,20 +12,6 @@ const MAX_NAMES: u64 = 1 << 20;
 /// Materials at most.
 const MAX_MATERIALS: usize = 4096;
 
-/// The little-endian 32-bit floats of a file, which is `what`.
-pub(super) fn floats(path: &Path, most: u64, what: &str, a: &Args<'_>) -> Result<Vec<f32>, SpecError> {
-    let bytes = a.bytes(path, most, what)?;
-    let (numbers, rest) = bytes.as_chunks::<4>();
-    if numbers.is_empty() || !rest.is_empty() {
-        return Err(fault(path, format!("has {} bytes, which are no 32-bit floats", bytes.len())));
-    }
-    let numbers: Vec<f32> = numbers.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    match numbers.iter().position(|v| !v.is_finite()) {
-        Some(i) => Err(fault(path, format!("number {i} is {}", numbers[i]))),
-        None => Ok(numbers),
-    }
-}
-
 /// The place of the material `wanted` in the list `names`; a whole number counts from 0.
 pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<usize, SpecError> {
     let text = a.read(names, MAX_NAMES, "a list of materials")?;
@@ -37,7 +22,8 @@ pub(super) fn find(names: &Path, wanted: Option<&str>, a: &Args<'_>) -> Result<u
         return Ok(i);
     }
     let near = nearest(&wanted, &all).map(|n| format!(" (did you mean '{n}'?)")).unwrap_or_default();
-    Err(fault(names, format!("has no material '{wanted}'{near}; its {} are: {}", all.len(), all.join(", "))))
+    let what = format!("has no material '{wanted}'{near}; its {} are: {}", all.len(), all.join(", "));
+    Err(SpecError::File { file: names.display().to_string(), what })
 }
 
 /// The list of names of a file: what the spec says, else `standard` beside the file.

@@ -6,7 +6,6 @@ pub mod brdflab;
 pub mod cornell;
 pub mod csv;
 pub mod curet;
-mod curet_file;
 mod grid;
 mod half_table;
 mod materials;

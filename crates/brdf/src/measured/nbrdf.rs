@@ -10,7 +10,6 @@
 //! names beside it, one per line, in the file called like it with `_names.txt` for `_f32le.bin`. A network is not
 //! reciprocal in its difference vector; here f is the mean of the network over both orders of the directions.
 
-use super::curet_file::fault;
 use super::materials;
 use super::tabulated::{self, Tabulated, Twin};
 use crate::math::half;
@@ -21,6 +20,7 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 use steradian_base::ParamInfo;
+use steradian_formats::{Limits, NBRDF_NUMBERS, decode_nbrdf};
 
 /// The page.
 pub static INFO: Info = Info {
@@ -40,7 +40,6 @@ pub static INFO: Info = Info {
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const HIDDEN: usize = 21;
-const WEIGHTS: usize = 675;
 /// More materials than any such file has.
 const MAX_BYTES: u64 = 16 << 20;
 /// Three layers of up to 21 products each then stay below 1e31, so that no sum overflows. Trained weights are of order 10.
@@ -48,18 +47,14 @@ const MAX_WEIGHT: f32 = 1e9;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let read = |path: &Path| {
-        let numbers = materials::floats(path, MAX_BYTES, "a file of networks", a)?;
-        let (all, []) = numbers.as_chunks::<WEIGHTS>() else {
-            let n = numbers.len();
-            return Err(fault(path, format!("holds {n} numbers, which are not {WEIGHTS} for each material")));
-        };
+        let bytes = a.bytes(path, MAX_BYTES, "a file of networks")?;
         let names = materials::list(path, &names(path), a);
-        let i = materials::find(&names, a.name("material").as_deref(), a)?;
-        let weights = all.get(i).ok_or_else(|| {
-            fault(path, format!("holds {} materials; its list names more than {i}", all.len()))
-        })?;
-        Network::new(weights)
-            .ok_or_else(|| fault(path, format!("a weight of the material lies beyond {MAX_WEIGHT:e}")))
+        let row = materials::find(&names, a.name("material").as_deref(), a)?;
+        let weights = decode_nbrdf(path, &bytes, row, &Limits::default())?;
+        Network::new(&weights).ok_or_else(|| SpecError::File {
+            file: path.display().to_string(),
+            what: format!("a weight of the material lies beyond {MAX_WEIGHT:e}"),
+        })
     };
     let keep = |numbers: &[f64]| {
         let weights: Vec<f32> = numbers.iter().map(|v| *v as f32).collect();
@@ -93,7 +88,7 @@ fn layer<const N: usize>(inputs: &[f32], w: &[f32], bias: &[f32]) -> [f32; N] {
 
 impl Network {
     fn new(weights: &[f32]) -> Option<Self> {
-        if weights.len() != WEIGHTS || weights.iter().any(|v| !(-MAX_WEIGHT..=MAX_WEIGHT).contains(v)) {
+        if weights.len() != NBRDF_NUMBERS || weights.iter().any(|v| !(-MAX_WEIGHT..=MAX_WEIGHT).contains(v)) {
             return None;
         }
         Some(Self { weights: weights.to_vec() })

@@ -13,7 +13,6 @@
 //! File: 32-bit floats `[256][512][3]`, rows of materials, columns ρ_d, ρ_s, 90 of D, 90 of G₁, 90 of F; names in
 //! `npf_material_names.txt` beside it, one per line.
 
-use super::curet_file::fault;
 use super::grid::half_angles;
 use super::materials;
 use super::tabulated::{self, Tabulated, Twin};
@@ -26,6 +25,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 use std::sync::Arc;
 use steradian_base::ParamInfo;
+use steradian_formats::{Limits, NPF_BYTES, decode_npf};
 
 /// The page.
 pub static INFO: Info = Info {
@@ -47,25 +47,20 @@ pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 /// The list of names beside the table.
 pub(super) const NAMES: &str = "npf_material_names.txt";
 
-const ROWS: usize = 256;
-const COLUMNS: usize = 512;
 const BINS: usize = 90;
 /// ρ_d, ρ_s and the three factors.
 const USED: usize = 2 + 3 * BINS;
 
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let read = |path: &Path| {
-        let bytes = (4 * 3 * ROWS * COLUMNS) as u64;
-        let numbers = materials::floats(path, bytes, "a table of tabulated factors", a)?;
-        if numbers.len() != 3 * ROWS * COLUMNS {
-            let n = numbers.len();
-            return Err(fault(path, format!("holds {n} numbers instead of {ROWS} x {COLUMNS} x 3")));
-        }
+        let bytes = a.bytes(path, NPF_BYTES, "a table of tabulated factors")?;
         let names = materials::list(path, NAMES, a);
         let row = materials::find(&names, a.name("material").as_deref(), a)?;
-        let row = numbers.chunks_exact(3 * COLUMNS).nth(row).unwrap_or_default();
-        Npf::new(row.iter().copied().take(3 * USED))
-            .ok_or_else(|| fault(path, "the material's row holds negative numbers".into()))
+        let columns = decode_npf(path, &bytes, row, &Limits::default())?;
+        Npf::new(columns.iter().take(USED).flatten().copied()).ok_or_else(|| SpecError::File {
+            file: path.display().to_string(),
+            what: "the material's row holds negative numbers".into(),
+        })
     };
     let keep = |numbers: &[f64]| Npf::new(numbers.iter().map(|v| *v as f32));
     tabulated::make(a, "npf:npf.bin,chrome", read, keep)

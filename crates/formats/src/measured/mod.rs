@@ -4,6 +4,8 @@ mod alta;
 mod astm;
 mod brdflab;
 mod cornell;
+mod curet;
+mod materials;
 mod merl_anisotropic;
 mod utia;
 
@@ -11,6 +13,8 @@ pub use alta::{AltaTable, decode_alta};
 pub use astm::{AstmTable, decode_astm};
 pub use brdflab::{BrdfLab, BrdfLabFit, BrdfLabLobe, decode_brdflab};
 pub use cornell::{CornellTable, decode_cornell};
+pub use curet::{CuretTable, decode_curet, decode_curet_directions};
+pub use materials::{NBRDF_NUMBERS, NPF_BYTES, NPF_COLUMNS, decode_nbrdf, decode_npf};
 pub use merl_anisotropic::{MerlAnisotropic, decode_merl_anisotropic};
 pub use utia::{UTIA_BYTES, UTIA_DIRECTIONS, UTIA_ELEVATIONS, UTIA_TURNS, UtiaTable, decode_utia};
 
