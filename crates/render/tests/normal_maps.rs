@@ -105,6 +105,8 @@ fn filtered_normals_are_near_supersampling_and_their_mean_alone_is_not() {
         ("split_sum", "ggx:alpha=0.04,f0=0.9/0.6/0.3"),
         ("mirror_map", "ggx:alpha=0.002,f0=0.9/0.6/0.3"),
         ("phong_diffuse_maps", "phong-map:n=200"),
+        ("gaussian_lobes", "ggx:alpha=0.04,f0=0.9/0.6/0.3"),
+        ("gaussian_lobes", "sgd:nickel"),
     ] {
         let shader = shader(slug, spec);
         for shape in ["plane", "sphere"] {

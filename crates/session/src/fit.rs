@@ -30,6 +30,8 @@ pub struct Fitted {
     pub fit: GaussianFit,
     /// Seconds of one processor.
     pub seconds: f64,
+    /// With a tolerance, the error that it is about ([`GaussianFit::worst`]).
+    pub reached: Option<f64>,
 }
 
 /// Views up to here are "normal views", degrees.
@@ -100,8 +102,14 @@ pub fn brdf_name(spec: &str) -> String {
 }
 
 impl Session {
-    /// Fits every spec and writes its lobes to the output beside it.
-    pub fn fit(&mut self, jobs: Vec<(String, PathBuf)>, plan: Plan) -> Result<Vec<Fitted>, Error> {
+    /// Fits every spec and writes its lobes to the output beside it; with a tolerance as few lobes and views of it as that takes
+    /// ([`GaussianFit::within`]), and where none suffice the nearest, whose [`Fitted::reached`] tells.
+    pub fn fit(
+        &mut self,
+        jobs: Vec<(String, PathBuf)>,
+        plan: Plan,
+        tolerance: Option<f64>,
+    ) -> Result<Vec<Fitted>, Error> {
         let mut done = Vec::with_capacity(jobs.len());
         let quiet = self.task.clone().without_progress();
         self.task.begin("fitting", jobs.len() as u64);
@@ -122,20 +130,25 @@ impl Session {
                 .with_max_len(1)
                 .map(|i| {
                     let start = Instant::now();
-                    let fit = GaussianFit::new(&*loaded[i], plan, &quiet);
+                    let fit = match tolerance {
+                        Some(t) => {
+                            GaussianFit::within(&*loaded[i], plan, t, &quiet).map(|(f, e)| (f, Some(e)))
+                        }
+                        None => GaussianFit::new(&*loaded[i], plan, &quiet).map(|f| (f, None)),
+                    };
                     task.advance(1);
                     (fit, start.elapsed().as_secs_f64())
                 })
                 .collect();
             for ((spec, output), (fit, seconds)) in some.iter().zip(fits) {
-                let fit = fit?;
+                let (fit, reached) = fit?;
                 self.begin_output();
                 let worst = fit.report.iter().map(|r| r.energy).fold(0.0, f64::max);
                 self.note_error(format!("worst view {worst:.2e} of the specular part's energy"));
                 let metadata = self.provenance_pairs().into_iter().collect();
                 write_tensors(output, &to_tensors(&fit, metadata))?;
                 let (spec, output) = (spec.clone(), output.clone());
-                done.push(Fitted { name: brdf_name(&spec), spec, output, fit, seconds });
+                done.push(Fitted { name: brdf_name(&spec), spec, output, fit, seconds, reached });
             }
         }
         self.task.end();

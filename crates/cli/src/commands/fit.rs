@@ -2,10 +2,11 @@
 
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
+use crate::inputs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use steradian_brdf::fit::gaussian::{MAX_LOBES, Objective, Plan, Shape};
+use steradian_brdf::fit::gaussian::{MAX_LOBES, Objective, Plan, Shape, SliceReport};
 use steradian_session::fit::{Fitted, Summary, brdf_name, expand_brdfs};
 use steradian_session::{Destinations, check_output};
 
@@ -22,6 +23,10 @@ pub struct Options {
     /// Elevations of the view, equally spaced from 0 to 89 degrees
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u8).range(2..=64))]
     views: u8,
+    /// Error to be met, relative to f cos of the view, at every elevation and midway: as few lobes and elevations as it
+    /// takes, up to 4 and 30; a miss writes the nearest and exits 4
+    #[arg(long, value_name = "ERROR", conflicts_with_all = ["lobes", "views"], allow_negative_numbers = true, value_parser = inputs::positive)]
+    tolerance: Option<f64>,
     /// What is least: the squared error with every view's albedo kept, or without that condition (the paper's)
     #[arg(long, value_name = "energy|published", default_value = "energy", value_parser = objective)]
     objective: Objective,
@@ -64,17 +69,26 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     let jobs = jobs(&o, specs)?;
     let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective, shape: o.shape };
-    let done = context.fit(jobs, plan)?;
+    let done = context.fit(jobs, plan, o.tolerance)?;
     if let Some(folder) = &o.report {
         let usual = || vec!["studio".to_string(), "sky".to_string()];
         let lights = if o.environment.is_empty() { usual() } else { o.environment.clone() };
         context.fit_pages(&done, plan, &lights, folder)?;
     }
     if context.common.json {
-        let fits: Vec<Value> = done.iter().map(document).collect();
-        return context.print_json(json!({ "fits": fits }));
+        let fits: Vec<Value> = done.iter().map(|f| document(f, o.tolerance)).collect();
+        context.print_json(json!({ "fits": fits }))?;
+    } else {
+        context.print(&table(&done))?;
     }
-    context.print(&table(&done))
+    let asked = o.tolerance.unwrap_or(f64::INFINITY);
+    match done.iter().filter_map(|f| Some((f, f.reached?))).find(|(_, e)| *e > asked) {
+        Some((f, e)) => Err(Failure::missed(format!(
+            "{}: the error is {e:.2e}, asked {asked:.2e}: no fit of 4 lobes and 30 views is nearer; the nearest is written",
+            f.name
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Each spec with its output.
@@ -97,10 +111,11 @@ fn jobs(o: &Options, specs: Vec<String>) -> Result<Vec<(String, PathBuf)>, Failu
     Ok(out)
 }
 
-fn document(f: &Fitted) -> Value {
-    let view = |r: &steradian_brdf::fit::gaussian::SliceReport| {
+fn document(f: &Fitted, tolerance: Option<f64>) -> Value {
+    let view = |r: &SliceReport| {
         json!({
             "degrees": r.theta.to_degrees(), "energy": r.energy, "norm": r.norm(), "of_whole": r.of_whole,
+            "log": r.log, "cube_root": r.cube_root,
             "albedo": r.albedo, "below_horizon": r.leak, "converged": r.converged,
         })
     };
@@ -108,6 +123,10 @@ fn document(f: &Fitted) -> Value {
         "name": f.name,
         "output": f.output.file_name().map(|n| n.to_string_lossy()),
         "bytes": f.fit.bytes(),
+        "lobes": f.fit.lobes(),
+        "tolerance": tolerance,
+        "error": f.reached,
+        "tolerance_met": f.reached.zip(tolerance).map(|(e, t)| e <= t),
         "seconds": f.seconds,
         "diffuse": f.fit.diffuse,
         "views": f.fit.report.iter().map(view).collect::<Vec<_>>(),
@@ -117,19 +136,36 @@ fn document(f: &Fitted) -> Value {
 fn table(done: &[Fitted]) -> String {
     let width = done.iter().map(|f| f.name.len()).max().unwrap_or(0).max(8);
     let mut out = format!(
-        "{:width$}  {:>6}  {:>7}  {:>12}  {:>16}  {:>11}\n",
-        "material", "bytes", "seconds", "mean to 60°", "worst view", "unconverged"
+        "{:width$}  {:>7}  {:>6}  {:>7}  {:>12}  {:>16}  {:>7}  {:>9}  {:>11}\n",
+        "material",
+        "lobes",
+        "bytes",
+        "seconds",
+        "mean to 60°",
+        "worst view",
+        "log",
+        "cube root",
+        "unconverged"
     );
     for f in done {
         let Summary { mean, worst, degrees, unconverged } = f.summary();
         let worst = format!("{:.2} % at {degrees:.0}°", 100.0 * worst);
         out += &format!(
-            "{:width$}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {unconverged:>11}\n",
+            "{:width$}  {:>7}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {:>5.2} %  {:>7.2} %  {unconverged:>11}\n",
             f.name,
+            format!("{} x {}", f.fit.views.len(), f.fit.lobes()),
             f.fit.bytes(),
             f.seconds,
-            100.0 * mean
+            100.0 * mean,
+            100.0 * over_views(f, |r| r.log),
+            100.0 * over_views(f, |r| r.cube_root),
         );
     }
-    out + "errors: squared, relative to the squared specular part of the view\n"
+    out + "lobes: views x lobes of each. Errors of the specular part: squared, relative to its square at the view; log and cube root: norms \
+           for ln(1 + f cos) and the cube root of f cos, relative, in the mean over views\n"
+}
+
+/// The mean of a figure over the views.
+fn over_views(f: &Fitted, of: impl Fn(&SliceReport) -> f64) -> f64 {
+    f.fit.report.iter().map(of).sum::<f64>() / f.fit.report.len().max(1) as f64
 }

@@ -35,6 +35,29 @@ fn a_model_becomes_a_table_and_the_table_lobes() {
     assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
 }
 
+/// With a tolerance lobes and views are chosen; one that cannot be met writes the nearest, says so and exits 4.
+#[test]
+fn a_fit_within_a_tolerance() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let fit = |tolerance: &'static str| {
+        ["fit", "ggx:alpha=0.4", "-o", "a.safetensors", "--tolerance", tolerance, "--json"]
+    };
+    let found = json(dir, &fit("0.5"));
+    let one = &found["fits"][0];
+    assert!(one["tolerance_met"] == true && one["error"].as_f64().expect("a number") <= 0.5, "{one}");
+    let worst = |k: &str| {
+        let views = one["views"].as_array().expect("a list").iter();
+        views.map(|v| v[k].as_f64().expect("a number")).fold(0.0, f64::max)
+    };
+    assert!(worst("log") > 0.0 && worst("cube_root") > 0.0 && worst("of_whole").sqrt() <= 0.5);
+    fs::remove_file(dir.join("a.safetensors")).expect("written");
+    fails(dir, 4, "asked 1.00e-9", &fit("1e-9"));
+    assert!(dir.join("a.safetensors").exists());
+    let both = [&fit("0.5")[..], &["--lobes", "2"]].concat();
+    assert_eq!(run(dir, &both).status.code(), Some(2), "either or");
+}
+
 /// The page of a fit holds all that it shows; where it cannot go is said before anything is fitted.
 #[test]
 fn a_page_tells_how_good_a_fit_is() {

@@ -147,6 +147,11 @@ pub struct SliceReport {
     pub energy: f64,
     /// The same integral relative to that of the whole f·cos, squared.
     pub of_whole: f64,
+    /// The norm of the difference of ln(1 + f·cos), relative to that of ln(1 + f·cos) (the error of Löw, Kronander, Ynnerman & Unger
+    /// 2012): it counts what is dim beside the highlight.
+    pub log: f64,
+    /// The same of the cube root of f·cos (Fores, Ferwerda & Gu 2012).
+    pub cube_root: f64,
     /// ∫ T per channel: the specular albedo.
     pub albedo: [f64; 3],
     /// Share of the weights that lies below the horizon.
@@ -161,6 +166,9 @@ impl SliceReport {
         self.energy.sqrt()
     }
 }
+
+/// Elevations that [`GaussianFit::within`] tries with each number of lobes.
+const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, 30];
 
 /// A fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -197,6 +205,40 @@ impl GaussianFit {
         order::align(&mut fits);
         let report = slices.iter().zip(&fits).map(|(s, f)| s.report(f)).collect();
         Ok(Self { diffuse, views: fits.into_iter().map(|f| f.lobes).collect(), report })
+    }
+
+    /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, K and N chosen of 1 … 4 and 4 … 30, with that error;
+    /// where none is, the one of least error. `plan` says the rest.
+    pub fn within(
+        brdf: &dyn Brdf,
+        plan: Plan,
+        tolerance: f64,
+        task: &Task,
+    ) -> Result<(Self, f64), Cancelled> {
+        let mut sizes: Vec<(usize, usize)> =
+            TRIED_VIEWS.iter().flat_map(|n| (1..=MAX_LOBES).map(|k| (k, *n))).collect();
+        sizes.sort_by_key(|(k, n)| k * n);
+        let mut best: Option<(Self, f64)> = None;
+        for (lobes, views) in sizes {
+            let fit = Self::new(brdf, Plan { lobes, views, ..plan }, task)?;
+            let error = fit.worst(brdf);
+            if best.as_ref().is_none_or(|b| error < b.1) {
+                best = Some((fit, error));
+            }
+            if error <= tolerance {
+                break;
+            }
+        }
+        best.ok_or(Cancelled)
+    }
+
+    /// The largest norm of the error relative to that of the whole f·cos, over the elevations of the fit and midway between them.
+    pub fn worst(&self, brdf: &dyn Brdf) -> f64 {
+        let midway = (1..self.views.len()).map(|k| {
+            let theta = 0.5 * (self.theta(k - 1) + self.theta(k));
+            self.error_at(brdf, theta).of_whole
+        });
+        self.report.iter().map(|r| r.of_whole).chain(midway).fold(0.0, f64::max).sqrt()
     }
 
     /// The fit of the reflectance times `by`, per channel.

@@ -26,6 +26,8 @@ const FINEST: f64 = 2e-4;
 #[derive(Debug, Clone)]
 pub(super) struct Slice {
     pub theta: f64,
+    /// ρ_d, which T is without.
+    diffuse: [f64; 3],
     /// The points: x and z in the plane of n and wo (wo at positive x), y across.
     pub d: Vec<DVec3>,
     /// Roots of the solid angles; both halves of the sphere are counted.
@@ -133,6 +135,7 @@ impl Slice {
         brdf.f_cos_batch(&d, wo, &mut values);
         let mut slice = Self {
             theta,
+            diffuse,
             t: std::array::from_fn(|_| Vec::with_capacity(d.len())),
             d,
             root,
@@ -158,6 +161,7 @@ impl Slice {
     pub fn less(&self, diffuse: [f64; 3]) -> Self {
         let mut slice = self.clone();
         slice.square[0] = 0.0;
+        slice.diffuse = diffuse;
         for c in 0..3 {
             for ((t, d), root) in slice.t[c].iter_mut().zip(&self.d).zip(&self.root) {
                 let part = diffuse[c] / PI * d.z.max(0.0) * root;
@@ -199,6 +203,8 @@ impl Slice {
     pub fn report(&self, fit: &Fitted) -> SliceReport {
         let lobes: Vec<Swept> = fit.lobes.iter().map(|l| l.swept(self.theta)).collect();
         let (mut square, mut below, mut sum) = (0.0, 0.0, 0.0);
+        // Squared differences and squares of the logarithms and the cube roots.
+        let (mut log, mut cube_root) = ([0.0; 2], [0.0; 2]);
         for i in 0..self.len() {
             let mut value = [0.0; 3];
             for (lobe, swept) in fit.lobes.iter().zip(&lobes) {
@@ -207,15 +213,29 @@ impl Slice {
             }
             let root = self.root[i];
             square += (0..3).map(|c| (self.t[c][i] - value[c] * root).powi(2)).sum::<f64>();
+            for c in 0..3 {
+                let (even, part) = (self.diffuse[c] / PI * self.d[i].z.max(0.0), root * root);
+                let (data, fitted) = (self.t[c][i] / root.max(1e-12) + even, value[c] + even);
+                let add = |to: &mut [f64; 2], f: fn(f64) -> f64| {
+                    let (data, fitted) = (f(data.max(0.0)), f(fitted.max(0.0)));
+                    to[0] += part * (data - fitted).powi(2);
+                    to[1] += part * data * data;
+                };
+                add(&mut log, f64::ln_1p);
+                add(&mut cube_root, f64::cbrt);
+            }
             let mass = value.iter().sum::<f64>() * root * root;
             sum += mass;
             below += if self.d[i].z < 0.0 { mass } else { 0.0 };
         }
         let part = |of: f64| if of > 0.0 { square / of } else { 0.0 };
+        let relative = |[off, all]: [f64; 2]| if all > 0.0 { (off / all).sqrt() } else { 0.0 };
         SliceReport {
             theta: self.theta,
             energy: part(self.square[0]),
             of_whole: part(self.square[1]),
+            log: relative(log),
+            cube_root: relative(cube_root),
             albedo: self.albedo,
             leak: if sum > 0.0 { below / sum } else { 0.0 },
             converged: fit.converged,

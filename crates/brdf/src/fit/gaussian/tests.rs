@@ -53,6 +53,39 @@ fn lobes_that_are_there_are_found() {
         assert!((0..3).all(|c| (a.weight[c] - b.weight[c]).abs() < 0.004), "{a:?} {b:?}");
     }
     assert!(found.report.iter().all(|r| r.energy < 1e-4 && r.converged), "{:?}", found.report);
+    assert!(found.report.iter().all(|r| r.log < 0.02 && r.cube_root < 0.1), "{:?}", found.report);
+}
+
+/// K and N from a tolerance: no more bytes than it takes, and what cannot be met is told.
+#[test]
+fn a_tolerance_chooses_lobes_and_views() {
+    let brdf = parse("ggx:alpha=0.3,f0=0.9/0.6/0.3").expect("a spec");
+    let mut bytes = 0;
+    for tolerance in [0.6, 0.3, 0.15] {
+        let within =
+            |t| GaussianFit::within(&*brdf, Plan::default(), t, &Task::quiet()).expect("not cancelled");
+        let (fit, error) = within(tolerance);
+        assert!(error <= tolerance && (error - fit.worst(&*brdf)).abs() < 1e-12, "{tolerance}: {error}");
+        assert!(fit.bytes() > bytes, "{tolerance}: {} bytes", fit.bytes());
+        bytes = fit.bytes();
+    }
+    let (nearest, error) =
+        GaussianFit::within(&*brdf, Plan::default(), 1e-9, &Task::quiet()).expect("not cancelled");
+    assert!(error > 1e-9 && nearest.bytes() >= bytes && error <= 0.15, "{error}");
+}
+
+/// What is dim counts in the logarithm and the cube root, and what a fit is without the diffuse part in neither.
+#[test]
+fn errors_of_the_dim() {
+    let known = fit("sgd:red-phenolic", Plan::default());
+    let doubled = known.clone().scaled([2.0; 3]);
+    let brdf = parse("sgd:red-phenolic").expect("a spec");
+    for theta in [0.2, 0.9] {
+        let (once, twice) = (known.error_at(&*brdf, theta), doubled.error_at(&*brdf, theta));
+        // (2^(1/3) − 1): all of the lobes are twice as high; the diffuse part is that of the slice.
+        assert!(once.cube_root < 0.1 && twice.cube_root > once.cube_root, "{once:?} {twice:?}");
+        assert!(once.log < 0.1 && twice.log > once.log, "{once:?} {twice:?}");
+    }
 }
 
 /// The weights sum to the albedo by another quadrature: constant light is sent back exactly, at the views of the fit.

@@ -18,6 +18,7 @@
 
 mod bake;
 mod light;
+mod normals;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -28,7 +29,7 @@ use crate::gpu::Uniform;
 use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
-    Radiance, Technique, View,
+    Radiance, Technique, Varies, View,
 };
 use bake::{Fitted, Params, Views};
 use light::Light;
@@ -134,7 +135,11 @@ impl Technique for GaussianLobes {
     }
 
     fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(b, f, q, out);
+        if q.has_lobes() && b.transfer.bands() == 0 {
+            normals::shade(b, f, q, out);
+        } else {
+            shade::shade(b, f, q, out);
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &Frame) -> GpuTechnique {
@@ -143,5 +148,13 @@ impl Technique for GaussianLobes {
 
     fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
         Some(f.uniforms())
+    }
+
+    fn varies(b: &Bake<Self>) -> Varies {
+        Varies { normals: b.transfer.bands() == 0, ..Varies::NONE }
+    }
+
+    fn gpu_varied(b: &Bake<Self>, f: &Frame) -> Option<GpuTechnique> {
+        (b.transfer.bands() == 0).then(|| normals::gpu(b, f))
     }
 }

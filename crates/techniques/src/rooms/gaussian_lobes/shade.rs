@@ -26,7 +26,7 @@ const SCALE: f32 = (1.0 / LAST) as f32;
 
 /// Row `i` + x · (rows − 1) of a table, linear.
 #[inline(always)]
-fn row(table: &[[f32; 4]], first: usize, count: usize, x: f32) -> [f32; 4] {
+pub(super) fn row(table: &[[f32; 4]], first: usize, count: usize, x: f32) -> [f32; 4] {
     let at = x.clamp(0.0, 1.0) * (count - 1) as f32;
     let k = (at as usize).min(count - 2);
     let w = at - k as f32;
@@ -36,7 +36,7 @@ fn row(table: &[[f32; 4]], first: usize, count: usize, x: f32) -> [f32; 4] {
 
 /// r turned by `angle` away from n in the plane of both: cos a r + sin a (cos θ r − n)/sin θ.
 #[inline(always)]
-fn mean(n: [f32; 3], r: [f32; 3], [sine, cos_o]: [f32; 2], angle: f32) -> [f32; 3] {
+pub(super) fn mean(n: [f32; 3], r: [f32; 3], [sine, cos_o]: [f32; 2], angle: f32) -> [f32; 3] {
     let [s, c] = sin_cos(angle);
     let s = s / sine.max(1e-4);
     std::array::from_fn(|k| (c + s * cos_o) * r[k] - s * n[k])
@@ -44,12 +44,13 @@ fn mean(n: [f32; 3], r: [f32; 3], [sine, cos_o]: [f32; 2], angle: f32) -> [f32; 
 
 /// Lookups: one, or three at least.
 #[inline(always)]
-fn number(taps: f32) -> usize {
+pub(super) fn number(taps: f32) -> usize {
     if taps > 1.001 { (taps - 1e-3).ceil().max(3.0) as usize } else { 1 }
 }
 
 /// The lookups of a stretched lobe by their number: where each lies in standard deviations of the sweep, and its weight of 1.
-static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
+pub(super) static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> =
+    LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
 
 /// Normal weights at even places out to two standard deviations, stretched so that their variance is 1.
 fn taps(count: usize) -> Vec<[f32; 2]> {
@@ -63,7 +64,7 @@ fn taps(count: usize) -> Vec<[f32; 2]> {
 
 /// The sine of θ_o, and θ_o over the last elevation.
 #[inline(always)]
-fn elevation(cos_o: f32) -> [f32; 2] {
+pub(super) fn elevation(cos_o: f32) -> [f32; 2] {
     let cosine = cos_o.min(1.0);
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     [sine, angle(sine, cosine) * SCALE]
@@ -72,7 +73,7 @@ fn elevation(cos_o: f32) -> [f32; 2] {
 /// The state of a frame.
 #[derive(Default)]
 pub struct Frame {
-    turn: LightRotation,
+    pub(super) turn: LightRotation,
     /// ρ_d/π L_i, turned; empty where nothing is blocked or nothing diffuse.
     light: Vec<[f32; 3]>,
     /// Of each site, what of the diffuse part is blocked.
