@@ -1,6 +1,6 @@
 //! Milliseconds of a refilter per way and level, beside the error of every level and the device's bandwidth roof.
 //!
-//! A GGX chain of six levels from 256² (`STERADIAN_SIZE` takes another size) of a sunny sky, or of the image that
+//! A GGX chain of six levels from 256² (`STERADIAN_SIZE` takes another size), and the Gaussians of `gaussian_lobes`, of a sunny sky, or of the image that
 //! `STERADIAN_ENVIRONMENT` names; the smallest of several runs, by the device's own clock where it has one. Errors are
 //! relative RMS over samples of the level against direct summation on the CPU. `STERADIAN_KEEP=FOLDER` keeps each chain
 //! as a cross of its faces beside the exact one.
@@ -12,10 +12,11 @@ mod light;
 
 use std::path::Path;
 use steradian_formats::{Raster, WriteOptions, write_image};
-use steradian_gpu::refilter::{Method, Plan, Refilter, Surroundings, ggx_levels};
+use steradian_gpu::refilter::{Level, Method, Plan, Refilter, Surroundings, ggx_levels};
 use steradian_gpu::{Gpu, GpuError};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{EdgeCube, Tree, angular};
+use steradian_techniques::gpu::Kernel;
 
 const WAYS: [Method; 4] = [Method::Convolution, Method::Box, Method::Paraboloid, Method::Frequency];
 /// Samples of a level that are compared.
@@ -53,15 +54,16 @@ fn measure(gpu: &Gpu, lights: &Lights) -> Result<(), GpuError> {
     let tree = light::tree(lights);
     let light = Surroundings::from_lights(gpu, lights)?;
     let mut first = None;
-    for way in WAYS {
-        let plan = Plan::new(way, &ggx_levels(size, 6))?;
+    let chains = [("GGX", ggx_levels(size, 6)), ("Gaussians, from a degree", gaussian_levels(size))];
+    for ((name, levels), way) in chains.iter().flat_map(|c| WAYS.map(|way| (c, way))) {
+        let plan = Plan::new(way, levels)?;
         let mut refilter = Refilter::new(gpu, plan)?;
         let times = fastest(gpu, &mut refilter, &light)?;
         let total: f64 = times.iter().map(|t| t.2).sum();
         let first = *first.get_or_insert(total);
         let reads: u64 = refilter.plan().reads().iter().map(|r| r.2).sum();
         println!(
-            "\n{way:?}: {total:.3} ms, {:.2} of the first; about {:.1} M texels read, {:.1} GB/s of them",
+            "\n{name}, {way:?}: {total:.3} ms, {:.2} of the first; about {:.1} M texels read, {:.1} GB/s of them",
             total / first,
             1e-6 * reads as f64,
             16e-6 * reads as f64 / total
@@ -69,6 +71,18 @@ fn measure(gpu: &Gpu, lights: &Lights) -> Result<(), GpuError> {
         report(gpu, &refilter, &times, &tree)?;
     }
     Ok(())
+}
+
+/// The chain of `gaussian_lobes` (Green, Kautz & Durand 2007): the light, then Gaussians whose widths double.
+fn gaussian_levels(size: u32) -> Vec<Level> {
+    let level = |k: i32| {
+        let kernel = match k {
+            0 => Kernel::Mirror,
+            _ => Kernel::Gaussian { sigma: 1f64.to_radians() * f64::from(1 << (k - 1)) },
+        };
+        Level { size: (size >> (k / 2)).max(16), kernel, gain: 1.0 }
+    };
+    (0..8).map(level).collect()
 }
 
 type Times = Vec<(&'static str, Option<usize>, f64)>;

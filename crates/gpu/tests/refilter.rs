@@ -25,9 +25,10 @@ fn main() {
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;
     type Test = (&'static str, fn() -> Result<(), Failed>);
-    let tests: [Test; 16] = [
+    let tests: [Test; 17] = [
         ("convolution_is_within_a_percent_of_exact", convolution_is_within_a_percent_of_exact),
         ("phong_and_lambert_are_near_exact", phong_and_lambert_are_near_exact),
+        ("gaussians_are_near_exact", gaussians_are_near_exact),
         ("a_real_probe_with_its_sun_is_near_exact", a_real_probe_with_its_sun_is_near_exact),
         ("suns_add_their_kernel_exactly", suns_add_their_kernel_exactly),
         ("low_bands_are_exact_by_frequency", low_bands_are_exact_by_frequency),
@@ -93,6 +94,15 @@ fn phong_and_lambert_are_near_exact() -> Result<(), Failed> {
     let phong = |n| level(32, Kernel::Phong { n });
     let levels = [phong(200.0), phong(20.0), level(16, Kernel::Lambert)];
     within(Method::Convolution, &levels, &light::room_with_window(), &[0.015, 0.005, 0.005])
+}
+
+/// The chain of Green, Kautz & Durand 2007, widths doubling from a degree, with a sun.
+fn gaussians_are_near_exact() -> Result<(), Failed> {
+    let gaussian = |degrees: f64| Kernel::Gaussian { sigma: degrees.to_radians() };
+    let levels = [(128, 1.0), (128, 2.0), (64, 4.0), (32, 8.0), (16, 16.0), (16, 32.0), (16, 64.0)];
+    let levels = levels.map(|(size, degrees)| level(size, gaussian(degrees)));
+    within(Method::Convolution, &levels, &light::room_with_window(), &[0.02; 7])?;
+    within(Method::Convolution, &levels, &light::with_sun(light::room_with_window()), &[0.02; 7])
 }
 
 /// A beach whose sun is a handful of texels ten thousand times as bright as the rest.
@@ -446,7 +456,8 @@ fn whatever_is_filtered_light_follows_the_sun() -> Result<(), Failed> {
         }
     }
     seen.dedup();
-    let all = ["sh_irradiance", "diffuse_map", "phong_diffuse_maps", "split_sum", "mirror_map"];
+    let all =
+        ["sh_irradiance", "diffuse_map", "phong_diffuse_maps", "split_sum", "mirror_map", "gaussian_lobes"];
     if all.iter().all(|slug| seen.contains(slug)) { Ok(()) } else { Err(format!("only {seen:?}").into()) }
 }
 

@@ -10,6 +10,7 @@ pub(super) fn check(kernel: Kernel) -> Result<(), GpuError> {
     let good = match kernel {
         Kernel::Ggx { alpha } => alpha > 0.0 && alpha <= 1.0,
         Kernel::Phong { n } => (1.0..=1e6).contains(&n),
+        Kernel::Gaussian { sigma } => (1e-3..=4.0).contains(&sigma),
         Kernel::Mirror | Kernel::Lambert => true,
     };
     if good { Ok(()) } else { Err(GpuError::Scene(format!("{kernel:?} is no kernel"))) }
@@ -21,6 +22,7 @@ pub(super) fn width(kernel: Kernel) -> f64 {
         Kernel::Mirror => f64::INFINITY,
         Kernel::Ggx { alpha } => alpha,
         Kernel::Phong { n } => 0.7 / n.sqrt(),
+        Kernel::Gaussian { sigma } => 0.7 * sigma.min(1.0),
         Kernel::Lambert => 0.7,
     }
 }
@@ -33,6 +35,7 @@ pub(super) fn numbers(kernel: Kernel) -> [f64; 3] {
         Kernel::Mirror => [0.0, 1.0, 0.0],
         Kernel::Ggx { alpha } => [0.0, alpha.max(1e-4), peak * alpha.max(1e-4).powi(2)],
         Kernel::Phong { n } => [1.0, n, peak],
+        Kernel::Gaussian { sigma } => [2.0, sigma.powi(-2), peak],
         Kernel::Lambert => [1.0, 1.0, peak],
     }
 }

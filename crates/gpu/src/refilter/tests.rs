@@ -47,6 +47,20 @@ fn convolution_predicts_less_than_a_percent() {
     }
 }
 
+/// Green, Kautz & Durand's chain, whose widths double from a degree.
+#[test]
+fn gaussians_are_predicted_well() {
+    let level = |k: i32| Level {
+        size: (128 >> k).max(16),
+        kernel: Kernel::Gaussian { sigma: 1f64.to_radians() * f64::from(1 << k) },
+        gain: 1.0,
+    };
+    let levels: Vec<Level> = (0..7).map(level).collect();
+    let plan = Plan::new(Method::Convolution, &levels).expect("good levels");
+    println!("{:?}", plan.predicted());
+    assert!(plan.predicted().iter().all(|e| *e < 0.01), "{:?}", plan.predicted());
+}
+
 #[test]
 fn what_is_no_chain_is_an_error() {
     let level = |size, kernel| Level { size, kernel, gain: 1.0 };

@@ -105,8 +105,11 @@ fn chain_index(at: vec3<u32>) -> u32 {
     return (at.x * job.place.w + job.place.y + at.z) * job.place.z + job.place.x + at.y;
 }
 
-// The kernel at half the squared chord q = 1 - cos: STAR04 eq. 25 and Karis 2013, as `steradian_prefilter` has them.
+// The kernel at half the squared chord q = 1 - cos: Gaussians (GKD07), STAR04 eq. 25 and Karis 2013, as `steradian_prefilter` has them.
 fn kernel_at(q: f32) -> f32 {
+    if job.kernel.x > 1.5 {
+        return job.kernel.z * exp(-job.kernel.y * q);
+    }
     let x = 1.0 - q;
     if x <= 0.0 {
         return 0.0;

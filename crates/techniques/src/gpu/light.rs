@@ -18,6 +18,11 @@ pub enum Kernel {
         /// The exponent, ≥ 1.
         n: f64,
     },
+    /// The spherical Gaussian exp((cos θ − 1)/σ²) over the whole sphere (Green, Kautz & Durand 2007).
+    Gaussian {
+        /// σ, radians.
+        sigma: f64,
+    },
     /// ⟨cos⟩: irradiance over π; a gain of π gives E.
     Lambert,
 }
@@ -29,6 +34,7 @@ impl Kernel {
             Self::Mirror => None,
             Self::Ggx { alpha } => Some(Box::new(GgxMirror::new(alpha))),
             Self::Phong { n } => Some(Box::new(Lobe::phong(n))),
+            Self::Gaussian { sigma } => Some(Box::new(Lobe::spherical_gaussian(sigma))),
             Self::Lambert => Some(Box::new(Lobe::lambert())),
         }
     }

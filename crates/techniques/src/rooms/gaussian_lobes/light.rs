@@ -2,6 +2,7 @@
 
 use super::GaussianLobes;
 use super::bake::Params;
+use crate::gpu::{Kernel, LightCube, LightTables};
 use crate::shared::light::distant::DistantLight;
 use crate::shared::light::sh_light::ShLight;
 use crate::shared::tables::chain::Chain;
@@ -79,6 +80,18 @@ impl Light {
         let above = self.sigmas.partition_point(|s| *s <= sigma).clamp(1, self.sigmas.len() - 1);
         let (a, b) = (moment(self.sigmas[above - 1]), moment(self.sigmas[above]));
         (above - 1) as f64 + ((moment(sigma) - a) / (b - a)).clamp(0.0, 1.0)
+    }
+
+    /// What of a GPU's data is this: the chain and E/π.
+    pub(super) fn tables(&self) -> LightTables {
+        let kernel =
+            |k: usize| if k == 0 { Kernel::Mirror } else { Kernel::Gaussian { sigma: self.sigmas[k] } };
+        let levels = (0..self.sigmas.len()).map(|k| Some((kernel(k), 1.0))).collect();
+        let chain = LightCube { table: "chain", levels };
+        LightTables {
+            cubes: vec![chain, LightTables::cube("irradiance", Kernel::Lambert, 1.0)],
+            irradiance: None,
+        }
     }
 
     /// The narrowest and the widest σ that the chain holds.

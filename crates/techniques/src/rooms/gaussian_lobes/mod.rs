@@ -25,7 +25,7 @@ mod tests;
 mod visibility;
 
 use crate::certify::Report;
-use crate::gpu::Uniform;
+use crate::gpu::{LightTables, Uniform};
 use crate::shared::{material::reflectance, trials::lights};
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
@@ -148,6 +148,11 @@ impl Technique for GaussianLobes {
 
     fn gpu_frame(_: &Bake<Self>, f: &Frame) -> Option<Vec<Uniform>> {
         Some(f.uniforms())
+    }
+
+    fn light_tables(b: &Bake<Self>, _: bool) -> Option<LightTables> {
+        // With visibility, uniforms depend on the light too.
+        (b.transfer.bands() == 0).then(|| b.light.tables())
     }
 
     fn varies(b: &Bake<Self>) -> Varies {
