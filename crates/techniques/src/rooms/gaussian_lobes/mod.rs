@@ -17,6 +17,8 @@
 //! lights.
 
 mod bake;
+#[cfg(test)]
+mod cost;
 mod light;
 mod normals;
 mod shade;

@@ -190,7 +190,7 @@ fn what_it_refuses_says_why() {
 }
 
 /// The parameters of visibility, for a bake on a mesh, with small maps.
-fn seen_by(visibility: &str, bands: usize) -> ParamValues {
+pub(super) fn seen_by(visibility: &str, bands: usize) -> ParamValues {
     let values = [("visibility_bands", bands as f64), ("precision", 2e-3), ("size", 16.0), ("sigma", 8.0)];
     let mut values: ParamValues = values.into_iter().collect();
     values.0.insert("visibility".into(), visibility.into());
@@ -203,7 +203,7 @@ fn treatments() -> impl Iterator<Item = (&'static str, usize)> {
     [("ambient", 2)].into_iter().chain((2..=4).flat_map(of))
 }
 
-fn on_mesh(
+pub(super) fn on_mesh(
     light: &Lights,
     material: &Material,
     g: Option<&Geometry>,
