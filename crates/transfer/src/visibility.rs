@@ -20,6 +20,7 @@ use crate::grid::{cell_at, direction, jitter, place};
 use crate::table::{Table, finer_weight};
 use glam::{Mat3, Vec3};
 use steradian_scene::{Bvh, Ray};
+use steradian_simd::{Arch, Kernel};
 
 /// Most levels of cells: sides of 2^10.
 const MAX_LEVEL: u32 = 10;
@@ -167,6 +168,10 @@ impl Scratch {
             for k in 0..self.cells.len() {
                 let cell = self.cells[k];
                 let n = self.neighbours(first, level, cell);
+                if !n.mixed && !(refine && (n.hit || n.horizon && occluded)) {
+                    self.settle(level, cell);
+                    continue;
+                }
                 let w = table.weight(level, cell).map(f64::from);
                 let spread = if n.mixed { SPREAD } else { 0.0 };
                 let variance = w.map(|w| w * w * spread);
@@ -178,8 +183,7 @@ impl Scratch {
                 sum[1] += variance[1];
                 if !divide {
                     if !n.mixed {
-                        let [x, y] = place(cell);
-                        self.maps[level as usize][((y << level) + x) as usize] |= SETTLED;
+                        self.settle(level, cell);
                     }
                     continue;
                 }
@@ -216,6 +220,13 @@ impl Scratch {
             map.fill(0);
         }
         seen
+    }
+
+    /// A cell is left as it is, since all around see the same.
+    #[inline(always)]
+    fn settle(&mut self, level: u32, cell: u32) {
+        let [x, y] = place(cell);
+        self.maps[level as usize][((y << level) + x) as usize] |= SETTLED;
     }
 
     /// Finds the parts of a cell that are blocked.
@@ -267,13 +278,8 @@ impl Scratch {
 
     /// One ray in each of the cells.
     fn cast(&mut self, bvh: &Bvh, origin: Vec3, frame: Mat3, seed: u32, first: u32, level: u32) {
-        let scale = 1.0 / (1u32 << level) as f32;
         self.rays.clear();
-        for &cell in &self.cells {
-            let ([x, y], [u, v]) = (place(cell), jitter(seed, level, cell));
-            let d = direction((x as f32 + u) * scale, (y as f32 + v) * scale);
-            self.rays.push(Ray { origin, direction: frame * d });
-        }
+        steradian_simd::run(Aim { cells: &self.cells, seed, level, origin, frame, rays: &mut self.rays });
         self.hits.clear();
         self.hits.resize(self.rays.len(), false);
         bvh.occluded_each(&self.rays, f32::INFINITY, &mut self.hits);
@@ -358,6 +364,40 @@ impl Scratch {
                 return (level, at);
             }
             (level, x, y) = (level - 1, x >> 1, y >> 1);
+        }
+    }
+}
+
+/// Rays through random places of cells.
+struct Aim<'a> {
+    cells: &'a [u32],
+    seed: u32,
+    level: u32,
+    origin: Vec3,
+    frame: Mat3,
+    rays: &'a mut Vec<Ray>,
+}
+
+impl Kernel for Aim<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        // So many at a time, in loops that compilers take for vectors.
+        const SOME: usize = 16;
+        let scale = 1.0 / (1u32 << self.level) as f32;
+        for cells in self.cells.chunks(SOME) {
+            let (mut all, mut d) = ([0; SOME], [[0.0; SOME]; 3]);
+            all[..cells.len()].copy_from_slice(cells);
+            for (i, cell) in all.iter().enumerate() {
+                let ([x, y], [u, v]) = (place(*cell), jitter(self.seed, self.level, *cell));
+                let to = self.frame * direction((x as f32 + u) * scale, (y as f32 + v) * scale);
+                [d[0][i], d[1][i], d[2][i]] = [to.x, to.y, to.z];
+            }
+            for i in 0..cells.len() {
+                let direction = Vec3::new(d[0][i], d[1][i], d[2][i]);
+                self.rays.push(Ray { origin: self.origin, direction });
+            }
         }
     }
 }

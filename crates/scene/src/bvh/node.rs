@@ -92,6 +92,60 @@ impl<L: Lanes> Slabs<L> {
     }
 }
 
+/// Rays of one origin whose directions lie in a box, as the slab test wants them.
+#[derive(Clone, Copy)]
+pub struct Cone<L> {
+    origin: [L; 3],
+    /// Inverses of the least and of the largest component along each axis.
+    inverse: [[L; 3]; 2],
+    /// The same, widened, for the far planes.
+    beyond: [[L; 3]; 2],
+    /// Which of the six planes is the nearer on each axis.
+    near: [usize; 3],
+    /// Are there components of both signs, or 0, along an axis?
+    mixed: [bool; 3],
+}
+
+impl<L: Lanes> Cone<L> {
+    /// Directions from `low` to `high`.
+    #[inline(always)]
+    pub fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
+        let (low, high) = (low.to_array(), high.to_array());
+        // Nothing below is reached by components of 0 at least, and nothing above by those of 0 at most.
+        let inverse = [(low, f32::NEG_INFINITY), (high, f32::INFINITY)]
+            .map(|(d, none)| d.map(|d| if d == 0.0 { none } else { 1.0 / d }));
+        Self {
+            origin: splat(origin.to_array()),
+            inverse: [splat(inverse[0]), splat(inverse[1])],
+            beyond: inverse.map(|i| splat(i.map(|r| r * WIDEN))),
+            near: [0, 1, 2].map(|k| 2 * k + usize::from(high[k] < 0.0)),
+            mixed: [0, 1, 2].map(|k| low[k] <= 0.0 && high[k] >= 0.0),
+        }
+    }
+
+    /// A bit for every box that some of the rays meet by [`Slabs::enter`] in [0, `t_max`], and for some others: distances are bounded
+    /// by those of rays of the least and the largest components, since rounding keeps order.
+    #[inline(always)]
+    pub fn enter(&self, node: &Node, t_max: f32) -> u32 {
+        let (mut enter, mut leave) = (L::splat(0.0), L::splat(t_max));
+        for k in 0..3 {
+            let along = |plane: usize, inverse: &[L; 3]| {
+                L::load(&node.planes[plane]).sub(self.origin[k]).mul(inverse[k])
+            };
+            if self.mixed[k] {
+                // Only components above 0 reach what lies above, and those below 0 what lies below.
+                enter = along(2 * k, &self.inverse[1]).max(enter);
+                enter = along(2 * k + 1, &self.inverse[0]).max(enter);
+                continue;
+            }
+            let (near, far) = (self.near[k], self.near[k] ^ 1);
+            enter = along(near, &self.inverse[0]).min(along(near, &self.inverse[1])).max(enter);
+            leave = along(far, &self.beyond[0]).max(along(far, &self.beyond[1])).min(leave);
+        }
+        enter.le(leave)
+    }
+}
+
 /// Lanes of each number. (`map` is a function of its own, which may not be inlined into the kernel.)
 #[inline(always)]
 pub fn splat<L: Lanes>(x: [f32; 3]) -> [L; 3] {

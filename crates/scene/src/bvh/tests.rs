@@ -124,6 +124,40 @@ fn small_meshes_and_batches() {
     });
 }
 
+/// Rays of one origin that are looked at together see what each of them sees alone: along the axes too, where components are 0, and
+/// from vertices, where boxes touch the origin.
+#[test]
+fn bundles_of_rays_are_those_rays() {
+    on_every_isa(|| {
+        let mesh = Mesh::merged(&[shapes::knot(2, 3, 0.6, 0.3, 0.1, 24), shapes::plane(3.0, -0.7, 6)]);
+        let bvh = Bvh::build(&mesh);
+        let mut random = Random(11);
+        let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+        let (mut hits, mut count) = (0, 0);
+        for i in 0..4000 {
+            let vertex = (random.next() * mesh.positions.len() as f32) as usize;
+            let height = [0.0, 1e-4, 0.3][i % 3];
+            let origin = mesh.positions[vertex] + height * mesh.normals[vertex];
+            let middle = if i % 4 == 0 { axes[i / 4 % 6] } else { random.direction() };
+            let width = [0.0, 0.01, 0.2, 0.6][i / 7 % 4];
+            let rays: Vec<Ray> = (0..40)
+                .map(|k| {
+                    let aside = if k % 5 == 0 { axes[k / 5 % 6] } else { random.direction() };
+                    Ray { origin, direction: (middle + width * aside).normalize_or(middle) }
+                })
+                .collect();
+            let t_max = if i % 2 == 0 { f32::INFINITY } else { 0.5 };
+            let mut together = vec![false; rays.len()];
+            bvh.occluded_each(&rays, t_max, &mut together);
+            let alone: Vec<bool> = rays.iter().map(|r| bvh.occluded(r, t_max)).collect();
+            assert_eq!(together, alone, "{i}: {origin} {middle} {width}");
+            hits += alone.iter().filter(|h| **h).count();
+            count += alone.len();
+        }
+        assert!(hits > count / 5 && hits < count * 4 / 5, "{hits} of {count}");
+    });
+}
+
 /// Rays that start just above a long wall and leave it do not hit it, and those that start just below do.
 #[test]
 fn long_triangles_do_not_hit_what_leaves_them() {
