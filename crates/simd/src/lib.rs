@@ -160,6 +160,20 @@ pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     f()
 }
 
+/// Asks for the cache line of number `at` of `x`, so that a load some hundred instructions later need not wait for it. It changes
+/// nothing but time; beyond the end of `x`, and where there is no such instruction, it does nothing.
+#[inline(always)]
+pub fn prefetch<T>(x: &[T], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(x) = x.get(at) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: the instruction is part of SSE, which every x86-64 has, and reads nothing that a program sees.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast()) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (x, at);
+}
+
 /// What a kernel may know of the instruction set that it is compiled for.
 pub trait Arch: Copy {
     /// Eight f32.
@@ -443,14 +457,14 @@ mod tests {
         }
     }
 
-    /// Division, root, smaller, truncation, choice and halves, of as many numbers as a register holds.
+    /// Division, root, smaller, truncation, choice, halves and whole numbers, of as many numbers as a register holds.
     struct SingleOnly<'a>(&'a [f32], &'a [u16]);
 
     impl Kernel for SingleOnly<'_> {
         type Output = Vec<Vec<f32>>;
         #[inline(always)]
         fn run<A: Arch>(self) -> Vec<Vec<f32>> {
-            let mut out = vec![Vec::new(); 6];
+            let mut out = vec![Vec::new(); 7];
             for (x, half) in self.0.chunks_exact(A::F32::LANES).zip(self.1.chunks_exact(A::F32::LANES)) {
                 let (v, three) = (A::F32::load(x), A::F32::splat(3.0));
                 let all = [
@@ -466,6 +480,12 @@ mod tests {
                     v.store(&mut lanes);
                     to.extend(&lanes[..A::F32::LANES]);
                 }
+                let mut whole = [0; 16];
+                v.mul(v)
+                    .truncate()
+                    .if_positive(v.mul(v).truncate(), A::F32::splat(0.0))
+                    .store_whole(&mut whole);
+                out[6].extend(whole[..A::F32::LANES].iter().map(|x| *x as f32));
             }
             out
         }
@@ -496,6 +516,7 @@ mod tests {
                         assert!(same, "{isa:?} {i} {k}: {} {want}", out[i][k]);
                     }
                 }
+                assert_eq!(out[6][k], if x.is_nan() { 0.0 } else { (x * x).trunc() }, "{isa:?} {k}");
                 let (sign, exponent, digits) = (half[k] >> 15, half[k] >> 10 & 31, f32::from(half[k] & 1023));
                 let size = if exponent == 0 {
                     digits

@@ -160,6 +160,10 @@ impl<const FUSED: bool> Single for Plain<f32, 4, FUSED> {
         self
     }
     #[inline(always)]
+    fn store_whole(self, x: &mut [u32]) {
+        x[..4].copy_from_slice(&self.0.map(|x| x as u32));
+    }
+    #[inline(always)]
     fn if_positive(mut self, yes: Self, no: Self) -> Self {
         for k in 0..4 {
             self.0[k] = if self.0[k] > 0.0 { yes.0[k] } else { no.0[k] };

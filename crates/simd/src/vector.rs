@@ -70,6 +70,12 @@ pub trait Single: Vector<T = f32> {
     fn min(self, b: Self) -> Self;
     /// Towards zero to a whole number; of numbers below 2^31 in size.
     fn truncate(self) -> Self;
+    /// Writes whole numbers from 0 to 2^31 − 1 to the first lanes of a slice. (A conversion by `as` minds all other numbers, one
+    /// lane after the other.)
+    ///
+    /// # Panics
+    /// If the slice is shorter than a register.
+    fn store_whole(self, x: &mut [u32]);
     /// Per lane: `yes` where self > 0, `no` elsewhere and where self is NaN.
     fn if_positive(self, yes: Self, no: Self) -> Self;
 }

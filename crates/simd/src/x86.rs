@@ -481,6 +481,12 @@ impl Single for EightSingle {
         Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvttps_epi32(self.0)) })
     }
     #[inline(always)]
+    fn store_whole(self, x: &mut [u32]) {
+        let x = &mut x[..Self::LANES];
+        // SAFETY: the numbers are there, checked above; features: see the type.
+        unsafe { _mm256_storeu_si256(x.as_mut_ptr().cast(), _mm256_cvttps_epi32(self.0)) }
+    }
+    #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
         // SAFETY: see the type.
         unsafe {
@@ -527,6 +533,12 @@ impl Single for Sixteen {
     fn truncate(self) -> Self {
         // SAFETY: see the type.
         Self(unsafe { _mm512_cvtepi32_ps(_mm512_cvttps_epi32(self.0)) })
+    }
+    #[inline(always)]
+    fn store_whole(self, x: &mut [u32]) {
+        let x = &mut x[..Self::LANES];
+        // SAFETY: the numbers are there, checked above; features: see the type.
+        unsafe { _mm512_storeu_si512(x.as_mut_ptr().cast(), _mm512_cvttps_epi32(self.0)) }
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {

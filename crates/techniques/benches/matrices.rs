@@ -1,7 +1,9 @@
 //! Techniques with transfer matrices on a mesh of about 100 000 vertices, one core: vertices a second, bytes, and what
 //! compression loses of what is shaded.
 //!
-//!     cargo bench -p steradian-techniques --bench matrices
+//!     cargo bench -p steradian-techniques --bench matrices [-- WORDS]
+//!
+//! prints the rows whose names hold the words, or all.
 //!
 //! *Frame* is the light of a frame through all that is stored, *shading* every vertex from a view of its own; their sum is
 //! what a turning light and a moving viewer cost. The baseline is the matrices of `prt_glossy` in single precision.
@@ -9,7 +11,8 @@
 #![expect(clippy::print_stdout, reason = "a benchmark reports")]
 
 use glam::{Mat3, Vec2, Vec3};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 use steradian_base::{ParamValues, Task};
 use steradian_scene::{Mesh, load, shapes};
 use steradian_techniques::shared::trials::lights;
@@ -29,10 +32,14 @@ const CASES: [Case; 4] = [
 /// The full matrices that memory is compared with: 25 × 25 numbers in single precision.
 const FULL: usize = 2500;
 
-/// Seconds of processors that this process has used (Linux; 0 elsewhere).
+/// Seconds of processors that this process has used (Linux; elsewhere seconds on the clock).
 fn cpu() -> f64 {
+    static START: OnceLock<Instant> = OnceLock::new();
     let stat = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    stat.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
+    match stat.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()) {
+        Some(ns) => ns * 1e-9,
+        None => START.get_or_init(Instant::now).elapsed().as_secs_f64(),
+    }
 }
 
 fn mesh() -> (String, Mesh) {
@@ -57,14 +64,23 @@ fn points(mesh: &Mesh) -> PointsBuf {
     q
 }
 
-/// Seconds of the quickest of some runs.
+/// Seconds of a run: the least mean over some tenths of a second, since the kernel counts in steps of milliseconds.
 fn quickest(mut run: impl FnMut()) -> f64 {
-    let one = |_| {
-        let start = cpu();
-        run();
-        cpu() - start
+    let mean = |_| {
+        let (start, mut runs) = (cpu(), 0);
+        while runs == 0 || cpu() - start < 0.2 {
+            run();
+            runs += 1;
+        }
+        (cpu() - start) / f64::from(runs)
     };
-    (0..7).map(one).fold(f64::INFINITY, f64::min)
+    (0..7).map(mean).fold(f64::INFINITY, f64::min)
+}
+
+/// Are rows of this name wanted?
+fn wanted(what: &str) -> bool {
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    words.iter().all(|w| what.contains(w.as_str()))
 }
 
 fn rms(a: &[Vec<f32>; 3], b: &[Vec<f32>; 3]) -> f64 {
@@ -88,7 +104,7 @@ fn main() {
     println!(
         "| technique | Mvertex/s: frame | shading | both | times the baseline | bytes/site | full f32 over that | RMS against full |\n|---|---|---|---|---|---|---|---|"
     );
-    for (slug, params, what) in CASES {
+    for (slug, params, what) in CASES.into_iter().filter(|c| wanted(&format!("{}: {}", c.0, c.2))) {
         let all = params.iter().copied().chain([("precision", 0.02)]);
         let params: ParamValues = all.collect();
         let technique = find(slug).expect("a technique");

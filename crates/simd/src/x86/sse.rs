@@ -171,6 +171,12 @@ impl Single for FourSingle {
         Self(unsafe { _mm_cvtepi32_ps(_mm_cvttps_epi32(self.0)) })
     }
     #[inline(always)]
+    fn store_whole(self, x: &mut [u32]) {
+        let x = &mut x[..Self::LANES];
+        // SAFETY: the numbers are there, checked above; features: x86-64 has SSE2.
+        unsafe { _mm_storeu_si128(x.as_mut_ptr().cast(), _mm_cvttps_epi32(self.0)) }
+    }
+    #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
         // SAFETY: x86-64 has SSE2.
         Self(unsafe {

@@ -6,13 +6,14 @@ use crate::shared::geometry::clustered::{ClusterVectors, Clustered};
 use crate::shared::geometry::matrices::padded;
 use crate::shared::light::sh_light::ShLight;
 use crate::shared::material::glossy::{Glossy, each};
+use crate::shared::tables::aligned::Aligned;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 
 /// The clusters' matrices times the light of a frame.
 #[derive(Default)]
 pub struct Frame {
     /// (M_ki L)_i of each matrix, in the order of [`Glossy::order`].
-    vectors: Vec<f32>,
+    vectors: Aligned<f32>,
 }
 
 impl Frame {
@@ -21,7 +22,9 @@ impl Frame {
         let bands = basis.coefficients().isqrt();
         let light = light.turned(bands, v.light_rotation, m.factor());
         let (scale, place) = m.order(bands);
-        self.vectors.resize(basis.len() * each(bands), 0.0);
+        if self.vectors.len() != basis.len() * each(bands) {
+            self.vectors = Aligned::zeros(basis.len() * each(bands));
+        }
         basis.transfer(&light, &scale, &place, &mut self.vectors);
     }
 }

@@ -7,7 +7,9 @@ use crate::shared::geometry::matrices::{Matrices, packed};
 use crate::shared::geometry::site_sum::{Vectors, Weights};
 use crate::shared::light::sh_light::{self, ShLight};
 use crate::shared::material::glossy::{Glossy, each};
+use crate::shared::tables::aligned::Aligned;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
+use steradian_simd::Arch;
 
 /// The light of a frame, and what of it reaches each site.
 #[derive(Default)]
@@ -15,7 +17,7 @@ pub struct Frame {
     /// factor · L_i, turned.
     pub(super) light: Vec<[f32; 3]>,
     /// (M L)_i of each site, in the order of [`Glossy::order`].
-    sites: Vec<f32>,
+    sites: Aligned<f32>,
 }
 
 impl Frame {
@@ -23,7 +25,9 @@ impl Frame {
         let bands = matrices.coefficients().isqrt();
         self.light = light.turned(bands, v.light_rotation, m.factor());
         let (scale, place) = m.order(bands);
-        self.sites.resize(matrices.len() * each(bands), 0.0);
+        if self.sites.len() != matrices.len() * each(bands) {
+            self.sites = Aligned::zeros(matrices.len() * each(bands));
+        }
         matrices.transfer(&self.light, &scale, &place, &mut self.sites);
     }
 }
@@ -33,7 +37,7 @@ struct Plain<'a>(&'a [f32], usize);
 
 impl Vectors for Plain<'_> {
     #[inline(always)]
-    fn at(&self, site: u32, _: &mut Weights) -> Option<&[f32]> {
+    fn at<A: Arch>(&self, site: u32, _: &mut Weights) -> Option<&[f32]> {
         let start = site as usize * self.1;
         self.0.get(start..start + self.1)
     }

@@ -49,7 +49,11 @@ impl Frame {
             Fix::Nothing => {}
             Fix::Light if turned => {
                 let local = LocalLight::turned(frames, light);
-                self.kept = Kept::Light(Arc::new(if b.params.halves { local.halved() } else { local }));
+                self.kept = Kept::Light(Arc::new(if b.params.halves {
+                    local.halved(&b.material.table)
+                } else {
+                    local
+                }));
             }
             Fix::Light => {}
             Fix::View => {

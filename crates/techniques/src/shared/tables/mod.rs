@@ -1,5 +1,6 @@
 //! Tables as parts and as GPU data.
 
+pub mod aligned;
 pub mod bundle;
 pub mod chain;
 pub mod grid;

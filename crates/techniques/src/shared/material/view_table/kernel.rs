@@ -5,6 +5,7 @@
 //! of reflectance under three of light it is a third of the work.
 
 use super::{Places, ViewTable, lattice};
+use crate::shared::maths::number::Number;
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Single, Vector};
 use steradian_sphere::sh::{Angle, Exchange, ShRgb, turn};
@@ -81,7 +82,7 @@ impl Kernel for Batch<'_, '_, '_> {
             turned::<A>(table, &light.exchange, &b, &mut Multiply { table, light, sums: &mut sums });
             for (plane, sum) in out.rgb.iter_mut().zip(&sums) {
                 for (i, o) in plane[first..].iter_mut().take(SIDE).enumerate() {
-                    *o = if b.facing[i] { sum[i] } else { 0.0 };
+                    *o = if b.facing()[i] { sum[i] } else { 0.0 };
                 }
             }
             first += SIDE;
@@ -89,15 +90,21 @@ impl Kernel for Batch<'_, '_, '_> {
     }
 }
 
+/// Where sixteen points look.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    /// Number of the texel at (⌊s⌋, ⌊t⌋).
+    pub(super) texel: [u32; SIDE],
+    /// Weights of the four texels, times the power of n·wo.
+    pub(super) weights: [[f32; SIDE]; 4],
+    facing: [bool; SIDE],
+}
+
 /// Where sixteen points look, and how their frames lie.
 pub(super) struct Block {
-    /// First number of the texel at (⌊s⌋, ⌊t⌋).
-    at: [usize; SIDE],
-    /// Weights of the four texels, times the power of n·wo.
-    weights: [[f32; SIDE]; 4],
+    look: Look,
     /// cos γ, sin γ, cos β, −sin β, cos α, sin α of the frame.
     angles: [[f32; SIDE]; 6],
-    facing: [bool; SIDE],
     /// How many tables each point's coefficients are weighed between.
     tables: usize,
     /// First numbers of these tables, and their weights.
@@ -217,6 +224,75 @@ pub(super) fn read(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
     out
 }
 
+impl Look {
+    /// Nowhere.
+    pub(super) const NONE: Self = Self { texel: [0; SIDE], weights: [[0.0; SIDE]; 4], facing: [false; SIDE] };
+
+    /// Looks from points of these normals in these directions to the viewer, with tangents along `along`; and finds the angles of
+    /// their frames, if they are asked for.
+    #[inline(always)]
+    pub(super) fn set<A: Arch>(
+        &mut self,
+        table: &ViewTable,
+        n: &Vectors,
+        along: &Vectors,
+        wo: &Vectors,
+        mut angles: Option<&mut [[f32; SIDE]; 6]>,
+    ) {
+        let mut up = [0.0; SIDE];
+        let [reach, h] = lattice(table.size);
+        let (zero, one) = (A::F32::splat(0.0), A::F32::splat(1.0));
+        let (reach, inverse) = (A::F32::splat(reach as f32), A::F32::splat((1.0 / h) as f32));
+        let (most, last) = (A::F32::splat((table.size - 1) as f32), A::F32::splat((table.size - 2) as f32));
+        let row = A::F32::splat(table.size as f32);
+        let mut lane = 0;
+        while lane < SIDE {
+            let [n, along, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(along, lane), Xyz::load(wo, lane)];
+            let t = n.tangents(along);
+            let b = n.cross(t);
+            if let Some(angles) = &mut angles {
+                let a = n.angles(t, b);
+                for k in 0..6 {
+                    a[k].store(&mut angles[k][lane..]);
+                }
+            }
+            // The texels and weights of the local views. Whether a view is in front is decided by products that are rounded
+            // each, as everywhere else.
+            let [x, y, z] = n.0;
+            let z = wo.0[0].mul(x).add(wo.0[1].mul(y)).add(wo.0[2].mul(z));
+            z.store(&mut up[lane..]);
+            let scale = one.div(one.add(z.if_positive(z, zero)));
+            let (mut w, mut cells, local) = ([zero; 2], [zero; 2], [wo.dot(t), wo.dot(b)]);
+            for k in 0..2 {
+                // NaN: the first texel.
+                let p = local[k].fma(scale, reach).mul(inverse);
+                let p = p.if_positive(p.min(most), zero);
+                let c = p.truncate().min(last);
+                cells[k] = c;
+                w[k] = p.sub(c);
+            }
+            // Whole numbers below 2^24, which f32 has exactly.
+            cells[1].fma(row, cells[0]).store_whole(&mut self.texel[lane..]);
+            let [u, v] = w;
+            let both = u.mul(v);
+            one.sub(u).sub(v).add(both).store(&mut self.weights[0][lane..]);
+            u.sub(both).store(&mut self.weights[1][lane..]);
+            v.sub(both).store(&mut self.weights[2][lane..]);
+            both.store(&mut self.weights[3][lane..]);
+            lane += A::F32::LANES;
+        }
+        for i in 0..SIDE {
+            self.facing[i] = up[i] > 0.0;
+        }
+        if table.pole != 0.0 {
+            for i in 0..SIDE {
+                let power = table.power(up[i]);
+                self.weights.iter_mut().for_each(|w| w[i] *= power);
+            }
+        }
+    }
+}
+
 impl Block {
     /// Sixteen points of a batch.
     #[inline(always)]
@@ -228,62 +304,10 @@ impl Block {
     /// Points of these normals and directions to the viewer, with tangents along `along`.
     #[inline(always)]
     pub(super) fn new<A: Arch>(table: &ViewTable, n: &Vectors, along: &Vectors, wo: &Vectors) -> Self {
-        let mut out = Self {
-            at: [0; SIDE],
-            weights: [[0.0; SIDE]; 4],
-            angles: [[0.0; SIDE]; 6],
-            facing: [false; SIDE],
-            tables: 1,
-            offsets: [[0; SIDE]; 4],
-            shares: [[1.0; SIDE]; 4],
-        };
-        let (mut cells, mut up) = ([[0.0f32; SIDE]; 2], [0.0; SIDE]);
-        let [reach, h] = lattice(table.size);
-        let (zero, one) = (A::F32::splat(0.0), A::F32::splat(1.0));
-        let (reach, inverse) = (A::F32::splat(reach as f32), A::F32::splat((1.0 / h) as f32));
-        let (most, last) = (A::F32::splat((table.size - 1) as f32), A::F32::splat((table.size - 2) as f32));
-        let mut lane = 0;
-        while lane < SIDE {
-            let [n, along, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(along, lane), Xyz::load(wo, lane)];
-            let t = n.tangents(along);
-            let b = n.cross(t);
-            let a = n.angles(t, b);
-            for k in 0..6 {
-                a[k].store(&mut out.angles[k][lane..]);
-            }
-            // The texels and weights of the local views. Whether a view is in front is decided by products that are rounded
-            // each, as everywhere else.
-            let [x, y, z] = n.0;
-            let z = wo.0[0].mul(x).add(wo.0[1].mul(y)).add(wo.0[2].mul(z));
-            z.store(&mut up[lane..]);
-            let scale = one.div(one.add(z.if_positive(z, zero)));
-            let (mut w, local) = ([zero; 2], [wo.dot(t), wo.dot(b)]);
-            for k in 0..2 {
-                // NaN: the first texel.
-                let p = local[k].fma(scale, reach).mul(inverse);
-                let p = p.if_positive(p.min(most), zero);
-                let c = p.truncate().min(last);
-                c.store(&mut cells[k][lane..]);
-                w[k] = p.sub(c);
-            }
-            let [u, v] = w;
-            let both = u.mul(v);
-            one.sub(u).sub(v).add(both).store(&mut out.weights[0][lane..]);
-            u.sub(both).store(&mut out.weights[1][lane..]);
-            v.sub(both).store(&mut out.weights[2][lane..]);
-            both.store(&mut out.weights[3][lane..]);
-            lane += A::F32::LANES;
-        }
-        let texel = table.channels * table.stride;
-        for i in 0..SIDE {
-            out.facing[i] = up[i] > 0.0;
-            if table.pole != 0.0 {
-                let power = table.power(up[i]);
-                out.weights.iter_mut().for_each(|w| w[i] *= power);
-            }
-            out.at[i] = (cells[1][i] as usize * table.size + cells[0][i] as usize) * texel;
-        }
-        out
+        let mut angles = [[0.0; SIDE]; 6];
+        let mut look = Look::NONE;
+        look.set::<A>(table, n, along, wo, Some(&mut angles));
+        Self { look, angles, tables: 1, offsets: [[0; SIDE]; 4], shares: [[1.0; SIDE]; 4] }
     }
 
     /// Gives each point its own tables.
@@ -307,34 +331,32 @@ impl Block {
     /// Does the viewer see each point's front?
     #[inline(always)]
     pub(super) fn facing(&self) -> &[bool; SIDE] {
-        &self.facing
+        &self.look.facing
     }
 }
 
 /// The four texels around one point's view: P numbers of each.
-pub(super) struct Corners<'a, V, const P: usize> {
-    rows: [&'a [f32; P]; 4],
+pub(super) struct Corners<'a, V, N, const P: usize> {
+    rows: [&'a [N; P]; 4],
     weights: [V; 4],
 }
 
-impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
-    /// Of point `i` in the `k`-th of its tables, from number `first` of a texel.
+impl<'a, V: Single, N: Number, const P: usize> Corners<'a, V, N, P> {
+    /// Of point `i`, from number `from` of `texels`, a table's of `size` texels a row, `texel` numbers each.
     ///
     /// # Panics
     /// If the table ends before.
     #[inline(always)]
-    pub(super) fn at(table: &'a ViewTable, b: &Block, [i, k]: [usize; 2], first: usize) -> Self {
-        let texel = table.channels * table.stride;
-        let from = b.at[i] + b.offsets[k][i] + first;
-        let (near, far) = (&table.data[from..], &table.data[from + table.size * texel..]);
-        let row = |r: &'a [f32]| r.first_chunk::<P>().expect("rows are of this length");
+    pub(super) fn at(texels: &'a [N], [size, texel]: [usize; 2], look: &Look, i: usize, from: usize) -> Self {
+        let (near, far) = (&texels[from..], &texels[from + size * texel..]);
+        let row = |r: &'a [N]| r.first_chunk::<P>().expect("rows are of this length");
         Self {
             rows: [row(near), row(&near[texel..]), row(far), row(&far[texel..])],
             weights: [
-                V::splat(b.weights[0][i]),
-                V::splat(b.weights[1][i]),
-                V::splat(b.weights[2][i]),
-                V::splat(b.weights[3][i]),
+                V::splat(look.weights[0][i]),
+                V::splat(look.weights[1][i]),
+                V::splat(look.weights[2][i]),
+                V::splat(look.weights[3][i]),
             ],
         }
     }
@@ -342,9 +364,9 @@ impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
     /// A register of coefficients from the `j`-th.
     #[inline(always)]
     pub(super) fn load(&self, j: usize) -> V {
-        let mut sum = V::load(&self.rows[0][j..]).mul(self.weights[0]);
+        let mut sum = N::load::<V>(&self.rows[0][j..]).mul(self.weights[0]);
         for k in 1..4 {
-            sum = V::load(&self.rows[k][j..]).fma(self.weights[k], sum);
+            sum = N::load::<V>(&self.rows[k][j..]).fma(self.weights[k], sum);
         }
         sum
     }
@@ -353,7 +375,17 @@ impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
 /// P numbers of point `i`, from number `first` of a texel, in the mean over its tables.
 #[inline(always)]
 fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first: usize, to: &mut [f32]) {
-    let corners = Corners::<A::F32, P>::at(table, b, [i, 0], first);
+    let of = |k: usize| {
+        let from = b.look.texel[i] as usize * table.channels * table.stride + b.offsets[k][i] + first;
+        Corners::<A::F32, f32, P>::at(
+            &table.data,
+            [table.size, table.channels * table.stride],
+            &b.look,
+            i,
+            from,
+        )
+    };
+    let corners = of(0);
     let mut at = 0;
     if b.tables == 1 {
         while at < P {
@@ -362,7 +394,7 @@ fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first
         }
         return;
     }
-    let others = [1, 2, 3].map(|k| Corners::<A::F32, P>::at(table, b, [i, k], first));
+    let others = [1, 2, 3].map(of);
     let shares = b.shares.map(|s| A::F32::splat(s[i]));
     while at < P {
         let mut sum = corners.load(at).mul(shares[0]);

@@ -2,13 +2,15 @@
 //! reflectance looked up at each site and turned to the world.
 
 use super::ViewTable;
-use super::kernel::{Block, Corners, LightLanes, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned};
+use super::kernel::{
+    Block, Corners, LightLanes, Look, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned,
+};
 use crate::shared::maths::number::Number;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
 use glam::Vec3;
 use steradian_parallel::prelude::*;
-use steradian_simd::{Arch, Kernel, Single, Vector};
+use steradian_simd::{Arch, Kernel, Single, Vector, prefetch};
 use steradian_sphere::sh::{Angle, Exchange, turn};
 
 /// Most bands of what is kept per site.
@@ -134,10 +136,13 @@ impl LocalLight {
         Self { count, rows: Rows::Single(data) }
     }
 
-    /// With 16-bit floats, which are off by 2^-11 of a number or 2^-25 of the largest.
+    /// With 16-bit floats, which are off by 2^-11 of a number or 2^-25 of the largest, for a table of such.
     #[must_use]
-    pub fn halved(self) -> Self {
+    pub fn halved(self, table: &ViewTable) -> Self {
         let Rows::Single(data) = self.rows else { return self };
+        if !table.is_half() {
+            return Self { rows: Rows::Single(data), ..self };
+        }
         let largest = data.iter().fold(0.0f32, |m, x| m.max(x.abs()));
         let scale = if largest > 0.0 { largest } else { 1.0 };
         let half = |x: &f32| half::f16::from_f32(x / scale).to_bits();
@@ -230,7 +235,6 @@ pub fn shade_local(
     q: &Points<'_>,
     out: &mut Radiance<'_>,
 ) {
-    out.rgb.iter_mut().for_each(|p| p.fill(0.0));
     let known = q.site.index.iter().all(|s| s.len() == q.len())
         && q.site.weight.iter().all(|w| w.len() == q.len())
         && light.count == table.bands * table.bands
@@ -238,19 +242,25 @@ pub fn shade_local(
         && !frames.is_empty();
     if known {
         let count = light.count;
-        match &light.rows {
-            Rows::Single(data) => {
-                steradian_simd::run(Local { table, frames, data, count, scale: 1.0, q, out });
+        match (&light.rows, &table.halves) {
+            (Rows::Single(data), _) => {
+                let texels = &table.data[..];
+                steradian_simd::run(Local { table, texels, frames, data, count, scale: 1.0, q, out });
             }
-            Rows::Half(data, scale) => {
-                steradian_simd::run(Local { table, frames, data, count, scale: *scale, q, out });
+            (Rows::Half(data, scale), Some(texels)) => {
+                steradian_simd::run(Local { table, texels, frames, data, count, scale: *scale, q, out });
             }
+            (Rows::Half(..), None) => out.rgb.iter_mut().for_each(|p| p.fill(0.0)),
         }
+    } else {
+        out.rgb.iter_mut().for_each(|p| p.fill(0.0));
     }
 }
 
 struct Local<'a, 'b, 'c, N> {
     table: &'a ViewTable,
+    /// The numbers of the table.
+    texels: &'a [N],
     frames: &'a SiteFrames,
     data: &'a [N],
     count: usize,
@@ -259,55 +269,244 @@ struct Local<'a, 'b, 'c, N> {
     out: &'a mut Radiance<'c>,
 }
 
+/// What one corner adds to each of sixteen points.
+struct Corner {
+    /// The first of the points.
+    first: usize,
+    site: [u32; SIDE],
+    /// 0 where the point faces away, or has no such site.
+    weight: [f32; SIDE],
+    look: Look,
+    /// Sites by which memory is asked for earlier, where they follow each other.
+    ahead: u32,
+}
+
 impl<N: Number> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let Self { table, frames, data, count, scale, q, out } = self;
-        let len = q.len();
-        let last = frames.len() - 1;
-        let mut first = 0;
-        while first < len {
-            let (n, wo) = (read(q.n, first, len), read(q.wo, first, len));
-            let mut weights = [[0.0f32; SIDE]; 3];
-            for i in 0..SIDE {
-                let k = (first + i).min(len - 1);
-                let (u, v) = (q.site.weight[0][k], q.site.weight[1][k]);
-                weights[0][i] = 1.0 - u - v;
-                weights[1][i] = u;
-                weights[2][i] = v;
-            }
-            let mut radiance = [[0.0f32; SIDE]; 3];
-            for corner in 0..3 {
-                let (index, weight) = (q.site.index[corner], &mut weights[corner]);
-                let (mut site, mut any) = ([0usize; SIDE], false);
-                for i in 0..SIDE {
-                    let s = index[(first + i).min(len - 1)] as usize;
-                    // Sites beyond the end have no light.
-                    weight[i] = if s <= last { weight[i] } else { 0.0 };
-                    any |= weight[i] != 0.0;
-                    site[i] = s.min(last);
-                }
-                if any {
-                    let place = (&site, &*weight);
-                    match table.stride {
-                        16 => one::<A, N, 16>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
-                        32 => one::<A, N, 32>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
-                        48 => one::<A, N, 48>(table, frames, (data, count), place, [&n, &wo], &mut radiance),
-                        _ => {}
-                    }
-                }
-            }
-            for i in 0..SIDE.min(len - first) {
-                let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i] > 0.0;
-                for k in 0..3 {
-                    out.rgb[k][first + i] = if facing { scale * radiance[k][i] } else { 0.0 };
-                }
-            }
-            first += SIDE;
+        match (self.count, self.table.stride, self.table.channels) {
+            (9, 16, 1) => self.corners::<A, 9, 16, 1>(),
+            (9, 16, 3) => self.corners::<A, 9, 16, 3>(),
+            (16, 16, 1) => self.corners::<A, 16, 16, 1>(),
+            (16, 16, 3) => self.corners::<A, 16, 16, 3>(),
+            (25, 32, 1) => self.corners::<A, 25, 32, 1>(),
+            (25, 32, 3) => self.corners::<A, 25, 32, 3>(),
+            (36, 48, 1) => self.corners::<A, 36, 48, 1>(),
+            (36, 48, 3) => self.corners::<A, 36, 48, 3>(),
+            _ => {}
         }
     }
+}
+
+/// Points ahead whose vectors are asked for: they come from more places at once than a core follows by itself.
+const AHEAD: usize = 6 * SIDE;
+
+/// Sums of sixteen points by channel, each still in lanes.
+type Parts<V> = [[V; SIDE]; 3];
+
+impl<N: Number> Local<'_, '_, '_, N> {
+    /// C coefficients, in rows of P numbers in the table, of so many channels there. Where the next points look is found, and the
+    /// memory there asked for, before the ones at hand are shaded: texels and light lie anywhere, and a core waits for few of
+    /// them at a time by itself.
+    #[inline(always)]
+    fn corners<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(mut self) {
+        let none = || Corner { first: 0, site: [0; SIDE], weight: [0.0; SIDE], look: Look::NONE, ahead: 0 };
+        let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
+        let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
+        let mut more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[now]);
+        while more {
+            more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[1 - now]);
+            self.add::<A, C, P, CHANNELS>(&both[now], &both[1 - now], &mut parts);
+            now = 1 - now;
+        }
+    }
+
+    /// The next corner, from corner `next` of points on, that adds anything. (Loops over whole blocks without branches or
+    /// closures, which compilers make vectors of: with them a third of the time went here.)
+    #[inline(always)]
+    fn find<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &mut self,
+        next: &mut (usize, usize),
+        to: &mut Corner,
+    ) -> bool {
+        let (q, len) = (self.q, self.q.len());
+        let last = (self.frames.len() - 1) as u32;
+        while next.0 < len {
+            let (first, corner) = *next;
+            *next = if corner == 2 { (first + SIDE, 0) } else { (first, corner + 1) };
+            if corner == 0 {
+                for k in 0..3 {
+                    prefetch(q.n[k], first + AHEAD);
+                    prefetch(q.wo[k], first + AHEAD);
+                    self.out.rgb[k][first..(first + SIDE).min(len)].fill(0.0);
+                }
+                let (u, v) = (of_block(q.site.weight[0], first), of_block(q.site.weight[1], first));
+                for i in 0..SIDE {
+                    to.weight[i] = 1.0 - u[i] - v[i];
+                }
+            } else {
+                to.weight = of_block(q.site.weight[corner - 1], first);
+            }
+            if !any(&to.weight) {
+                continue;
+            }
+            let index = of_block(q.site.index[corner], first);
+            let (n, wo) = (read(q.n, first, len), read(q.wo, first, len));
+            for i in 0..SIDE {
+                let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i];
+                // Sites beyond the end have no light.
+                let there = if index[i] <= last { to.weight[i] } else { 0.0 };
+                to.weight[i] = if facing > 0.0 { there } else { 0.0 };
+                to.site[i] = index[i].min(last);
+            }
+            if len - first < SIDE {
+                to.weight[len - first..].fill(0.0);
+            }
+            if any(&to.weight) {
+                to.first = first;
+                self.look::<A, C, P, CHANNELS>(&n, &wo, to);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Where the points look from their sites.
+    #[inline(always)]
+    fn look<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &self,
+        n: &Vectors,
+        wo: &Vectors,
+        to: &mut Corner,
+    ) {
+        let (mut own, mut along) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
+        let (from, mut off) = (to.site[0], 0);
+        for i in 0..SIDE {
+            off |= to.site[i] ^ from.wrapping_add(i as u32);
+        }
+        to.ahead = if off == 0 { SIDE as u32 } else { 0 };
+        if off == 0 {
+            let from = from as usize;
+            for k in 0..3 {
+                prefetch(&self.frames.n[k], from + AHEAD);
+                prefetch(&self.frames.t[k], from + AHEAD);
+                own[k].copy_from_slice(&self.frames.n[k][from..from + SIDE]);
+                along[k].copy_from_slice(&self.frames.t[k][from..from + SIDE]);
+            }
+        } else {
+            for i in 0..SIDE {
+                for k in 0..3 {
+                    own[k][i] = self.frames.n[k][to.site[i] as usize];
+                    along[k][i] = self.frames.t[k][to.site[i] as usize];
+                }
+            }
+        }
+        to.look.set::<A>(self.table, &own, &along, &carried::<A>(n, &own, wo), None);
+    }
+
+    /// Asks for the memory of one point of a corner.
+    #[inline(always)]
+    fn ask<const C: usize, const P: usize, const CHANNELS: usize>(&self, b: &Corner, i: usize) {
+        let line = 64 / size_of::<N>();
+        // The two texels of a row lie side by side.
+        let (from, both) = (b.look.texel[i] as usize * CHANNELS * P, 2 * CHANNELS * P);
+        let far = from + self.table.size * CHANNELS * P;
+        let (near, far) = (&self.texels[from..from + both], &self.texels[far..far + both]);
+        for k in 0..both.div_ceil(line) {
+            prefetch(near, k * line);
+            prefetch(far, k * line);
+        }
+        let from = (b.site[i] + b.ahead) as usize * 3 * C;
+        for k in 0..(3 * C).div_ceil(line) {
+            prefetch(self.data, from + k * line);
+        }
+        prefetch(self.data, from + 3 * C);
+    }
+
+    /// Adds the radiance of one corner of each of sixteen points. Point by point it asks for the memory of the next: for all at once
+    /// the core would have to wait.
+    #[inline(always)]
+    fn add<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &mut self,
+        b: &Corner,
+        next: &Corner,
+        parts: &mut Parts<A::F32>,
+    ) {
+        let (texels, lanes, shape) = (self.texels, A::F32::LANES, [self.table.size, CHANNELS * P]);
+        for i in 0..SIDE {
+            self.ask::<C, P, CHANNELS>(next, i);
+            // The last channel of the last site has as much behind it.
+            let first = b.site[i] as usize * 3 * C;
+            let light = &self.data[first..first + 2 * C + P];
+            let mut sum = [A::F32::splat(0.0); 3];
+            for c in 0..CHANNELS {
+                let from = b.look.texel[i] as usize * CHANNELS * P + c * P;
+                let view = Corners::<A::F32, N, P>::at(texels, shape, &b.look, i, from);
+                let mut j = 0;
+                // Beyond the coefficients the view's are zero.
+                while j < P {
+                    let f = view.load(j);
+                    if CHANNELS == 1 {
+                        sum[0] = f.fma(N::load(&light[j..]), sum[0]);
+                        sum[1] = f.fma(N::load(&light[C + j..]), sum[1]);
+                        sum[2] = f.fma(N::load(&light[2 * C + j..]), sum[2]);
+                    } else {
+                        sum[c] = f.fma(N::load(&light[c * C + j..]), sum[c]);
+                    }
+                    j += lanes;
+                }
+            }
+            parts[0][i] = sum[0];
+            parts[1][i] = sum[1];
+            parts[2][i] = sum[2];
+        }
+        for k in 0..3 {
+            let mut sums = [0.0f32; SIDE];
+            let mut lane = 0;
+            while lane < SIDE {
+                A::F32::lane_sums(&mut parts[k][lane..lane + lanes]).store(&mut sums[lane..]);
+                lane += lanes;
+            }
+            let out = &mut self.out.rgb[k][b.first..];
+            let mut whole = of_block(out, 0);
+            for i in 0..SIDE {
+                let more = whole[i] + self.scale * (b.weight[i] * sums[i]);
+                // Points without weight keep what they have, whatever their sites hold.
+                whole[i] = if b.weight[i] == 0.0 { whole[i] } else { more };
+            }
+            match out.first_chunk_mut() {
+                Some(out) => *out = whole,
+                None => out.copy_from_slice(&whole[..out.len()]),
+            }
+        }
+    }
+}
+
+/// Is a number not zero?
+#[inline(always)]
+fn any(weights: &[f32; SIDE]) -> bool {
+    let mut bits = 0;
+    for i in 0..SIDE {
+        bits |= weights[i].to_bits();
+    }
+    // The sign does not count.
+    bits << 1 != 0
+}
+
+/// Numbers of sixteen points from the first; the last point fills up.
+#[inline(always)]
+fn of_block<T: Copy + Default>(v: &[T], first: usize) -> [T; SIDE] {
+    let mut out = [T::default(); SIDE];
+    if let Some(all) = v.get(first..first + SIDE) {
+        out.copy_from_slice(all);
+    } else {
+        for i in 0..SIDE {
+            out[i] = v.get((first + i).min(v.len().saturating_sub(1))).copied().unwrap_or_default();
+        }
+    }
+    out
 }
 
 /// `v` turned by the least rotation that takes unit `a` to unit `b`: v − (a + b)·v/(1 + a·b) (a + b) + 2(a·v) b.
@@ -326,73 +525,6 @@ fn carried<A: Arch>(a: &Vectors, b: &Vectors, v: &Vectors) -> Vectors {
         lane += A::F32::LANES;
     }
     out
-}
-
-/// Adds the radiance of one corner of each of sixteen points; rows of the table have P numbers.
-#[inline(always)]
-fn one<A: Arch, N: Number, const P: usize>(
-    table: &ViewTable,
-    frames: &SiteFrames,
-    (data, count): (&[N], usize),
-    (site, weight): (&[usize; SIDE], &[f32; SIDE]),
-    [n, wo]: [&Vectors; 2],
-    radiance: &mut [[f32; SIDE]; 3],
-) {
-    let (mut own, mut along) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
-    for i in 0..SIDE {
-        for k in 0..3 {
-            own[k][i] = frames.n[k][site[i]];
-            along[k][i] = frames.t[k][site[i]];
-        }
-    }
-    let block = Block::new::<A>(table, &own, &along, &carried::<A>(n, &own, wo));
-    let lanes = A::F32::LANES;
-    // Partial sums by channel and point.
-    let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
-    for i in 0..SIDE {
-        let first = site[i] * 3 * count;
-        let row = |c: usize| data[first + c * count..].first_chunk::<P>();
-        let [Some(r), Some(g), Some(b)] = [row(0), row(1), row(2)] else { continue };
-        let rows = [r, g, b];
-        // Beyond the coefficients the view's are zero.
-        if table.channels == 1 {
-            let view = Corners::<A::F32, P>::at(table, &block, [i, 0], 0);
-            let mut sum = [A::F32::splat(0.0); 3];
-            let mut j = 0;
-            while j < P {
-                let f = view.load(j);
-                sum[0] = f.fma(N::load(&rows[0][j..]), sum[0]);
-                sum[1] = f.fma(N::load(&rows[1][j..]), sum[1]);
-                sum[2] = f.fma(N::load(&rows[2][j..]), sum[2]);
-                j += lanes;
-            }
-            for k in 0..3 {
-                parts[k][i] = sum[k];
-            }
-        } else {
-            for c in 0..3 {
-                let view = Corners::<A::F32, P>::at(table, &block, [i, 0], c * P);
-                let mut sum = A::F32::splat(0.0);
-                let mut j = 0;
-                while j < P {
-                    sum = view.load(j).fma(N::load(&rows[c][j..]), sum);
-                    j += lanes;
-                }
-                parts[c][i] = sum;
-            }
-        }
-    }
-    for k in 0..3 {
-        let mut sums = [0.0f32; SIDE];
-        let mut lane = 0;
-        while lane < SIDE {
-            A::F32::lane_sums(&mut parts[k][lane..lane + lanes]).store(&mut sums[lane..]);
-            lane += lanes;
-        }
-        for i in 0..SIDE {
-            radiance[k][i] += weight[i] * sums[i];
-        }
-    }
 }
 
 /// Reflectance of all sites towards one viewer, turned to the world: sixteen sites a block, by channel and coefficient.

@@ -32,6 +32,7 @@ pub use wgsl::{
     fixed_modules, light_uniforms, local_modules, modules, place_modules, site_modules, views_buffer,
 };
 
+use crate::shared::tables::aligned::Aligned;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use glam::DVec3;
 use steradian_base::{Cancelled, Task};
@@ -59,7 +60,9 @@ pub struct ViewTable {
     /// Numbers from channel to channel: bands² filled up with zeros to whole registers.
     stride: usize,
     /// Table by table, row by row from t = −1, then channel, then l² + l + m.
-    data: Vec<f32>,
+    data: Aligned<f32>,
+    /// The bits of the same numbers as 16-bit floats, where they are such.
+    halves: Option<Aligned<u16>>,
 }
 
 /// Numbers of a channel of a texel.
@@ -95,13 +98,14 @@ impl ViewTable {
             // Any power that is taken out comes back.
             pole: brdfs.iter().map(|b| fill::pole(*b)).fold(0.0, f64::min) as f32,
             stride: stride(bands),
-            data: Vec::new(),
+            data: Aligned::default(),
+            halves: None,
         };
         let mut data = Vec::new();
         for brdf in brdfs {
             data.extend(fill::fill(*brdf, &rgb, task)?);
         }
-        rgb.data = data;
+        rgb.data = Aligned::from(&data[..]);
         Ok(rgb.condensed())
     }
 
@@ -155,6 +159,19 @@ impl ViewTable {
     /// Rounded to 16-bit floats.
     pub fn halve(&mut self) {
         self.data.iter_mut().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
+        self.find_halves();
+    }
+
+    /// Keeps the numbers as 16-bit floats too, if all of them are such.
+    fn find_halves(&mut self) {
+        let halves = self.data.iter().map(|x| half::f16::from_f32(*x));
+        let are = halves.clone().zip(self.data.iter()).all(|(h, x)| h.is_finite() && h.to_f32() == *x);
+        self.halves = are.then(|| halves.map(half::f16::to_bits).collect());
+    }
+
+    /// Are the numbers 16-bit floats?
+    pub fn is_half(&self) -> bool {
+        self.halves.is_some()
     }
 
     /// The coefficients at a local view, by channel, of the first table.
@@ -248,6 +265,11 @@ impl ViewTable {
             data.resize(data.len().next_multiple_of(stride(bands)), 0.0);
         }
         let (tint, pole) = ([r, g, b].map(|x| x as f32), pole as f32);
-        Ok(Self { bands, size, tables: rows / size, channels, tint, pole, stride: stride(bands), data })
+        let data = Aligned::from(&data[..]);
+        let tables = rows / size;
+        let mut out =
+            Self { bands, size, tables, channels, tint, pole, stride: stride(bands), data, halves: None };
+        out.find_halves();
+        Ok(out)
     }
 }

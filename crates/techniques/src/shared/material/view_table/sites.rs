@@ -69,12 +69,12 @@ fn gathered<A: Arch>(vectors: &impl Vectors, q: &Points<'_>, i: usize, to: &mut 
     to.fill(0.0);
     let (u, v) = (q.site.weight[0][i], q.site.weight[1][i]);
     let corners = [1.0 - u - v, u, v];
-    let mut weights = [0.0; MOST_VECTORS];
+    let mut weights = [0.0; 2 * MOST_VECTORS];
     for k in 0..3 {
         if corners[k] == 0.0 {
             continue;
         }
-        let Some(all) = vectors.at(q.site.index[k][i], &mut weights) else { continue };
+        let Some(all) = vectors.at::<A>(q.site.index[k][i], &mut weights) else { continue };
         let corner = A::F32::splat(corners[k]);
         let (head, rest) = all.split_at(to.len());
         let mut at = 0;
@@ -82,7 +82,7 @@ fn gathered<A: Arch>(vectors: &impl Vectors, q: &Points<'_>, i: usize, to: &mut 
             let mut l = A::F32::load(&head[at..]);
             for j in 0..rest.len() / to.len() {
                 let row = &rest[j * to.len() + at..];
-                l = A::F32::load(row).fma(A::F32::splat(weights[j]), l);
+                l = A::F32::load(row).fma(A::F32::splat(weights[j + 1]), l);
             }
             l.fma(corner, A::F32::load(&to[at..])).store(&mut to[at..]);
             at += A::F32::LANES;
