@@ -215,11 +215,14 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
     out
 }
 
-/// A reflectance's fit by Gaussian lobes.
+/// A reflectance's fit by Gaussian lobes; of an anisotropic one a coarse one.
 fn fitted(spec: &str) -> SharedBrdf {
     let shape = if spec == "sgd:chrome" { Shape::Round } else { Shape::Stretched };
-    let plan = Plan { shape, ..Plan::default() };
     let formula = steradian_brdf::parse(spec).expect("a spec");
+    let plan = match formula.is_isotropic() {
+        true => Plan { shape, ..Plan::default() },
+        false => Plan { lobes: 2, views: 4, azimuths: 6, ..Plan::default() },
+    };
     let fit = GaussianFit::new(&*formula, plan, &Task::quiet()).expect("not cancelled");
     Arc::new(Lobes::new("lobes:fit".into(), fit))
 }
@@ -343,7 +346,7 @@ fn main() {
     for spec in ["rgl:half", "rgl:quarter"] {
         both(spec, |spec| Some(anisotropic(spec)));
     }
-    for spec in ["sgd:chrome", "sgd:blue-acrylic", "sgd:gold-metallic-paint"] {
+    for spec in ["sgd:chrome", "sgd:blue-acrylic", "sgd:gold-metallic-paint", "ward:ax=0.1,ay=0.4"] {
         let compared = move || compare("lobes", &fitted(spec));
         trials.push(Trial::test(format!("lobes::{spec}"), compared).with_ignored_flag(ignored));
     }

@@ -116,13 +116,7 @@ impl Session {
         for some in jobs.chunks(AT_ONCE) {
             let mut loaded: Vec<SharedBrdf> = Vec::new();
             for (spec, _) in some {
-                let brdf = self.brdf(spec)?;
-                if !brdf.is_isotropic() {
-                    return Err(Error::usage(format!(
-                        "{spec} is anisotropic: lobes about the mirror direction are isotropic"
-                    )));
-                }
-                loaded.push(brdf);
+                loaded.push(self.brdf(spec)?);
             }
             let task = &self.task;
             let fits: Vec<_> = (0..loaded.len())

@@ -5,10 +5,11 @@
 //!
 //! File: safetensors with `lobes` `[N][K][6]` in half precision (angle of the mean from the mirror direction, σ, weights of red,
 //! green, blue, s of the sweep), equally spaced views from 0 to 89°, and `diffuse` `[3]`. Without s, `[N][K][5]`, lobes are round.
+//! Anisotropic: `lobes` `[N][M][K][8]`, with the angles of the mean out of the plane of incidence and of the sweep at the end, and M azimuths
+//! of the view, 2π(j + ½)/M.
 
 use crate::draw::{self, Draw};
-use crate::fit::gaussian::{GaussianFit, GaussianLobe, LAST, MAX_LOBES};
-use crate::math::polar_angle;
+use crate::fit::gaussian::{GaussianFit, GaussianLobe, LAST, MAX_LOBES, view_of};
 use crate::registry::Entry;
 use crate::shader::{four, rgb};
 use crate::spec::Args;
@@ -33,7 +34,7 @@ pub static INFO: Info = Info {
 pub(crate) const ENTRY: Entry = Entry { info: &INFO, make };
 
 const MAX_BYTES: u64 = 1 << 20;
-const MAX_VIEWS: usize = 1024;
+const MAX_VIEWS: usize = 4096;
 /// Densities for a lobe at most.
 const MOST: f64 = 15.0;
 
@@ -53,14 +54,21 @@ fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     Ok(Arc::new(Lobes::new(a.spec(), of_tensors(&file).map_err(fault)?)))
 }
 
+/// A lobe as files and [`numbers`] have it: six numbers, or eight where reflectance is anisotropic.
+fn lobe_numbers(fit: &GaussianFit) -> impl Iterator<Item = f64> {
+    let count = if fit.is_isotropic() { 6 } else { 8 };
+    let lobe = move |l: &GaussianLobe| {
+        let [r, g, b] = l.weight;
+        [l.angle, l.sigma, r, g, b, l.sweep, l.aside, l.turn].into_iter().take(count)
+    };
+    fit.views.iter().flatten().flat_map(lobe)
+}
+
 /// The tensors of a fit's file; `metadata` goes with them.
 pub fn to_tensors(fit: &GaussianFit, metadata: BTreeMap<String, String>) -> TensorFile {
-    let lobe = |l: &GaussianLobe| {
-        let [r, g, b] = l.weight;
-        [l.angle, l.sigma, r, g, b, l.sweep]
-    };
-    let lobes: Vec<f64> = fit.views.iter().flatten().flat_map(lobe).collect();
-    let shape = vec![fit.views.len(), fit.lobes(), 6];
+    let lobes: Vec<f64> = lobe_numbers(fit).collect();
+    let (n, m, k) = (fit.elevations(), fit.azimuths, fit.lobes());
+    let shape = if fit.is_isotropic() { vec![n, k, 6] } else { vec![n, m, k, 8] };
     let diffuse = fit.diffuse.map(|v| v as f32).to_vec();
     let tensors = BTreeMap::from([
         ("lobes".to_owned(), Tensor { shape, data: TensorData::F64(lobes).halved() }),
@@ -71,63 +79,75 @@ pub fn to_tensors(fit: &GaussianFit, metadata: BTreeMap<String, String>) -> Tens
 
 fn of_tensors(file: &TensorFile) -> Result<GaussianFit, String> {
     let (lobes, diffuse) = (file.require("lobes")?, file.require("diffuse")?);
-    let (&[views, count, 5 | 6], &[3]) = (lobes.shape.as_slice(), diffuse.shape.as_slice()) else {
-        let found = (&lobes.shape, &diffuse.shape);
-        return Err(format!(
-            "tensors 'lobes' and 'diffuse' have the shapes {:?} and {:?}, not [N, K, 6] and [3]",
-            found.0, found.1
-        ));
+    let (views, azimuths, count) = match (lobes.shape.as_slice(), diffuse.shape.as_slice()) {
+        (&[views, count, 5 | 6], &[3]) => (views, 1, count),
+        (&[views, azimuths, count, 8], &[3]) => (views, azimuths, count),
+        (lobes, diffuse) => {
+            return Err(format!(
+                "tensors 'lobes' and 'diffuse' have the shapes {lobes:?} and {diffuse:?}, not [N, K, 6] or [N, M, K, 8], and [3]"
+            ));
+        }
     };
-    let numbers: Vec<f64> = [views as f64, count as f64]
-        .into_iter()
-        .chain(diffuse.data.to_f64().iter().copied())
-        .chain(lobes.data.to_f64().iter().copied())
-        .collect();
+    let mut numbers = vec![views as f64, count as f64];
+    numbers.extend(diffuse.data.to_f64().iter());
+    if lobes.shape.len() == 4 {
+        numbers.push(azimuths as f64);
+    }
+    numbers.extend(lobes.data.to_f64().iter());
     from_numbers(&numbers).ok_or_else(|| {
-        format!("{views} views of {count} lobes: at least 2 views of 1 … {MAX_LOBES} lobes, σ in 1e-5 … 10 and finite numbers are needed, weights not negative")
+        format!("{views} elevations and {azimuths} azimuths of {count} lobes: at least 2 elevations of 1 … {MAX_LOBES} lobes, σ in 1e-5 … 10 and finite numbers are needed, weights not negative")
     })
 }
 
-/// The numbers of a fit: views, lobes, ρ_d, then six per lobe as in files.
+/// The numbers of a fit: N, K, ρ_d, where reflectance is anisotropic M, then those of each lobe as in files.
 pub fn numbers(fit: &GaussianFit) -> Vec<f64> {
-    let lobe = |l: &GaussianLobe| [l.angle, l.sigma, l.weight[0], l.weight[1], l.weight[2], l.sweep];
-    let head = [fit.views.len() as f64, fit.lobes() as f64];
-    head.into_iter().chain(fit.diffuse).chain(fit.views.iter().flatten().flat_map(lobe)).collect()
+    let azimuths = Some(fit.azimuths as f64).filter(|_| !fit.is_isotropic());
+    let head = [fit.elevations() as f64, fit.lobes() as f64];
+    head.into_iter().chain(fit.diffuse).chain(azimuths).chain(lobe_numbers(fit)).collect()
 }
 
 /// What [`numbers`] gave, checked.
 pub fn from_numbers(numbers: &[f64]) -> Option<GaussianFit> {
-    let ([views, count, r, g, b], lobes) = numbers.split_first_chunk::<5>()?;
-    let (views, count) = (*views as usize, *count as usize);
-    let fits = (2..=MAX_VIEWS).contains(&views) && (1..=MAX_LOBES).contains(&count);
-    if !fits {
+    let ([elevations, count, diffuse @ ..], mut lobes) = numbers.split_first_chunk::<5>()?;
+    let (elevations, count) = (*elevations as usize, *count as usize);
+    if numbers.iter().any(|v| !v.is_finite()) || elevations < 2 || !(1..=MAX_LOBES).contains(&count) {
         return None;
     }
+    let mut azimuths = 1;
     // Without s five: round ones.
-    let each = if lobes.len() == 5 * views * count { 5 } else { 6 };
-    if lobes.len() != each * views * count || numbers.iter().any(|v| !v.is_finite()) {
+    let mut each = [5, 6].into_iter().find(|each| elevations.checked_mul(each * count) == Some(lobes.len()));
+    if each.is_none() {
+        let (m, rest) = lobes.split_first()?;
+        (azimuths, lobes, each) = (*m as usize, rest, Some(8));
+    }
+    let (views, each) = (elevations.checked_mul(azimuths)?, each?);
+    if !(2..=MAX_VIEWS).contains(&views)
+        || lobes.len() != each * views * count
+        || (each == 8) != (azimuths > 1)
+    {
         return None;
     }
-    let lobe = |v: &[f64]| GaussianLobe {
-        angle: v[0],
-        sigma: v[1],
-        sweep: v.get(5).copied().unwrap_or(0.0),
-        weight: [v[2], v[3], v[4]],
+    let lobe = |v: &[f64]| {
+        let at = |k: usize| v.get(k).copied().unwrap_or(0.0);
+        GaussianLobe {
+            angle: v[0],
+            sigma: v[1],
+            weight: [v[2], v[3], v[4]],
+            sweep: at(5),
+            aside: at(6),
+            turn: at(7),
+        }
     };
     let all: Vec<GaussianLobe> = lobes.chunks_exact(each).map(lobe).collect();
     let valid = |l: &GaussianLobe| {
         (1e-5..=10.0).contains(&l.sigma)
             && (0.0..=10.0).contains(&l.sweep)
-            && l.angle.abs() < 4.0
+            && [l.angle, l.aside, l.turn].iter().all(|a| a.abs() < 4.0)
             && l.weight.iter().all(|w| *w >= 0.0)
     };
     let views = all.chunks_exact(count).map(<[_]>::to_vec).collect();
-    let diffuse = [*r, *g, *b];
-    (all.iter().all(valid) && diffuse.iter().all(|d| *d >= 0.0)).then_some(GaussianFit {
-        diffuse,
-        views,
-        report: Vec::new(),
-    })
+    let fit = GaussianFit { azimuths, ..GaussianFit::isotropic(*diffuse, views) };
+    (all.iter().all(valid) && diffuse.iter().all(|d| *d >= 0.0)).then_some(fit)
 }
 
 /// A fit as a reflectance.
@@ -150,10 +170,11 @@ impl Lobes {
 
     /// Densities like the lobes: about their means, several along a stretched one, with weights as theirs.
     fn draw(&self, wo: DVec3) -> Vec<(f64, Draw)> {
-        let theta = polar_angle(wo);
+        let view = view_of(wo);
         let sum = |w: &[f64; 3]| w.iter().sum::<f64>();
         let mut parts = vec![(sum(&self.fit.diffuse), Draw::Cosine), (0.0, Draw::Uniform)];
-        for lobe in &self.fit.at(theta)[..self.fit.lobes()] {
+        for lobe in &self.fit.at(view)[..self.fit.lobes()] {
+            let axes = lobe.axes(view[0]);
             // Round ones a width and a half apart, to two widths of the sweep.
             let count = (1.0 + 2.0 * (4.0 / 3.0 * lobe.sweep / lobe.sigma).ceil()).min(MOST);
             let apart = if count > 1.0 { 4.0 * lobe.sweep / (count - 1.0) } else { 0.0 };
@@ -166,8 +187,8 @@ impl Lobes {
                 let weight = sum(&lobe.weight) * share(k) / all;
                 // cos^n has the width of a Gaussian of σ² = 1/n; wider lobes reach over the whole sphere.
                 if sigma < 0.7 {
-                    let axis =
-                        turned(wo, GaussianLobe { angle: lobe.angle + k * apart, ..*lobe }.mean(theta));
+                    let (s, c) = (k * apart).sin_cos();
+                    let axis = turned(wo, axes.mean * c + axes.along * s);
                     parts.push((weight, Draw::Power { axis, n: (sigma * sigma).recip() * 0.8 }));
                 } else {
                     parts[1].0 += weight;
@@ -185,11 +206,11 @@ impl Lobes {
     }
 }
 
-/// A direction of the plane of x and z in which wo has positive x, in the frame of `wo`.
+/// A direction of the frame in which wo has positive x and no y, in the frame of `wo`.
 fn turned(wo: DVec3, m: DVec3) -> DVec3 {
     let sine = wo.x.hypot(wo.y);
     let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
-    DVec3::new(m.x * x, m.x * y, m.z)
+    DVec3::new(m.x * x - m.y * y, m.x * y + m.y * x, m.z)
 }
 
 impl Brdf for Lobes {
@@ -220,18 +241,24 @@ impl Brdf for Lobes {
         Domain::Sphere
     }
 
+    fn is_isotropic(&self) -> bool {
+        self.fit.is_isotropic()
+    }
+
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
-        let theta = polar_angle(wo);
+        let view = view_of(wo);
         let wanted = |l: &GaussianLobe| l.weight.iter().any(|w| *w > 0.0) && l.sigma < 1.0;
-        let mut all: Vec<GaussianLobe> = self.fit.at(theta)[..self.fit.lobes()].to_vec();
+        let mut all: Vec<GaussianLobe> = self.fit.at(view)[..self.fit.lobes()].to_vec();
         all.retain(wanted);
         all.sort_by(|a, b| a.sigma.total_cmp(&b.sigma));
-        // A stretched one is a ridge along the plane of incidence.
-        let across = turned(wo, DVec3::X).cross(DVec3::Z).normalize_or(DVec3::Y);
+        // A stretched one is a ridge along its sweep; the narrowest stands for all.
         let ridge = |l: &&GaussianLobe| l.sweep > l.sigma;
-        let ridges: Vec<Lobe> =
-            all.iter().filter(ridge).take(1).map(|l| Lobe::Arc { normal: across, width: l.sigma }).collect();
-        let axis = |l: GaussianLobe| Lobe::Axis { axis: turned(wo, l.mean(theta)), width: l.sigma };
+        let arc = |l: &GaussianLobe| {
+            let across = turned(wo, l.axes(view[0]).across);
+            Lobe::Arc { normal: across, width: l.sigma }
+        };
+        let ridges: Vec<Lobe> = all.iter().filter(ridge).take(1).map(arc).collect();
+        let axis = |l: GaussianLobe| Lobe::Axis { axis: turned(wo, l.axes(view[0]).mean), width: l.sigma };
         all.into_iter().map(axis).chain(ridges).collect()
     }
 
@@ -245,15 +272,15 @@ impl Brdf for Lobes {
     }
 
     fn shader(&self) -> Option<BrdfShader> {
-        let GaussianFit { diffuse, views, .. } = &self.fit;
-        let lobe = |l: &GaussianLobe| {
-            [[l.angle, l.sigma.ln(), l.along().ln()], l.weight].map(|v| v.map(|x| x as f32))
-        };
-        let cells = views.iter().flatten().flat_map(lobe).collect();
-        let parameters = [rgb(*diffuse), four([views.len() as f64, self.fit.lobes() as f64, LAST, 0.0])];
+        let fit = &self.fit;
+        let lobe =
+            |l: &GaussianLobe| [[l.angle, l.aside, 0.0], l.spread(), l.weight].map(|v| v.map(|x| x as f32));
+        let cells = fit.views.iter().flatten().flat_map(lobe).collect();
+        let counts = four([fit.elevations() as f64, fit.lobes() as f64, LAST, fit.azimuths as f64]);
+        let parameters = [rgb(fit.diffuse), counts];
         let shader = BrdfShader::new(include_str!("lobes.wgsl"), self.peak(), self.domain(), parameters);
         // A fit in memory may have a single view; what files hold has two at least.
-        (views.len() > 1).then(|| shader.with_cells(Arc::new(cells)))
+        (fit.elevations() > 1).then(|| shader.with_cells(Arc::new(cells)))
     }
 
     fn form(&self) -> Form {

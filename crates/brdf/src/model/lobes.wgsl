@@ -3,7 +3,7 @@ struct Brdf {
     scale: vec4<f32>,
     peak: vec4<f32>,
     diffuse: vec4<f32>,
-    // Views, lobes, polar angle of the last view.
+    // Elevations, lobes, polar angle of the last view, azimuths.
     counts: vec4<f32>,
 }
 
@@ -25,8 +25,8 @@ fn brdf_bessel0(x: f32) -> f32 {
     return (0.39894228 + t * (0.01328592 + t * q)) / sqrt(x);
 }
 
-// A swept Gaussian (Swept::value in swept.rs) of these widths about m.
-fn brdf_swept(d: vec3<f32>, m: vec3<f32>, sigma: f32, sweep: f32) -> f32 {
+// A swept Gaussian (Swept::value in swept.rs) of these widths about m; y is the component of d across the sweep.
+fn brdf_swept(d: vec3<f32>, m: vec3<f32>, y: f32, sigma: f32, sweep: f32) -> f32 {
     let lambda = 1.0 / (sigma * sigma);
     let off = d - m;
     let below = 0.5 * dot(off, off);
@@ -37,10 +37,27 @@ fn brdf_swept(d: vec3<f32>, m: vec3<f32>, sigma: f32, sweep: f32) -> f32 {
     }
     let kappa = 1.0 / (sweep * sweep);
     let whole = kappa + lambda;
-    let short = lambda * (lambda * d.y * d.y + 2.0 * kappa * below);
+    let short = lambda * (lambda * y * y + 2.0 * kappa * below);
     let r = sqrt(max(whole * whole - short, 0.0));
     let e = -short / (r + whole);
     return select(0.0, peak * exp(e) * brdf_bessel0(r) / brdf_bessel0(kappa), e > -40.0);
+}
+
+// Cells of the two azimuths, and of the elevation after, mixed.
+fn brdf_lobe_cell(at: vec2<u32>, t: vec2<f32>) -> vec3<f32> {
+    let next = 3u * u32(brdf.counts.y) * u32(brdf.counts.w);
+    let a = mix(brdf_cell(at.x), brdf_cell(at.x + next), t.x);
+    return mix(a, mix(brdf_cell(at.y), brdf_cell(at.y + next), t.x), t.y);
+}
+
+// Cosine and sine of half the angle of which these are.
+fn brdf_half_angle(d: vec2<f32>) -> vec2<f32> {
+    if d.x >= 0.0 {
+        let c = sqrt(0.5 * (1.0 + d.x));
+        return vec2<f32>(c, 0.5 * d.y / c);
+    }
+    let s = sqrt(0.5 * (1.0 - d.x));
+    return vec2<f32>(0.5 * d.y / s, s);
 }
 
 fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
@@ -55,22 +72,35 @@ fn brdf_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let x = clamp(brdf_atan2(sine, wo.z) / brdf.counts.z, 0.0, 1.0) * last;
     let i = min(floor(x), last - 1.0);
     let count = u32(brdf.counts.y);
-    let at = 2u * count * u32(i);
-    let t = x - i;
+    let azimuths = u32(brdf.counts.w);
+    // Of 0 ... M, half a step of them aside.
+    var phi = brdf_atan2(u.y, u.x) * 0.5 * BRDF_INV_PI - 0.5 / brdf.counts.w;
+    phi = select((phi - floor(phi)) * brdf.counts.w, 0.0, azimuths == 1u);
+    let j = u32(phi);
+    let here = azimuths * u32(i);
+    let at = vec2<u32>(here + j % azimuths, here + (j + 1u) % azimuths) * 3u * count;
+    let t = vec2<f32>(x - i, phi - floor(phi));
     var sum = brdf.diffuse.rgb * (BRDF_INV_PI * max(wi.z, 0.0));
     for (var k = 0u; k < count; k++) {
-        // Angle of the mean from the mirror direction, logarithms of the widths across and along; weights.
-        let here = at + 2u * k;
-        let next = here + 2u * count;
-        let lobe = mix(brdf_cell(here), brdf_cell(next), t);
-        let weight = mix(brdf_cell(here + 1u), brdf_cell(next + 1u), t);
-        let sigma = exp(lobe.y);
-        let along = exp(lobe.z);
+        // Angles of the mean from the mirror direction; logarithm of the widths as a matrix; weights.
+        let place = brdf_lobe_cell(at + 3u * k, t).xy;
+        let spread = brdf_lobe_cell(at + 3u * k + 1u, t);
+        let weight = brdf_lobe_cell(at + 3u * k + 2u, t);
+        let off = vec2<f32>(0.5 * (spread.x - spread.z), spread.y);
+        let radius = length(off);
+        let sigma = exp(0.5 * (spread.x + spread.z) - radius);
+        let along = exp(0.5 * (spread.x + spread.z) + radius);
         let sweep = sqrt(max((along - sigma) * (along + sigma), 0.0));
-        let c = cos(lobe.x);
-        let s = sin(lobe.x);
-        let m = vec3<f32>(-(sine * c + wo.z * s), 0.0, wo.z * c - sine * s);
-        sum += weight * brdf_swept(d, m, sigma, sweep);
+        let turn = brdf_half_angle(select(vec2<f32>(1.0, 0.0), off / max(radius, 1e-30), radius > 1e-30));
+        let c = cos(place.x);
+        let s = sin(place.x);
+        // The mean's direction in the plane of n and wo, that in which its angle grows, and the one out of the plane.
+        let plane = vec3<f32>(-(sine * c + wo.z * s), 0.0, wo.z * c - sine * s);
+        let up = vec3<f32>(-plane.z, 0.0, plane.x);
+        let m = plane * cos(place.y) + vec3<f32>(0.0, sin(place.y), 0.0);
+        let side = vec3<f32>(0.0, cos(place.y), 0.0) - plane * sin(place.y);
+        let across = side * turn.x - up * turn.y;
+        sum += weight * brdf_swept(d, m, dot(d, across), sigma, sweep);
     }
     return sum;
 }

@@ -6,7 +6,7 @@ use crate::inputs;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use steradian_brdf::fit::gaussian::{MAX_LOBES, Objective, Plan, Shape, SliceReport};
+use steradian_brdf::fit::gaussian::{MAX_LOBES, MIN_AZIMUTHS, Objective, Plan, Shape, SliceReport};
 use steradian_session::fit::{Fitted, Summary, brdf_name, expand_brdfs};
 use steradian_session::{Destinations, check_output};
 
@@ -23,6 +23,9 @@ pub struct Options {
     /// Elevations of the view, equally spaced from 0 to 89 degrees
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u8).range(2..=64))]
     views: u8,
+    /// Azimuths of the view, once around, where reflectance is anisotropic
+    #[arg(long, value_name = "M", default_value_t = 24, value_parser = clap::value_parser!(u8).range(MIN_AZIMUTHS as i64..=64))]
+    azimuths: u8,
     /// Error to be met, relative to f cos of the view, at every elevation and midway: as few lobes and elevations as it
     /// takes, up to 4 and 30; a miss writes the nearest and exits 4
     #[arg(long, value_name = "ERROR", conflicts_with_all = ["lobes", "views"], allow_negative_numbers = true, value_parser = inputs::positive)]
@@ -30,7 +33,8 @@ pub struct Options {
     /// What is least: the squared error with every view's albedo kept, or without that condition (the paper's)
     #[arg(long, value_name = "energy|published", default_value = "energy", value_parser = objective)]
     objective: Objective,
-    /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's)
+    /// What lobes may be: each swept along the plane of incidence by its own angle, or round (the paper's); those of
+    /// anisotropic reflectance are swept along any direction
     #[arg(long, value_name = "stretched|round", default_value = "stretched", value_parser = shape)]
     shape: Shape,
     /// Folder of a web page for each fit, and index.html of several: pictures of every view beside what is fitted, errors, parameters, spheres under
@@ -68,7 +72,13 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         specs.extend(expand_brdfs(input)?);
     }
     let jobs = jobs(&o, specs)?;
-    let plan = Plan { lobes: o.lobes.into(), views: o.views.into(), objective: o.objective, shape: o.shape };
+    let plan = Plan {
+        lobes: o.lobes.into(),
+        views: o.views.into(),
+        objective: o.objective,
+        shape: o.shape,
+        azimuths: o.azimuths.into(),
+    };
     let done = context.fit(jobs, plan, o.tolerance)?;
     if let Some(folder) = &o.report {
         let usual = || vec!["studio".to_string(), "sky".to_string()];
@@ -114,7 +124,7 @@ fn jobs(o: &Options, specs: Vec<String>) -> Result<Vec<(String, PathBuf)>, Failu
 fn document(f: &Fitted, tolerance: Option<f64>) -> Value {
     let view = |r: &SliceReport| {
         json!({
-            "degrees": r.theta.to_degrees(), "energy": r.energy, "norm": r.norm(), "of_whole": r.of_whole,
+            "degrees": r.theta.to_degrees(), "azimuth": r.phi.to_degrees(), "energy": r.energy, "norm": r.norm(), "of_whole": r.of_whole,
             "log": r.log, "cube_root": r.cube_root,
             "albedo": r.albedo, "below_horizon": r.leak, "converged": r.converged,
         })
@@ -153,7 +163,7 @@ fn table(done: &[Fitted]) -> String {
         out += &format!(
             "{:width$}  {:>7}  {:>6}  {:>7.3}  {:>10.3} %  {worst:>16}  {:>5.2} %  {:>7.2} %  {unconverged:>11}\n",
             f.name,
-            format!("{} x {}", f.fit.views.len(), f.fit.lobes()),
+            lobes(f),
             f.fit.bytes(),
             f.seconds,
             100.0 * mean,
@@ -161,8 +171,14 @@ fn table(done: &[Fitted]) -> String {
             100.0 * over_views(f, |r| r.cube_root),
         );
     }
-    out + "lobes: views x lobes of each. Errors of the specular part: squared, relative to its square at the view; log and cube root: norms \
+    out + "lobes: views (by elevation, and azimuth where reflectance is anisotropic) x lobes of each. Errors of the specular part: squared, relative to its square at the view; log and cube root: norms \
            for ln(1 + f cos) and the cube root of f cos, relative, in the mean over views\n"
+}
+
+/// Elevations, azimuths where reflectance is anisotropic, lobes.
+fn lobes(f: &Fitted) -> String {
+    let (n, m, k) = (f.fit.elevations(), f.fit.azimuths, f.fit.lobes());
+    if f.fit.is_isotropic() { format!("{n} x {k}") } else { format!("{n} x {m} x {k}") }
 }
 
 /// The mean of a figure over the views.

@@ -150,8 +150,24 @@ fn faults_are_one_line() {
     fails(dir, 3, "empty: holds no .binary, .bsdf, .brdf or .astm files", &["fit", "empty", out[0], out[1]]);
     fails(dir, 3, "bad.safetensors", &["inspect", "brdf:lobes:bad.safetensors"]);
     fails(dir, 2, "need a {}", &["fit", "ggx:alpha=0.1", "lambert", out[0], out[1]]);
-    fails(dir, 2, "anisotropic", &["fit", "ggx:ax=0.1,ay=0.2", out[0], out[1]]);
     fails(dir, 2, "use one of .binary", &["convert", "brdf:lambert", "-o", "x.exr"]);
     fails(dir, 2, "anisotropic", &["convert", "brdf:ggx:ax=0.1,ay=0.2", "-o", "x.binary"]);
     assert!(!dir.join("x.safetensors").exists() && !dir.join("x.binary").exists());
+}
+
+/// Anisotropic reflectance has views by azimuth too, and its fit shades.
+#[test]
+fn a_brushed_metal_becomes_lobes() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let sizes = ["--lobes", "1", "--views", "4", "--azimuths", "6", "-o", "w.safetensors", "--json"];
+    let found = json(dir, &[&["fit", "ward:ax=0.2,ay=0.5"], &sizes[..]].concat());
+    let views = found["fits"][0]["views"].as_array().expect("a list");
+    assert_eq!(views.len(), 24);
+    assert!((views[7]["azimuth"].as_f64().expect("a number") - 90.0).abs() < 1e-9, "{}", views[7]);
+    assert!(views.iter().all(|v| v["energy"].as_f64().expect("a number") < 0.3));
+    fs::write(dir.join("p.csv"), "nx,ny,nz,vx,vy,vz\n0,1,0,0.6,0.8,0\n").expect("written");
+    let eval = ["eval", "-e", "furnace", "-b", "lobes:w.safetensors", "-p", "p.csv", "-t", "gaussian-lobes"];
+    let o = run(dir, &eval);
+    assert_eq!(o.status.code(), Some(0), "{}", String::from_utf8_lossy(&o.stderr));
 }

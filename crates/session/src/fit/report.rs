@@ -3,10 +3,10 @@
 use super::Fitted;
 use crate::compare::{Answer, Effort, Plan as Comparison};
 use crate::{Adjust, Error, Material, Method, Page, Renderer, Scene, Session};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::path::Path;
 use steradian_base::{ParamValues, brief};
-use steradian_brdf::fit::gaussian::{GaussianFit, Objective, Plan, Shape, SliceReport};
+use steradian_brdf::fit::gaussian::{GaussianFit, GaussianLobe, Objective, Plan, Shape, SliceReport};
 use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_formats::{write_atomic, write_dir_atomic};
 use steradian_light::Lights;
@@ -72,16 +72,21 @@ impl Session {
         lights: &[(String, Lights)],
     ) -> Result<(String, Vec<Ball>), Error> {
         let fit = &f.fit;
-        let shape = if plan.shape == Shape::Stretched { "stretched" } else { "round" };
+        let shape = match (fit.is_isotropic(), plan.shape) {
+            (false, _) => "turned",
+            (_, Shape::Stretched) => "stretched",
+            (_, Shape::Round) => "round",
+        };
         let kept = match plan.objective {
             Objective::Energy => "least squares with each view's albedo kept",
             Objective::Published => "plain least squares",
         };
         let about = format!(
-            "{}: {} {shape} Gaussian lobes at each of {} elevations of the view, {kept}. {} bytes; fitted in {:.2} s of one processor.",
+            "{}: {} {shape} Gaussian lobes at each of {} elevations{} of the view, {kept}. {} bytes; fitted in {:.2} s.",
             brdf.spec(),
             fit.lobes(),
-            fit.views.len(),
+            fit.elevations(),
+            if fit.is_isotropic() { String::new() } else { format!(" and {} azimuths", fit.azimuths) },
             fit.bytes(),
             f.seconds
         );
@@ -116,12 +121,19 @@ impl Session {
         page.heading("Parameters");
         let text = |v: f64| format!("{v:.3}");
         let diffuse = fit.diffuse.map(text).join(" ");
-        let head = ["view", "lobe", "mean", "width", "length", "weight r g b", "error", "below horizon"]
-            .map(String::from);
+        let mut head: Vec<String> =
+            ["view", "lobe", "mean", "width", "length", "weight r g b", "error", "below horizon"]
+                .map(String::from)
+                .into();
+        if !fit.is_isotropic() {
+            head.splice(3..3, ["aside".into()]);
+            head.splice(6..6, ["turn".into()]);
+        }
         page.table(&head, parameters(fit));
         page.paragraph(&format!(
             "Diffuse albedo {diffuse}. Angles in degrees; a mean is the angle from the mirror direction away from the normal, width is across \
-             and length along the plane of incidence; a weight is what the lobe reflects of constant light. The error of a \
+             and length along the plane of incidence (where reflectance is anisotropic, aside is the mean's angle out of that plane, and turn \
+             that from the plane to the length); a weight is what the lobe reflects of constant light. The error of a \
              view is that of its specular part, squared; beside it, how much of the lobes lies below the horizon."
         ));
         Ok((page.finish(), balls))
@@ -137,7 +149,10 @@ impl Session {
         page: &mut Page,
     ) -> Result<Option<Ball>, Error> {
         let mut params: ParamValues =
-            [("lobes", plan.lobes as f64), ("views", plan.views as f64)].into_iter().collect();
+            [("lobes", plan.lobes), ("views", plan.views), ("azimuths", plan.azimuths)]
+                .map(|(name, value)| (name, value as f64))
+                .into_iter()
+                .collect();
         let objective = if plan.objective == Objective::Published { "published" } else { "energy" };
         params.0.insert("objective".into(), objective.into());
         let shape = if plan.shape == Shape::Stretched { "stretched" } else { "round" };
@@ -222,22 +237,32 @@ fn index(all: &[(&Fitted, Vec<Ball>)]) -> Result<String, Error> {
 
 /// Data, fit and difference of up to [`COLUMNS`] views as rows of pictures; and the degrees about the mirror direction that they show.
 fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
-    let views = fit.views.len();
+    let views = fit.elevations();
     let columns = views.min(COLUMNS);
     let view = |k: usize| if columns > 1 { k * (views - 1) / (columns - 1) } else { 0 };
     let extent = extent(fit);
-    let mut rows: [Vec<Option<Cell>>; 3] = Default::default();
-    for k in 0..columns {
-        let pictures = cells(brdf, fit, fit.theta(view(k)), extent);
-        for (row, picture) in rows.iter_mut().zip(pictures) {
-            row.push(Some(Cell { picture, caption: Vec::new() }));
+    let mut rows: Vec<Row> = Vec::new();
+    // Anisotropic reflectance by a quarter of its azimuths.
+    let quarter = fit.azimuths.div_ceil(4);
+    let azimuths = if fit.is_isotropic() { vec![0] } else { vec![0, quarter / 2, quarter - 1] };
+    for j in azimuths {
+        let mut cells: [Vec<Option<Cell>>; 3] = Default::default();
+        for k in 0..columns {
+            let pictures = self::cells(brdf, fit, [fit.theta(view(k)), fit.phi(j)], extent);
+            for (row, picture) in cells.iter_mut().zip(pictures) {
+                row.push(Some(Cell { picture, caption: Vec::new() }));
+            }
         }
+        let azimuth = |label: &str| match fit.is_isotropic() {
+            true => vec![label.into()],
+            false => vec![label.into(), format!("azimuth {:.0}°", fit.phi(j).to_degrees())],
+        };
+        let labels = ["data", "fit", "difference"];
+        rows.extend(labels.iter().zip(cells).map(|(l, cells)| Row { label: azimuth(l), cells }));
     }
-    let labels = ["data", "fit", "difference"];
-    let rows = labels.iter().zip(rows).map(|(l, cells)| Row { label: vec![(*l).into()], cells });
     let sheet = Sheet {
         columns: (0..columns).map(|k| format!("{:.0}°", fit.theta(view(k)).to_degrees())).collect(),
-        rows: rows.collect(),
+        rows,
         text_size: 12.0,
         ..Sheet::default()
     };
@@ -248,20 +273,22 @@ fn strips(brdf: &dyn Brdf, fit: &GaussianFit) -> (Display, f64) {
 /// away from grazing views.
 fn extent(fit: &GaussianFit) -> f64 {
     let mut longest = 0.0f64;
-    for (_, lobes) in fit.views.iter().enumerate().filter(|(k, _)| *k == 0 || fit.theta(*k) < 1.35) {
-        let weight = |l: &steradian_brdf::fit::gaussian::GaussianLobe| l.weight.iter().sum::<f64>();
+    let near = |(k, _): &(usize, &Vec<GaussianLobe>)| *k == 0 || fit.theta(k / fit.azimuths) < 1.35;
+    for (_, lobes) in fit.views.iter().enumerate().filter(near) {
+        let weight = |l: &GaussianLobe| l.weight.iter().sum::<f64>();
         let all: f64 = lobes.iter().map(weight).sum();
         for l in lobes.iter().filter(|l| weight(l) > 0.1 * all) {
-            longest = longest.max(l.along() + 0.4 * l.angle.abs());
+            longest = longest.max(l.along() + 0.4 * l.angle.hypot(l.aside));
         }
     }
     (2.5 * longest).clamp(LEAST.to_radians(), std::f64::consts::FRAC_PI_2)
 }
 
 /// f·cos about the mirror direction of a view: the reflectance's, the fit's, and their difference.
-fn cells(brdf: &dyn Brdf, fit: &GaussianFit, theta: f64, extent: f64) -> [Display; 3] {
-    let (s, c) = theta.sin_cos();
-    let (wo, r, away) = (DVec3::new(s, 0.0, c), DVec3::new(-s, 0.0, c), DVec3::new(-c, 0.0, -s));
+fn cells(brdf: &dyn Brdf, fit: &GaussianFit, [theta, phi]: [f64; 2], extent: f64) -> [Display; 3] {
+    let ((s, c), turn) = (theta.sin_cos(), DMat3::from_rotation_z(phi));
+    let [wo, r, away, aside] =
+        [DVec3::new(s, 0.0, c), DVec3::new(-s, 0.0, c), DVec3::new(-c, 0.0, -s), DVec3::Y].map(|d| turn * d);
     let mut values: [Vec<[f64; 3]>; 3] = Default::default();
     let mut below = Vec::new();
     for k in 0..CELL * CELL {
@@ -269,7 +296,7 @@ fn cells(brdf: &dyn Brdf, fit: &GaussianFit, theta: f64, extent: f64) -> [Displa
         let (x, y) = (at(k % CELL), at(k / CELL));
         let angle = x.hypot(y);
         let (sine, cosine) = angle.sin_cos();
-        let d = r * cosine + (DVec3::Y * x + away * y) * (sine / angle.max(1e-9));
+        let d = r * cosine + (aside * x + away * y) * (sine / angle.max(1e-9));
         let data = if d.z > 0.0 { brdf.f_cos(d, wo) } else { [0.0; 3] };
         let fitted = fit.f_cos(d, wo);
         values[0].push(data);
@@ -328,7 +355,11 @@ fn curves(report: &[SliceReport]) -> Drawing {
     }
     for (k, (name, colour)) in LINES.into_iter().enumerate() {
         let value = |r: &SliceReport| 100.0 * [r.of_whole, r.energy, r.norm()][k];
-        let points: Vec<(f64, f64)> = report.iter().map(|r| (x(r.theta.to_degrees()), y(value(r)))).collect();
+        // Of several azimuths the mean.
+        let mean = |rows: &[SliceReport]| rows.iter().map(value).sum::<f64>() / rows.len() as f64;
+        let elevations = report.chunk_by(|a, b| a.theta == b.theta);
+        let points: Vec<(f64, f64)> =
+            elevations.map(|rows| (x(rows[0].theta.to_degrees()), y(mean(rows)))).collect();
         marks.extend(points.iter().map(|at| Mark::Dot { at: *at, colour, radius: 2.5 }));
         // The first may lie below the second.
         marks.push(Mark::Line { points, colour, width: if k == 0 { 6.0 } else { 2.0 } });
@@ -345,7 +376,12 @@ fn parameters(fit: &GaussianFit) -> impl Iterator<Item = Vec<String>> {
     fit.views.iter().enumerate().flat_map(move |(k, lobes)| {
         lobes.iter().enumerate().map(move |(i, l)| {
             let degrees = |a: f64| format!("{:.2}", a.to_degrees());
-            let view = if i == 0 { format!("{:.1}°", fit.theta(k).to_degrees()) } else { String::new() };
+            let theta = fit.theta(k / fit.azimuths).to_degrees();
+            let view = match (i, fit.is_isotropic()) {
+                (0, true) => format!("{theta:.1}°"),
+                (0, false) => format!("{theta:.1}°, {:.1}°", fit.phi(k % fit.azimuths).to_degrees()),
+                _ => String::new(),
+            };
             let report = fit.report.get(k).filter(|_| i == 0);
             let error = report.map_or_else(String::new, |r| {
                 let converged = if r.converged { "" } else { ", not converged" };
@@ -353,7 +389,7 @@ fn parameters(fit: &GaussianFit) -> impl Iterator<Item = Vec<String>> {
             });
             let below = report.map_or_else(String::new, |r| format!("{:.1} %", 100.0 * r.leak));
             let weight = l.weight.map(|w| format!("{w:.4}")).join(" ");
-            vec![
+            let mut row = vec![
                 view,
                 (i + 1).to_string(),
                 degrees(l.angle),
@@ -362,7 +398,12 @@ fn parameters(fit: &GaussianFit) -> impl Iterator<Item = Vec<String>> {
                 weight,
                 error,
                 below,
-            ]
+            ];
+            if !fit.is_isotropic() {
+                row.splice(3..3, [degrees(l.aside)]);
+                row.splice(6..6, [degrees(l.turn)]);
+            }
+            row
         })
     })
 }

@@ -209,7 +209,7 @@ pub fn widths(o: &Options) -> Result<()> {
     let mut rows = Vec::new();
     for degrees in WIDTHS {
         let lobe = GaussianLobe { sigma: degrees.to_radians(), weight: [1.0; 3], ..GaussianLobe::default() };
-        let fit = GaussianFit { diffuse: [0.0; 3], views: vec![vec![lobe]; 2], report: Vec::new() };
+        let fit = GaussianFit::isotropic([0.0; 3], vec![vec![lobe]; 2]);
         let brdf = lobes(fit);
         let truth = Truth::new(stand.traced(&brdf, 1)?);
         let films: Vec<Film> = bakes.iter().map(|b| stand.film(&**b, &brdf)).collect::<Result<_>>()?;

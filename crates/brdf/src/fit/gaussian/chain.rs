@@ -4,7 +4,9 @@ use super::refine::{self, Fitted, Kind};
 use super::slice::{self, Slice};
 use super::{GaussianLobe, order};
 use crate::Brdf;
+use std::borrow::Borrow;
 use steradian_base::{Cancelled, Task};
+use steradian_parallel::prelude::*;
 
 /// Errors below it, squared, are as good as none.
 const FLOOR: f64 = 1e-5;
@@ -20,7 +22,9 @@ pub(super) const JUMP: f64 = 4.0;
 /// albedo is kept, nothing would be left of it for the highlight.
 pub(super) fn diffuse(brdf: &dyn Brdf, kind: Kind) -> [f64; 3] {
     let views = [10.0f64, 35.0, 60.0, 75.0, 85.0].map(f64::to_radians);
-    let wholes = views.map(|theta| Slice::new(brdf, [0.0; 3], theta, kind.stretched));
+    // An azimuth between those that anisotropic reflectance is often symmetric about.
+    let phi = if kind.turned { 0.7 } else { 0.0 };
+    let wholes = views.map(|theta| Slice::new(brdf, [0.0; 3], [theta, phi], kind));
     let mut most = [f64::INFINITY; 3];
     for whole in &wholes {
         most.iter_mut().zip(whole.albedo).for_each(|(m, a)| *m = m.min(a.max(0.0)));
@@ -81,7 +85,7 @@ pub(super) fn candidates(slices: &[Slice], kind: Kind, task: &Task) -> Result<Ve
 }
 
 /// Drops minima that are found twice, and those with more than twice the least error (norm).
-fn distinct(all: &mut Vec<Fitted>) {
+pub(super) fn distinct(all: &mut Vec<Fitted>) {
     let least = all.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
     all.retain(|f| f.error <= 4.0 * least);
     let mut kept: Vec<Fitted> = Vec::with_capacity(all.len());
@@ -90,7 +94,7 @@ fn distinct(all: &mut Vec<Fitted>) {
             let ordered = order::after(&k.lobes, &fit.lobes);
             let close = |(a, b): (&GaussianLobe, &GaussianLobe)| {
                 let (narrow, long) = (a.sigma.min(b.sigma), a.along().min(b.along()));
-                (a.angle - b.angle).abs() < 0.05 * long
+                (a.angle - b.angle).hypot(a.aside - b.aside) < 0.05 * long
                     && (a.sigma - b.sigma).abs() < 0.03 * narrow
                     && (a.along() - b.along()).abs() < 0.03 * long
             };
@@ -131,26 +135,40 @@ pub(super) fn least(all: Vec<Fitted>) -> Option<Fitted> {
     all.into_iter().reduce(|a, b| if b.error < 0.9999 * a.error { b } else { a })
 }
 
+/// The relative errors of what is interpolated midway between the candidates of each slice and those of the slice before: by slice, its
+/// candidates, and those before. `between` are the slices midway.
+pub(super) fn midways<S: Borrow<Slice> + Sync>(found: &[Vec<Fitted>], between: &[S]) -> Vec<Vec<Vec<f64>>> {
+    let of = |i: usize| {
+        let to = |f: &Fitted| found[i].iter().map(|b| midway(between[i].borrow(), b, f)).collect();
+        found[i + 1].iter().map(to).collect()
+    };
+    (0..between.len()).into_par_iter().with_max_len(1).map(of).collect()
+}
+
 /// One candidate of every slice, so that the sum of the relative errors (norms) at the slices and midway between them is least
-/// (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in `found`. `between` are the slices midway.
-pub(super) fn smoothest(slices: &[Slice], found: &[Vec<Fitted>], between: &[Slice], jump: f64) -> Vec<usize> {
+/// (Viterbi 1967), with jumps counted at `jump` times what they exceed: their places in `found`. `middles` are [`midways`]; `more` is what
+/// a candidate of a slice costs beside that.
+pub(super) fn smoothest(
+    slices: &[Slice],
+    found: &[Vec<Fitted>],
+    middles: &[Vec<Vec<f64>>],
+    jump: f64,
+    more: &dyn Fn(usize, usize) -> f64,
+) -> Vec<usize> {
     let own = |i: usize, f: &Fitted| (f.error / slices[i].square[0].max(1e-300)).sqrt();
-    let mut costs: Vec<f64> = found[0].iter().map(|f| own(0, f)).collect();
+    let mut costs: Vec<f64> = found[0].iter().enumerate().map(|(k, f)| own(0, f) + more(0, k)).collect();
     let mut from: Vec<Vec<usize>> = Vec::new();
     for i in 1..slices.len() {
         let mut next = Vec::with_capacity(found[i].len());
         let mut came = Vec::with_capacity(found[i].len());
-        for fit in &found[i] {
+        for (n, fit) in found[i].iter().enumerate() {
             let cost = |k: usize| {
-                let before = &found[i - 1][k];
-                let middle = midway(&between[i - 1], before, fit);
-                // Beyond a quarter more than at the worse of the two it is a jump.
-                let excess = middle - 1.25 * own(i - 1, before).max(own(i, fit));
-                costs[k] + middle + jump * excess.max(0.0)
+                let ends = own(i - 1, &found[i - 1][k]).max(own(i, fit));
+                costs[k] + step(middles[i - 1][n][k], ends, jump)
             };
             let all = (0..found[i - 1].len()).map(|k| (k, cost(k)));
             let (k, cost) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
-            next.push(cost + own(i, fit));
+            next.push(cost + own(i, fit) + more(i, n));
             came.push(k);
         }
         costs = next;
@@ -166,9 +184,19 @@ pub(super) fn smoothest(slices: &[Slice], found: &[Vec<Fitted>], between: &[Slic
     path
 }
 
+/// What an error midway costs, where the worse of the two that it lies between is `ends`.
+pub(super) fn step(middle: f64, ends: f64, jump: f64) -> f64 {
+    // Beyond a quarter more it is a jump.
+    middle + jump * (middle - 1.25 * ends).max(0.0)
+}
+
 /// The relative error of what is interpolated midway between two fits.
-fn midway(slice: &Slice, a: &Fitted, b: &Fitted) -> f64 {
-    let ordered = order::after(&a.lobes, &b.lobes);
-    let lobes = a.lobes.iter().zip(&ordered).map(|(a, b)| a.towards(b, 0.5)).collect();
-    slice.report(&Fitted { lobes, error: f64::NAN, converged: true }).norm()
+pub(super) fn midway(slice: &Slice, a: &Fitted, b: &Fitted) -> f64 {
+    between(slice, &a.lobes, &order::after(&a.lobes, &b.lobes))
+}
+
+/// The same of lobes in one order.
+pub(super) fn between(slice: &Slice, a: &[GaussianLobe], b: &[GaussianLobe]) -> f64 {
+    let lobes: Vec<GaussianLobe> = a.iter().zip(b).map(|(a, b)| a.towards(b, 0.5)).collect();
+    slice.norm(&lobes)
 }

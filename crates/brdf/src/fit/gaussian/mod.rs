@@ -15,6 +15,10 @@
 //! integral 1 (`swept`); its sixth number is the width of that density. 15 elevations of three lobes are 552 bytes in half
 //! precision, with the diffuse part in single.
 //!
+//! Anisotropic reflectance also depends on the azimuth of the view, and its lobes lie beside the plane of n and wo: a lobe has two angles
+//! of its mean, and a third that says along which direction it is swept. M azimuths are equally spaced, 2π(j + ½)/M; between views the logarithm of the 2 × 2 covariance, which has widths and direction, is linear (Arsigny, Fillard, Pennec & Ayache 2006).
+//! Seen along the normal, one fit serves all azimuths, turned.
+//!
 //! The N elevations are equally spaced from 0 to [`LAST`], since at π/2 nothing is seen. In between (in θ_o) the logarithm
 //! of the two widths, the angle of the mean and the weights are linear; beyond the last elevation they stay. T is 0 below the horizon, and
 //! the whole sphere counts: light that a lobe gathers from below is a part of its error, told as [`SliceReport::leak`].
@@ -27,8 +31,10 @@
 //! Only means and widths are searched for: for given ones the weights are the solution of a least-squares problem with
 //! bounds, found exactly (variable projection: Golub & Pereyra 1973; Kaufman 1975 for the derivatives).
 
+mod azimuths;
 mod chain;
 mod order;
+mod quadtree;
 mod refine;
 mod slice;
 mod swept;
@@ -42,8 +48,8 @@ use refine::{Fitted, Kind};
 use slice::Slice;
 use std::f64::consts::PI;
 use steradian_base::{Cancelled, Task};
-pub(crate) use swept::Swept;
 pub use swept::mean_cosine;
+pub(crate) use swept::{Axes, Swept};
 
 /// The last elevation of a fit, radians: 89°.
 pub const LAST: f64 = 89.0 * PI / 180.0;
@@ -77,14 +83,19 @@ pub struct Plan {
     pub views: usize,
     /// What is minimised.
     pub objective: Objective,
-    /// What lobes may be.
+    /// What lobes may be; those of anisotropic reflectance are swept along any direction, whatever this says.
     pub shape: Shape,
+    /// M of anisotropic reflectance, [`MIN_AZIMUTHS`] at least.
+    pub azimuths: usize,
 }
 
+/// M at least.
+pub const MIN_AZIMUTHS: usize = 4;
+
 impl Default for Plan {
-    /// K = 3 and N = 15, the paper's, of stretched lobes.
+    /// K = 3 and N = 15, the paper's, of stretched lobes; and M = 24.
     fn default() -> Self {
-        Self { lobes: 3, views: 15, objective: Objective::Energy, shape: Shape::Stretched }
+        Self { lobes: 3, views: 15, objective: Objective::Energy, shape: Shape::Stretched, azimuths: 24 }
     }
 }
 
@@ -93,42 +104,69 @@ impl Default for Plan {
 pub struct GaussianLobe {
     /// Angle of the mean from the mirror direction, in the plane of n and wo, positive away from n; radians.
     pub angle: f64,
-    /// σ, radians: the width across the plane.
+    /// Angle of the mean out of that plane, positive towards n × wo; radians. 0 where reflectance is isotropic.
+    pub aside: f64,
+    /// σ, radians: the width across the sweep.
     pub sigma: f64,
-    /// s, radians: the width of the angle along the plane over which the Gaussian is swept; 0 for a round lobe.
+    /// s, radians: the width of the angle over which the Gaussian is swept; 0 for a round lobe.
     pub sweep: f64,
+    /// Angle from the plane to the direction of the sweep; radians. 0 where reflectance is isotropic.
+    pub turn: f64,
     /// Weight per channel: what the lobe sends back of constant light.
     pub weight: [f64; 3],
 }
 
 impl GaussianLobe {
-    /// What lies at `t` between this lobe and that of the next elevation.
+    /// What lies at `t` between this lobe and that of the next view.
     fn towards(&self, next: &Self, t: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * t;
-        let sigma = mix(self.sigma.ln(), next.sigma.ln()).exp();
-        let along = mix(self.along().ln(), next.along().ln()).exp();
-        Self {
+        let mut out = Self {
             angle: mix(self.angle, next.angle),
-            sigma,
-            sweep: ((along - sigma) * (along + sigma)).max(0.0).sqrt(),
+            aside: mix(self.aside, next.aside),
             weight: std::array::from_fn(|c| mix(self.weight[c], next.weight[c])),
+            ..Self::default()
+        };
+        if self.turn == 0.0 && next.turn == 0.0 {
+            let along = mix(self.along().ln(), next.along().ln()).exp();
+            out.sigma = mix(self.sigma.ln(), next.sigma.ln()).exp();
+            out.sweep = ((along - out.sigma) * (along + out.sigma)).max(0.0).sqrt();
+        } else {
+            let (a, b) = (self.spread(), next.spread());
+            out.widen([0, 1, 2].map(|i| mix(a[i], b[i])));
         }
+        out
     }
 
-    /// The width along the plane, √(σ² + s²); radians.
+    /// The width along the sweep, √(σ² + s²); radians.
     pub fn along(&self) -> f64 {
         self.sigma.hypot(self.sweep)
     }
 
-    /// The mean, for the view at polar angle `theta` in the plane of x and z (wo at positive x).
-    pub fn mean(&self, theta: f64) -> DVec3 {
-        let (s, c) = (theta + self.angle).sin_cos();
-        DVec3::new(-s, 0.0, c)
+    /// The logarithm of the widths as a matrix, half that of the covariance: in the plane, mixed, out of it.
+    pub fn spread(&self) -> [f64; 3] {
+        let (across, along) = (self.sigma.ln(), self.along().ln());
+        let (s, c) = self.turn.sin_cos();
+        [along * c * c + across * s * s, (along - across) * s * c, along * s * s + across * c * c]
+    }
+
+    /// Takes widths and direction from [`Self::spread`].
+    fn widen(&mut self, [plane, mixed, out]: [f64; 3]) {
+        let (mean, off) = (0.5 * (plane + out), 0.5 * (plane - out));
+        let radius = off.hypot(mixed);
+        self.sigma = (mean - radius).exp();
+        let along = (mean + radius).exp();
+        self.sweep = ((along - self.sigma) * (along + self.sigma)).max(0.0).sqrt();
+        self.turn = 0.5 * mixed.atan2(off);
+    }
+
+    /// Mean, direction of the sweep, and direction across, for the view at polar angle `theta` in the plane of x and z (wo at positive x).
+    pub(crate) fn axes(&self, theta: f64) -> Axes {
+        Axes::new(theta + self.angle, self.aside, self.turn)
     }
 
     /// The lobe for the view at polar angle `theta`, ready to be evaluated.
     pub(crate) fn swept(&self, theta: f64) -> Swept {
-        Swept::new(theta + self.angle, self.sigma, self.sweep)
+        Swept::new(self.axes(theta), self.sigma, self.sweep)
     }
 }
 
@@ -143,6 +181,8 @@ pub(crate) fn density(sigma: f64) -> f64 {
 pub struct SliceReport {
     /// Polar angle of the view, radians.
     pub theta: f64,
+    /// Azimuth of the view, radians; 0 where reflectance is isotropic.
+    pub phi: f64,
     /// ∫ (T − fit)²/∫ T², all channels together: the paper's error as an energy.
     pub energy: f64,
     /// The same integral relative to that of the whole f·cos, squared.
@@ -175,28 +215,42 @@ const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, 30];
 pub struct GaussianFit {
     /// ρ_d, the albedo of the diffuse part per channel.
     pub diffuse: [f64; 3],
-    /// The lobes of every elevation, as many at each, in an order that is kept from one to the next.
+    /// The lobes of every view, as many at each, in an order that is kept from one to the next: by elevation, and at each by azimuth.
     pub views: Vec<Vec<GaussianLobe>>,
+    /// M, 1 where reflectance is isotropic.
+    pub azimuths: usize,
     /// What was found at each elevation; empty where the fit comes from a file.
     pub report: Vec<SliceReport>,
 }
 
 impl GaussianFit {
-    /// Fits an isotropic reflectance.
+    /// A fit of an isotropic reflectance from its parts.
+    pub fn isotropic(diffuse: [f64; 3], views: Vec<Vec<GaussianLobe>>) -> Self {
+        Self { diffuse, views, azimuths: 1, report: Vec::new() }
+    }
+
+    /// Fits a reflectance.
     pub fn new(brdf: &dyn Brdf, plan: Plan, task: &Task) -> Result<Self, Cancelled> {
+        if !brdf.is_isotropic() {
+            return azimuths::fit(brdf, plan, task);
+        }
         let (views, lobes) = (plan.views.max(2), plan.lobes.clamp(1, MAX_LOBES));
         let keep = plan.objective == Objective::Energy;
-        let kind = Kind { lobes, keep, stretched: plan.shape == Shape::Stretched };
+        let kind = Kind { lobes, keep, stretched: plan.shape == Shape::Stretched, turned: false };
         let diffuse = chain::diffuse(brdf, kind);
-        let slice = |x: f64| Slice::new(brdf, diffuse, LAST * x / (views - 1) as f64, kind.stretched);
+        let slice = |x: f64| Slice::new(brdf, diffuse, [LAST * x / (views - 1) as f64, 0.0], kind);
         let slices: Vec<Slice> = (0..views).map(|i| slice(i as f64)).collect();
         let mut found = chain::candidates(&slices, kind, task)?;
         let mut fits: Vec<Fitted> = if keep {
             let between: Vec<Slice> = (1..views).map(|i| slice(i as f64 - 0.5)).collect();
             let jump = if kind.stretched { chain::JUMP } else { 0.0 };
-            let mut path = chain::smoothest(&slices, &found, &between, jump);
+            let choose = |found: &[Vec<Fitted>]| {
+                let middles = chain::midways(found, &between);
+                chain::smoothest(&slices, found, &middles, jump, &|_, _| 0.0)
+            };
+            let mut path = choose(&found);
             if kind.stretched && chain::mend(&slices, &mut found, &between, &path, kind) {
-                path = chain::smoothest(&slices, &found, &between, jump);
+                path = choose(&found);
             }
             found.into_iter().zip(path).map(|(mut all, k)| all.swap_remove(k)).collect()
         } else {
@@ -204,7 +258,7 @@ impl GaussianFit {
         };
         order::align(&mut fits);
         let report = slices.iter().zip(&fits).map(|(s, f)| s.report(f)).collect();
-        Ok(Self { diffuse, views: fits.into_iter().map(|f| f.lobes).collect(), report })
+        Ok(Self { report, ..Self::isotropic(diffuse, fits.into_iter().map(|f| f.lobes).collect()) })
     }
 
     /// The fit of fewest bytes whose [`GaussianFit::worst`] is at most `tolerance`, K and N chosen of 1 … 4 and 4 … 30, with that error;
@@ -232,11 +286,14 @@ impl GaussianFit {
         best.ok_or(Cancelled)
     }
 
-    /// The largest norm of the error relative to that of the whole f·cos, over the elevations of the fit and midway between them.
+    /// The largest norm of the error relative to that of the whole f·cos, over the views of the fit and midway between them.
     pub fn worst(&self, brdf: &dyn Brdf) -> f64 {
-        let midway = (1..self.views.len()).map(|k| {
+        let azimuths =
+            if self.is_isotropic() { vec![0.0] } else { (0..self.azimuths).map(|j| self.phi(j)).collect() };
+        let half = if self.is_isotropic() { 0.0 } else { PI / self.azimuths as f64 };
+        let midway = (1..self.elevations()).flat_map(|k| {
             let theta = 0.5 * (self.theta(k - 1) + self.theta(k));
-            self.error_at(brdf, theta).of_whole
+            azimuths.iter().map(move |phi| self.error_at(brdf, [theta, phi + half]).of_whole)
         });
         self.report.iter().map(|r| r.of_whole).chain(midway).fold(0.0, f64::max).sqrt()
     }
@@ -250,20 +307,34 @@ impl GaussianFit {
         self
     }
 
-    /// Lobes of each elevation.
+    /// Lobes of each view.
     pub fn lobes(&self) -> usize {
         self.views.first().map_or(0, Vec::len)
     }
 
-    /// The lobes for a view at polar angle `theta`; those beyond the last have no weight.
-    pub fn at(&self, theta: f64) -> [GaussianLobe; MAX_LOBES] {
-        let last = self.views.len() - 1;
+    /// N.
+    pub fn elevations(&self) -> usize {
+        self.views.len() / self.azimuths
+    }
+
+    /// Does the azimuth of the view not count?
+    pub fn is_isotropic(&self) -> bool {
+        self.azimuths == 1
+    }
+
+    /// The lobes for a view at polar angle `theta` and azimuth `phi`, which isotropic fits ignore; those beyond the last have no weight.
+    pub fn at(&self, [theta, phi]: [f64; 2]) -> [GaussianLobe; MAX_LOBES] {
+        let last = self.elevations() - 1;
         let x = (theta / LAST).clamp(0.0, 1.0) * last as f64;
         let i = (x as usize).min(last.saturating_sub(1));
-        let (a, b, t) = (&self.views[i], &self.views[(i + 1).min(last)], x - i as f64);
+        let t = x - i as f64;
         let mut out = [GaussianLobe { sigma: 1.0, ..GaussianLobe::default() }; MAX_LOBES];
-        for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
-            *out = a.towards(b, t);
+        let row = |i: usize, j: usize| &self.views[i.min(last) * self.azimuths + j % self.azimuths];
+        let y = (0.5 * phi / PI * self.azimuths as f64 - 0.5).rem_euclid(self.azimuths as f64);
+        let j = if self.is_isotropic() { 0 } else { y as usize };
+        for (k, out) in out.iter_mut().enumerate().take(self.lobes()) {
+            let lobe = |j: usize| row(i, j)[k].towards(&row(i + 1, j)[k], t);
+            *out = if self.is_isotropic() { lobe(0) } else { lobe(j).towards(&lobe(j + 1), y - j as f64) };
         }
         out
     }
@@ -274,36 +345,47 @@ impl GaussianFit {
             return [0.0; 3];
         }
         let mut sum = self.diffuse.map(|d| d / PI * wi.z.max(0.0));
-        let (sine, theta) = (wo.x.hypot(wo.y), crate::math::polar_angle(wo));
+        let sine = wo.x.hypot(wo.y);
         let (x, y) = if sine > 0.0 { (wo.x / sine, wo.y / sine) } else { (1.0, 0.0) };
         let d = DVec3::new(wi.x * x + wi.y * y, wi.y * x - wi.x * y, wi.z);
-        for lobe in &self.at(theta)[..self.lobes()] {
-            let g = lobe.swept(theta).value(d);
+        let view = view_of(wo);
+        for lobe in &self.at(view)[..self.lobes()] {
+            let g = lobe.swept(view[0]).value(d);
             (0..3).for_each(|c| sum[c] += lobe.weight[c] * g);
         }
         sum
     }
 
-    /// The error of the fit against `brdf` at a view between the elevations of the fit: what [`SliceReport::energy`] is at
-    /// those.
-    pub fn error_at(&self, brdf: &dyn Brdf, theta: f64) -> SliceReport {
+    /// The error of the fit against `brdf` at a view, polar angle and azimuth, between those of the fit: what [`SliceReport::energy`] is
+    /// at those.
+    pub fn error_at(&self, brdf: &dyn Brdf, view: [f64; 2]) -> SliceReport {
         let stretched = self.views.iter().flatten().any(|l| l.sweep > 0.0);
-        let slice = Slice::new(brdf, self.diffuse, theta, stretched);
-        let lobes = self.at(theta)[..self.lobes()].to_vec();
+        let kind = Kind { lobes: self.lobes(), keep: true, stretched, turned: !self.is_isotropic() };
+        let slice = Slice::new(brdf, self.diffuse, view, kind);
+        let lobes = self.at(view)[..self.lobes()].to_vec();
         slice.report(&Fitted { lobes, error: f64::NAN, converged: true })
     }
 
     /// The polar angle of an elevation.
-    pub fn theta(&self, view: usize) -> f64 {
-        theta(view, self.views.len())
+    pub fn theta(&self, elevation: usize) -> f64 {
+        LAST * elevation as f64 / (self.elevations() - 1) as f64
+    }
+
+    /// The `j`-th azimuth.
+    pub fn phi(&self, j: usize) -> f64 {
+        let half = if self.is_isotropic() { 0.0 } else { 0.5 };
+        2.0 * PI * (j as f64 + half) / self.azimuths as f64
     }
 
     /// The numbers of the fit as files hold them, lobes in half precision: bytes.
     pub fn bytes(&self) -> usize {
-        4 * 3 + 2 * 6 * self.views.len() * self.lobes()
+        let numbers = if self.is_isotropic() { 6 } else { 8 };
+        4 * 3 + 2 * numbers * self.views.len() * self.lobes()
     }
 }
 
-fn theta(view: usize, views: usize) -> f64 {
-    LAST * view as f64 / (views - 1) as f64
+/// Polar angle and azimuth of `wo`, 0 along the normal.
+pub(crate) fn view_of(wo: DVec3) -> [f64; 2] {
+    let azimuth = if wo.x == 0.0 && wo.y == 0.0 { 0.0 } else { wo.y.atan2(wo.x) };
+    [crate::math::polar_angle(wo), azimuth]
 }

@@ -29,13 +29,15 @@ pub(super) fn after(before: &[GaussianLobe], lobes: &[GaussianLobe]) -> Vec<Gaus
 /// How different two lobes are: of width, of place in widths, counted by the weight that moves.
 fn difference(a: &GaussianLobe, b: &GaussianLobe) -> f64 {
     let stretch = (a.along() / a.sigma * b.sigma / b.along()).ln().abs();
-    let width = (a.sigma / b.sigma).ln().abs() + 0.5 * stretch;
-    let place = (a.angle - b.angle).abs() / (a.along() + b.along());
+    let long = (a.along() / a.sigma).min(b.along() / b.sigma).ln();
+    let width = (a.sigma / b.sigma).ln().abs() + 0.5 * stretch + long * (a.turn - b.turn).sin().abs();
+    let place = (a.angle - b.angle).hypot(a.aside - b.aside) / (a.along() + b.along());
     let weight = |l: &GaussianLobe| l.weight.iter().sum::<f64>();
     (width + place) * (weight(a) + weight(b)) + (weight(a) - weight(b)).abs()
 }
 
-fn permutations(n: usize) -> Vec<Vec<usize>> {
+/// All orders of so many.
+pub(super) fn permutations(n: usize) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for k in 0..n {
         all = all
@@ -58,7 +60,7 @@ mod tests {
 
     #[test]
     fn lobes_keep_their_places() {
-        let lobe = |sigma: f64, w: f64| GaussianLobe { angle: 0.0, sigma, sweep: 0.0, weight: [w; 3] };
+        let lobe = |sigma: f64, w: f64| GaussianLobe { sigma, weight: [w; 3], ..GaussianLobe::default() };
         let fit = |lobes: Vec<GaussianLobe>| Fitted { lobes, error: 0.0, converged: true };
         let (a, b, c) = (lobe(0.1, 0.5), lobe(0.3, 0.2), lobe(0.9, 0.1));
         let mut fits = [fit(vec![c, a, b]), fit(vec![b, c, a]), fit(vec![a, c, b])];

@@ -3,7 +3,7 @@
 use super::slice::Slice;
 use super::weights::{self, Weights};
 use super::{GaussianLobe, MAX_LOBES};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use steradian_simd::{Arch, Kernel};
 
 /// The lobes of one elevation.
@@ -26,8 +26,10 @@ const ENOUGH: [f64; 2] = [1e-5, 1e-4];
 
 /// s at most.
 const FURTHEST: f64 = 1.0;
-/// Polar angle of a mean, away from wo, ln σ and ln s.
-type Place = [f64; 3];
+/// Polar angle of a mean, away from wo, ln σ and ln s; where lobes are turned also its angle out of the plane, and that of the sweep.
+type Place = [f64; 5];
+/// Which of them are angles of the mean.
+const ANGLES: [usize; 2] = [0, 3];
 
 /// What is searched for.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +38,8 @@ pub(super) struct Kind {
     /// Is the albedo kept?
     pub keep: bool,
     pub stretched: bool,
+    /// Is reflectance anisotropic, so that means lie beside the plane and sweeps have directions of their own?
+    pub turned: bool,
 }
 
 /// One state of the search.
@@ -43,8 +47,8 @@ struct State {
     places: Vec<Place>,
     weights: [Weights; 3],
     error: f64,
-    /// ΦᵀΦ of the lobes and their derivatives: with F free numbers of a place, lobe k has rows (1 + F)k (value), then by γ, ln σ
-    /// and ln s.
+    /// ΦᵀΦ of the lobes and their derivatives: with F free numbers of a place, lobe k has rows (1 + F)k (value), then by the
+    /// place's.
     gram: Vec<Vec<f64>>,
     /// Φᵀ T per channel.
     onto: [Vec<f64>; 3],
@@ -93,8 +97,8 @@ impl Kernel for Products<'_> {
 struct Search<'a> {
     slice: &'a Slice,
     kind: Kind,
-    /// Free numbers of a place: 2, or 3 where lobes are stretched. Seen along the normal they are round: isotropic reflectance
-    /// is.
+    /// Free numbers of a place: 2, 3 where lobes are stretched, 5 where they are turned. Seen along the normal those of isotropic
+    /// reflectance are round.
     free: usize,
     columns: Vec<Vec<f64>>,
 }
@@ -108,20 +112,27 @@ struct Run {
 
 impl<'a> Search<'a> {
     fn new(slice: &'a Slice, kind: Kind) -> Self {
-        let free = if kind.stretched && slice.theta > 0.0 { 3 } else { 2 };
+        let free = match kind {
+            Kind { turned: true, .. } => 5,
+            Kind { stretched: true, .. } if slice.theta > 0.0 => 3,
+            _ => 2,
+        };
         Self { slice, kind, free, columns: Vec::new() }
     }
 
-    fn bounds(&self) -> [[f64; 2]; 3] {
+    fn bounds(&self) -> [[f64; 2]; 5] {
         let narrow = (0.25 * self.slice.narrow).max(1e-4);
-        // Seen along the normal, means stay on it.
-        let angle = if self.slice.theta == 0.0 { [0.0; 2] } else { [-FRAC_PI_2, FRAC_PI_2 + 0.3] };
-        [angle, [narrow.ln(), WIDEST.ln()], [(0.1 * narrow).ln(), FURTHEST.ln()]]
+        // Seen along the normal, means of isotropic reflectance stay on it.
+        let fixed = self.slice.theta == 0.0 && !self.kind.turned;
+        let angle = if fixed { [0.0; 2] } else { [-FRAC_PI_2, FRAC_PI_2 + 0.3] };
+        // A turn is an angle of its own that grows as it likes.
+        let turn = [f64::NEG_INFINITY, f64::INFINITY];
+        [angle, [narrow.ln(), WIDEST.ln()], [(0.1 * narrow).ln(), FURTHEST.ln()], [-1.4, 1.4], turn]
     }
 
     /// s of a place.
     fn sweep(&self, place: &Place) -> f64 {
-        if self.free == 3 { place[2].exp() } else { 0.0 }
+        if self.free >= 3 { place[2].exp() } else { 0.0 }
     }
 
     fn state(&mut self, places: Vec<Place>) -> State {
@@ -130,7 +141,8 @@ impl<'a> Search<'a> {
         for (i, place) in places.iter().enumerate() {
             let sweep = self.sweep(place);
             let columns = &mut self.columns[rows * i..rows * (i + 1)];
-            self.slice.gaussian(place[0], place[1].exp(), sweep, columns);
+            let angles = [place[0], place[3], place[4]];
+            self.slice.gaussian(angles, place[1].exp(), sweep, columns);
         }
         let (gram, onto) = steradian_simd::run(Products { columns: &self.columns, t: &self.slice.t });
         let mut small = [[0.0; MAX_LOBES]; MAX_LOBES];
@@ -210,8 +222,10 @@ impl<'a> Search<'a> {
                 for (p, s) in places.iter_mut().zip(step.chunks_exact(self.free)) {
                     // No further than a width sideways and a factor of two in widths at once.
                     let most = p[1].exp().max(self.sweep(p)).max(0.01);
-                    p[0] += s[0].clamp(-most, most);
-                    p[1..].iter_mut().zip(&s[1..]).for_each(|(p, s)| *p += s.clamp(-0.7, 0.7));
+                    for (i, (p, s)) in p.iter_mut().zip(s).enumerate() {
+                        let most = if ANGLES.contains(&i) { most } else { 0.7 };
+                        *p += s.clamp(-most, most);
+                    }
                 }
                 let places = self.inside(places);
                 let next = self.state(places);
@@ -231,12 +245,29 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Searches from each of the starts, `steps` long at most.
+    fn best_of(&mut self, starts: Vec<Vec<Place>>, steps: usize) -> Vec<Fitted> {
+        let count = starts.len();
+        let mut runs: Vec<Run> = starts.into_iter().map(|s| self.begin(s)).collect();
+        if self.kind.stretched {
+            // Those that are behind after some steps seldom win.
+            runs.iter_mut().for_each(|run| self.advance(run, TRIAL));
+            runs.sort_by(|a, b| a.state.error.total_cmp(&b.state.error));
+            runs.truncate(1 + count / 2);
+        }
+        runs.iter_mut().for_each(|run| self.advance(run, steps));
+        runs.into_iter().map(|r| self.end(r)).collect()
+    }
+
     fn end(&self, run: Run) -> Fitted {
         let Run { state, converged, .. } = run;
         let lobe = |(k, p): (usize, &Place)| GaussianLobe {
             angle: p[0] - self.slice.theta,
+            aside: p[3],
             sigma: p[1].exp(),
             sweep: self.sweep(p),
+            // Half a turn changes nothing.
+            turn: p[4] - PI * (p[4] / PI).round(),
             weight: std::array::from_fn(|c| state.weights[c].w[k]),
         };
         Fitted { lobes: state.places.iter().enumerate().map(lobe).collect(), error: state.error, converged }
@@ -257,6 +288,11 @@ fn step(gradient: &[f64], matrix: &[Vec<f64>], damping: f64, largest: f64) -> Op
 /// `starts` of them, `steps` long at most.
 pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> Vec<Fitted> {
     let mut search = Search::new(slice, kind);
+    if kind.turned {
+        let places = |start: Vec<GaussianLobe>| start.iter().map(|l| place(slice.theta, l)).collect();
+        let starts = slice.turned_starts(kind.lobes).into_iter().take(starts).map(places).collect();
+        return search.best_of(starts, steps);
+    }
     let (m, lobes) = (slice.moments(), kind.lobes);
     let count = lobes as f64;
     let spread = m.spread.max(1.5 * m.core).min(1.0);
@@ -265,7 +301,7 @@ pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> 
     let place = |angle: f64, sigma: f64| {
         let (across, along) = (sigma * thin, (sigma / thin).min(0.7));
         let sweep = (along * along - across * across).max(0.01 * across * across).sqrt();
-        [angle, across.ln(), sweep.ln()]
+        [angle, across.ln(), sweep.ln(), 0.0, 0.0]
     };
     let ladder = |from: f64, to: f64| -> Vec<Place> {
         let place = |k: usize| {
@@ -280,22 +316,18 @@ pub(super) fn search(slice: &Slice, kind: Kind, starts: usize, steps: usize) -> 
     };
     let all =
         [ladder(0.7 * m.core, spread), ladder(0.5 * m.core, 2.5 * m.core), (0..lobes).map(along).collect()];
-    let mut runs: Vec<Run> = all.into_iter().take(starts).map(|s| search.begin(s)).collect();
-    if kind.stretched {
-        // Those that are behind after some steps seldom win.
-        runs.iter_mut().for_each(|run| search.advance(run, TRIAL));
-        runs.sort_by(|a, b| a.state.error.total_cmp(&b.state.error));
-        runs.truncate(1 + starts / 2);
-    }
-    runs.iter_mut().for_each(|run| search.advance(run, steps));
-    runs.into_iter().map(|r| search.end(r)).collect()
+    search.best_of(all.into_iter().take(starts).collect(), steps)
 }
 
-/// The search that starts from the lobes of a neighbouring elevation.
+/// Where a lobe is, seen from polar angle `theta`.
+fn place(theta: f64, l: &GaussianLobe) -> Place {
+    [theta + l.angle, l.sigma.ln(), l.sweep.max(0.3 * l.sigma).ln(), l.aside, l.turn]
+}
+
+/// The search that starts from the lobes of a neighbouring view.
 pub(super) fn follow(slice: &Slice, neighbour: &Fitted, kind: Kind) -> Fitted {
     let mut search = Search::new(slice, kind);
-    let place = |l: &GaussianLobe| [slice.theta + l.angle, l.sigma.ln(), l.sweep.max(0.3 * l.sigma).ln()];
-    let mut run = search.begin(neighbour.lobes.iter().map(place).collect());
+    let mut run = search.begin(neighbour.lobes.iter().map(|l| place(slice.theta, l)).collect());
     search.advance(&mut run, STEPS);
     search.end(run)
 }

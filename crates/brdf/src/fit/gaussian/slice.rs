@@ -1,10 +1,10 @@
 //! The reflectance of one elevation of the view at points of the sphere, with their solid angles.
 
-use super::refine::Fitted;
-use super::{SliceReport, Swept};
+use super::refine::{Fitted, Kind};
+use super::{Axes, GaussianLobe, SliceReport, Swept, quadtree};
 use crate::math::{plus, spherical};
 use crate::{Brdf, Domain, Lobe};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
 /// Gauss and Legendre's nodes on (−1, 1) and weights, 5 points.
@@ -26,11 +26,12 @@ const FINEST: f64 = 2e-4;
 #[derive(Debug, Clone)]
 pub(super) struct Slice {
     pub theta: f64,
+    phi: f64,
     /// ρ_d, which T is without.
     diffuse: [f64; 3],
     /// The points: x and z in the plane of n and wo (wo at positive x), y across.
     pub d: Vec<DVec3>,
-    /// Roots of the solid angles; both halves of the sphere are counted.
+    /// Roots of the solid angles; of isotropic reflectance points lie in one half of the sphere and count twice.
     pub root: Vec<f64>,
     /// (f − ρ_d/π) n·wi per channel, times the root.
     pub t: [Vec<f64>; 3],
@@ -50,9 +51,12 @@ pub(super) fn diffuse(brdf: &dyn Brdf, stretched: bool) -> Vec<[f64; 3]> {
     }
     let angles = [0.0, 0.35, 0.7, 1.0];
     let mut found: [Vec<f64>; 3] = Default::default();
+    // Azimuths of the view, and of the light beside it.
+    let (views, lights) = if brdf.is_isotropic() { (1, 9) } else { (4, 16) };
     for (o, i) in angles.iter().flat_map(|o| angles.iter().map(move |i| (*o, *i))) {
-        for k in 0..9 {
-            let (wo, wi) = (spherical(o, 0.0), spherical(i, PI * f64::from(k) / 8.0));
+        for (j, k) in (0..views).flat_map(|j| (0..lights).map(move |k| (j, k))) {
+            let phi = 0.25 * PI * f64::from(j);
+            let (wo, wi) = (spherical(o, phi), spherical(i, phi + PI * f64::from(k) / 8.0));
             let f = brdf.eval(wi, wo);
             (0..3).filter(|c| f[*c].is_finite()).for_each(|c| found[c].push(f[c]));
         }
@@ -96,29 +100,34 @@ fn nodes(bounds: &[f64]) -> Vec<(f64, f64)> {
 }
 
 impl Slice {
-    /// `thin`: highlights may be thinner at grazing views than anywhere else.
-    pub fn new(brdf: &dyn Brdf, diffuse: [f64; 3], theta: f64, thin: bool) -> Self {
-        let wo = spherical(theta, 0.0);
+    /// Of the view at a polar angle and an azimuth.
+    pub fn new(brdf: &dyn Brdf, diffuse: [f64; 3], view: [f64; 2], kind: Kind) -> Self {
+        let wo = spherical(view[0], view[1]);
+        let lobes = brdf.lobes(wo);
         let width = |l: &Lobe| match *l {
             Lobe::Axis { width, .. } | Lobe::Cone { width, .. } | Lobe::Arc { width, .. } => width,
         };
-        let mut narrow = brdf.lobes(wo).iter().map(width).fold(0.3, f64::min).max(FINEST);
-        let mut slice = Self::resolved(brdf, diffuse, theta, narrow);
-        // What reflectances say of their widths is that of other views.
-        for _ in 0..if thin { 4 } else { 0 } {
-            let thin = slice.moments().core * theta.cos().max(0.02).sqrt();
+        let mut narrow = lobes.iter().map(width).fold(0.3, f64::min).max(FINEST);
+        if kind.turned {
+            let rule = quadtree::rule(brdf, diffuse, wo, &lobes);
+            return Self::of(brdf, diffuse, view, rule, narrow);
+        }
+        let mut slice = Self::resolved(brdf, diffuse, view, narrow);
+        // What reflectances say of their widths is that of other views: highlights may be thinner at grazing ones.
+        for _ in 0..if kind.stretched { 4 } else { 0 } {
+            let thin = slice.moments().core * view[0].cos().max(0.02).sqrt();
             if thin > 0.5 * narrow || narrow <= FINEST {
                 break;
             }
             narrow = thin.max(0.25 * narrow).max(FINEST);
-            slice = Self::resolved(brdf, diffuse, theta, narrow);
+            slice = Self::resolved(brdf, diffuse, view, narrow);
         }
         slice
     }
 
-    /// By a rule that resolves widths of `narrow`.
-    fn resolved(brdf: &dyn Brdf, diffuse: [f64; 3], theta: f64, narrow: f64) -> Self {
-        let wo = spherical(theta, 0.0);
+    /// By a rule that resolves widths of `narrow` about the mirror direction.
+    fn resolved(brdf: &dyn Brdf, diffuse: [f64; 3], view: [f64; 2], narrow: f64) -> Self {
+        let wo = spherical(view[0], 0.0);
         let r = DVec3::new(-wo.x, 0.0, wo.z);
         // Towards n from r, and across.
         let up = DVec3::new(r.z, 0.0, -r.x);
@@ -131,10 +140,29 @@ impl Slice {
                 root.push((2.0 * dpsi * dphi * s).max(0.0).sqrt());
             }
         }
+        Self::of(brdf, diffuse, view, (d, root), narrow)
+    }
+
+    /// By points in the frame in which wo has no y, and the roots of their solid angles.
+    fn of(
+        brdf: &dyn Brdf,
+        diffuse: [f64; 3],
+        [theta, phi]: [f64; 2],
+        (d, root): (Vec<DVec3>, Vec<f64>),
+        narrow: f64,
+    ) -> Self {
+        let wo = spherical(theta, phi);
         let mut values = vec![[0.0; 3]; d.len()];
-        brdf.f_cos_batch(&d, wo, &mut values);
+        if phi == 0.0 {
+            brdf.f_cos_batch(&d, wo, &mut values);
+        } else {
+            let turn = DMat3::from_rotation_z(phi);
+            let turned: Vec<DVec3> = d.iter().map(|d| turn * *d).collect();
+            brdf.f_cos_batch(&turned, wo, &mut values);
+        }
         let mut slice = Self {
             theta,
+            phi,
             diffuse,
             t: std::array::from_fn(|_| Vec::with_capacity(d.len())),
             d,
@@ -232,6 +260,7 @@ impl Slice {
         let relative = |[off, all]: [f64; 2]| if all > 0.0 { (off / all).sqrt() } else { 0.0 };
         SliceReport {
             theta: self.theta,
+            phi: self.phi,
             energy: part(self.square[0]),
             of_whole: part(self.square[1]),
             log: relative(log),
@@ -242,11 +271,103 @@ impl Slice {
         }
     }
 
-    /// The lobe about the direction at polar angle `gamma` beyond n (away from wo), and its derivatives by γ, ln σ and ln s as far
-    /// as `out` has places, each times the roots of the solid angles.
-    pub fn gaussian(&self, gamma: f64, sigma: f64, sweep: f64, out: &mut [Vec<f64>]) {
-        let lobe = Swept::new(gamma, sigma, sweep);
-        lobe.columns(&self.d, &self.root, out);
+    /// ‖T − fit‖/‖T‖ of these lobes: [`SliceReport::norm`], without the rest of the report.
+    pub fn norm(&self, lobes: &[GaussianLobe]) -> f64 {
+        let values: Vec<Vec<f64>> = lobes
+            .iter()
+            .map(|l| {
+                let mut value = [Vec::new()];
+                self.gaussian([self.theta + l.angle, l.aside, l.turn], l.sigma, l.sweep, &mut value);
+                let [value] = value;
+                value
+            })
+            .collect();
+        let mut square = 0.0;
+        for (c, t) in self.t.iter().enumerate() {
+            for (i, t) in t.iter().enumerate() {
+                let fitted: f64 = values.iter().zip(lobes).map(|(v, l)| l.weight[c] * v[i]).sum();
+                square += (t - fitted).powi(2);
+            }
+        }
+        if self.square[0] > 0.0 { (square / self.square[0]).sqrt() } else { 0.0 }
+    }
+
+    /// The lobe at the angles of [`Axes::new`], and its derivatives as far as `out` has places, each times the roots of the solid angles.
+    pub fn gaussian(&self, [gamma, aside, turn]: [f64; 3], sigma: f64, sweep: f64, out: &mut [Vec<f64>]) {
+        let lobe = Swept::new(Axes::new(gamma, aside, turn), sigma, sweep);
+        lobe.columns(&Axes::motions(gamma, aside, turn), &self.d, &self.root, out);
+    }
+
+    /// Lobes to start from where they may lie anywhere: widths in two ladders, from the core's to those of all light, and a row along
+    /// the core.
+    pub fn turned_starts(&self, lobes: usize) -> Vec<Vec<GaussianLobe>> {
+        // T² of a Gaussian is half as wide, squared.
+        let core = self.gathered(self.theta, &|t, root| t * t / root.max(1e-12), 2.0);
+        let all = self.gathered(self.theta, &|t, root| t * root, 1.0);
+        let (a, b) = (core.spread(), all.spread());
+        let count = lobes as f64;
+        let ladder = |from: f64, to: [f64; 3]| -> Vec<GaussianLobe> {
+            let lobe = |k: usize| {
+                let t = if lobes > 1 { k as f64 / (count - 1.0) } else { 0.5 };
+                let mix = |a: f64, b: f64| a + t * (b - a);
+                let mut out = GaussianLobe {
+                    angle: mix(core.angle, all.angle),
+                    aside: mix(core.aside, all.aside),
+                    ..GaussianLobe::default()
+                };
+                let near = [a[0] + from.ln(), a[1], a[2] + from.ln()];
+                out.widen([0, 1, 2].map(|i| mix(near[i], to[i])));
+                out
+            };
+            (0..lobes).map(lobe).collect()
+        };
+        let wide = [a[0] + 2.5f64.ln(), a[1], a[2] + 2.5f64.ln()];
+        let (s, c) = core.turn.sin_cos();
+        let row = |k: usize| {
+            let at = 2.0 * ((k as f64 + 0.5) / count - 0.5) * core.along();
+            let along = (1.5 * core.along() / count).max(1.1 * core.sigma);
+            GaussianLobe {
+                angle: core.angle + at * c,
+                aside: core.aside + at * s,
+                sweep: (along * along - core.sigma * core.sigma).sqrt(),
+                ..core
+            }
+        };
+        vec![ladder(0.7, b), ladder(0.5, wide), (0..lobes).map(row).collect()]
+    }
+
+    /// The lobe of the mean and the covariance of light, each point counted as `mass` of T and the root of the solid angle says.
+    fn gathered(&self, theta: f64, mass: &dyn Fn(f64, f64) -> f64, times: f64) -> GaussianLobe {
+        let mass = |i: usize| {
+            let t = self.t.iter().map(|t| t[i].max(0.0)).sum::<f64>();
+            mass(t, self.root[i]).max(0.0) * self.root[i].min(1.0)
+        };
+        let mean = (0..self.len()).map(|i| self.d[i] * mass(i)).sum::<DVec3>().normalize_or(DVec3::Z);
+        let [gamma, aside, _] = Axes::angles(mean, DVec3::Y);
+        let [_, up, side] = Axes::tangents(gamma, aside);
+        let (mut all, mut square) = (0.0, [0.0; 3]);
+        for i in 0..self.len() {
+            let (d, mass) = (self.d[i], mass(i));
+            let (x, y) = (d.dot(up), d.dot(side));
+            let length = x.hypot(y);
+            let scale = if length > 0.0 { length.atan2(d.dot(mean)) / length } else { 1.0 };
+            let (x, y) = (x * scale, y * scale);
+            [x * x, x * y, y * y].iter().zip(&mut square).for_each(|(v, s)| *s += mass * v);
+            all += mass;
+        }
+        let [xx, xy, yy] = square.map(|s| times * s / all.max(1e-300));
+        let (middle, off) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let radius = off.hypot(xy);
+        let narrow = (0.5 * self.narrow).powi(2);
+        let (across, along) = ((middle - radius).max(narrow), (middle + radius).max(1.2 * narrow));
+        GaussianLobe {
+            angle: gamma - theta,
+            aside,
+            sigma: across.sqrt().min(0.8),
+            sweep: (along - across).max(0.05 * across).sqrt().min(0.8),
+            turn: 0.5 * xy.atan2(off),
+            ..GaussianLobe::default()
+        }
     }
 }
 

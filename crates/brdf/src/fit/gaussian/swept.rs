@@ -1,6 +1,6 @@
-//! A spherical Gaussian swept along its great circle: the stretched lobe.
+//! A spherical Gaussian swept along a great circle through its mean: the stretched lobe.
 //!
-//! With m(t) the mean moved by t along the plane of n and wo and Von Mises's density of concentration κ = 1/s² over t,
+//! With m(t) the mean moved by t along the circle (that of n and wo where reflectance is isotropic) and Von Mises's density of concentration κ = 1/s² over t,
 //!
 //! **G_σ,s(d) = ∫ e^(κ cos t)/(2π I₀(κ)) G_σ(m(t), d) dt = c(λ) e^(−λ) I₀(R)/I₀(κ)**,
 //! R² = κ² + λ² (1 − y²) + 2κλ m·d,
@@ -87,13 +87,66 @@ pub fn mean_cosine(sweep: f64) -> f64 {
     if sweep > 0.0 { 1.0 - lag((sweep * sweep).recip()) } else { 1.0 }
 }
 
+/// Where a lobe lies, in the frame in which wo has no y (and positive x): its mean, the direction along which it is swept, and the
+/// one across.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Axes {
+    /// m.
+    pub mean: DVec3,
+    /// Unit tangent of the sweep.
+    pub along: DVec3,
+    /// along × mean.
+    pub across: DVec3,
+}
+
+/// How mean and `across` follow one of the angles of [`Axes::new`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion {
+    mean: DVec3,
+    across: DVec3,
+}
+
+impl Axes {
+    /// The mean at polar angle `gamma` beyond n, away from wo, in the plane of both, then `aside` out of the plane; `turn` is the angle from
+    /// that plane to the direction of the sweep.
+    pub fn new(gamma: f64, aside: f64, turn: f64) -> Self {
+        let [_, up, side] = Self::tangents(gamma, aside);
+        let (s, c) = turn.sin_cos();
+        Self { mean: Self::tangents(gamma, aside)[0], along: up * c + side * s, across: side * c - up * s }
+    }
+
+    /// The mean, and the unit directions in which `gamma` and `aside` move it.
+    pub fn tangents(gamma: f64, aside: f64) -> [DVec3; 3] {
+        let ((s, c), (sb, cb)) = (gamma.sin_cos(), aside.sin_cos());
+        let plane = DVec3::new(-s, 0.0, c);
+        [plane * cb + DVec3::Y * sb, DVec3::new(-c, 0.0, -s), DVec3::Y * cb - plane * sb]
+    }
+
+    /// The angles of [`Self::new`], `turn` in −π/2 … π/2.
+    pub fn angles(mean: DVec3, along: DVec3) -> [f64; 3] {
+        let (gamma, aside) = ((-mean.x).atan2(mean.z), mean.y.atan2(mean.x.hypot(mean.z)));
+        let [_, up, side] = Self::tangents(gamma, aside);
+        let (c, s) = (along.dot(up), along.dot(side));
+        [gamma, aside, if c < 0.0 { (-s).atan2(-c) } else { s.atan2(c) }]
+    }
+
+    /// Derivatives by the three angles.
+    pub fn motions(gamma: f64, aside: f64, turn: f64) -> [Motion; 3] {
+        let [mean, up, side] = Self::tangents(gamma, aside);
+        let ((sb, cb), (s, c)) = (aside.sin_cos(), turn.sin_cos());
+        let plane = mean * cb - side * sb;
+        [
+            Motion { mean: up * cb, across: plane * s - up * (c * sb) },
+            Motion { mean: side, across: mean * -c },
+            Motion { mean: DVec3::ZERO, across: -(up * c + side * s) },
+        ]
+    }
+}
+
 /// One lobe, ready to be evaluated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Swept {
-    /// m.
-    pub mean: DVec3,
-    /// dm/dγ: along the plane, away from n.
-    turned: DVec3,
+    axes: Axes,
     lambda: f64,
     /// κ, and 1/I₀(κ) scaled; `None` for a round lobe.
     sweep: Option<(f64, f64, f64)>,
@@ -103,18 +156,16 @@ pub(crate) struct Swept {
 }
 
 impl Swept {
-    /// The mean at polar angle `gamma` beyond n, away from wo, which lies at positive x; widths in radians.
-    pub fn new(gamma: f64, sigma: f64, sweep: f64) -> Self {
+    /// Widths in radians.
+    pub fn new(axes: Axes, sigma: f64, sweep: f64) -> Self {
         let lambda = (sigma * sigma).recip();
-        let (s, c) = gamma.sin_cos();
         // Below a hundredth of σ a sweep changes nothing.
         let swept = (sweep > 0.01 * sigma).then(|| {
             let kappa = (sweep * sweep).recip();
             (kappa, bessel0(kappa).recip(), lag(kappa))
         });
         Self {
-            mean: DVec3::new(-s, 0.0, c),
-            turned: DVec3::new(-c, 0.0, -s),
+            axes,
             lambda,
             sweep: swept,
             peak: density(sigma),
@@ -124,71 +175,79 @@ impl Swept {
 
     /// Per steradian.
     pub fn value(&self, d: DVec3) -> f64 {
-        let below = 0.5 * (d - self.mean).length_squared();
+        let below = 0.5 * (d - self.axes.mean).length_squared();
         let lambda = self.lambda;
         let Some((kappa, scale, _)) = self.sweep else {
             let e = -lambda * below;
             return if e > TAIL { self.peak * e.exp() } else { 0.0 };
         };
-        let (r, e) = self.radius(d, below, kappa);
+        let (r, e) = self.radius(d.dot(self.axes.across), below, kappa);
         if e > TAIL { self.peak * e.exp() * bessel0(r) * scale } else { 0.0 }
     }
 
     /// R, and R − κ − λ without cancellation.
-    fn radius(&self, d: DVec3, below: f64, kappa: f64) -> (f64, f64) {
+    fn radius(&self, y: f64, below: f64, kappa: f64) -> (f64, f64) {
         let (lambda, whole) = (self.lambda, kappa + self.lambda);
-        let short = lambda * (lambda * d.y * d.y + 2.0 * kappa * below);
+        let short = lambda * (lambda * y * y + 2.0 * kappa * below);
         let r = (whole * whole - short).max(0.0).sqrt();
         (r, -short / (r + whole))
     }
 
     /// What [`Self::slopes`] gives at each point, as far as `out` has places, times the roots of the solid angles.
-    pub fn columns(&self, d: &[DVec3], root: &[f64], out: &mut [Vec<f64>]) {
+    pub fn columns(&self, motions: &[Motion; 3], d: &[DVec3], root: &[f64], out: &mut [Vec<f64>]) {
         out.iter_mut().for_each(|to| to.resize(d.len(), 0.0));
         let mut done = 0;
         if self.sweep.is_none_or(|(kappa, ..)| kappa + self.lambda > 15.0 - TAIL) {
             let (groups, roots) = (d.as_chunks::<LANES>().0, root.as_chunks::<LANES>().0);
             done = groups.len() * LANES;
-            steradian_simd::run(Columns { lobe: *self, d: groups, root: roots, out });
+            steradian_simd::run(Columns { lobe: *self, motions, d: groups, root: roots, out });
         }
         for i in done..d.len() {
-            for (to, v) in out.iter_mut().zip(self.slopes(d[i])) {
+            for (to, v) in out.iter_mut().zip(self.slopes(motions, d[i])) {
                 to[i] = v * root[i];
             }
         }
     }
 
-    /// The value, and its derivatives by γ, ln σ and ln s.
-    pub fn slopes(&self, d: DVec3) -> [f64; 4] {
-        let below = 0.5 * (d - self.mean).length_squared();
-        let (lambda, along) = (self.lambda, d.dot(self.turned));
-        let Some((kappa, scale, lag_kappa)) = self.sweep else {
-            let e = -lambda * below;
-            if e <= TAIL {
-                return [0.0; 4];
+    /// The value, and its derivatives by γ, ln σ, ln s, and the angles out of the plane and of the sweep.
+    pub fn slopes(&self, motions: &[Motion; 3], d: DVec3) -> [f64; 6] {
+        let Axes { mean, along, across } = self.axes;
+        let below = 0.5 * (d - mean).length_squared();
+        let lambda = self.lambda;
+        // The value, its derivatives by m·d and by y over the value's scale, and by ln σ and ln s.
+        let [value, by_mean, by_y, sigma, sweep] = match self.sweep {
+            None => {
+                let e = -lambda * below;
+                let value = if e > TAIL { self.peak * e.exp() } else { return [0.0; 6] };
+                [value, value * lambda, 0.0, -2.0 * lambda * value * (self.slope - below), 0.0]
             }
-            let value = self.peak * e.exp();
-            return [value, value * lambda * along, -2.0 * lambda * value * (self.slope - below), 0.0];
+            Some((kappa, scale, lag_kappa)) => {
+                let y = d.dot(across);
+                let (r, e) = self.radius(y, below, kappa);
+                if e <= TAIL {
+                    return [0.0; 6];
+                }
+                let value = self.peak * e.exp() * bessel0(r) * scale;
+                let inverse = r.max(1e-12).recip();
+                let ratio = 1.0 - lag(r);
+                let cosine = 1.0 - below;
+                // ∂R/∂λ − 1 and ∂R/∂κ − 1.
+                let by_lambda = (lambda * (1.0 - y * y) + kappa * cosine) * inverse;
+                let aside = lambda * d.dot(along);
+                let lean = -aside * aside * inverse / (r + kappa + lambda * cosine).max(1e-12);
+                let by_kappa = ratio * (1.0 + lean) - 1.0 + lag_kappa;
+                let by_r = value * ratio * lambda * inverse;
+                [
+                    value,
+                    by_r * kappa,
+                    -by_r * lambda * y,
+                    -2.0 * lambda * value * (self.slope - 1.0 + ratio * by_lambda),
+                    -2.0 * kappa * value * by_kappa,
+                ]
+            }
         };
-        let (r, e) = self.radius(d, below, kappa);
-        if e <= TAIL {
-            return [0.0; 4];
-        }
-        let value = self.peak * e.exp() * bessel0(r) * scale;
-        let inverse = r.max(1e-12).recip();
-        let ratio = 1.0 - lag(r);
-        let cosine = 1.0 - below;
-        // ∂R/∂λ − 1 and ∂R/∂κ − 1.
-        let across = d.y * d.y;
-        let by_lambda = (lambda * (1.0 - across) + kappa * cosine) * inverse;
-        let lean = -(lambda * along) * (lambda * along) * inverse / (r + kappa + lambda * cosine).max(1e-12);
-        let by_kappa = ratio * (1.0 + lean) - 1.0 + lag_kappa;
-        [
-            value,
-            value * ratio * kappa * lambda * inverse * along,
-            -2.0 * lambda * value * (self.slope - 1.0 + ratio * by_lambda),
-            -2.0 * kappa * value * by_kappa,
-        ]
+        let [gamma, aside, turn] = motions.map(|m| by_mean * d.dot(m.mean) + by_y * d.dot(m.across));
+        [value, gamma, sigma, sweep, aside, turn]
     }
 }
 
@@ -199,6 +258,7 @@ const LANES: usize = 8;
 /// points of whole groups of lanes.
 struct Columns<'a> {
     lobe: Swept,
+    motions: &'a [Motion; 3],
     d: &'a [[DVec3; LANES]],
     root: &'a [[f64; LANES]],
     out: &'a mut [Vec<f64>],
@@ -209,21 +269,23 @@ impl Kernel for Columns<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let Swept { mean, turned, lambda, sweep, peak, slope } = self.lobe;
+        let Swept { axes: Axes { mean, along, across }, lambda, sweep, peak, slope } = self.lobe;
         let (kappa, scale, lag_kappa) = sweep.unwrap_or((1e8, 1.0, 0.0));
         let round = sweep.is_none();
+        let [gamma, aside, turn] = *self.motions;
+        let in_plane = self.out.len() <= 4;
         for (i, (d, root)) in self.d.iter().zip(self.root).enumerate() {
-            let mut values = [[0.0; LANES]; 4];
+            let mut values = [[0.0; LANES]; 6];
             let x: [f64; LANES] = std::array::from_fn(|k| d[k].x);
             let y: [f64; LANES] = std::array::from_fn(|k| d[k].y);
             let z: [f64; LANES] = std::array::from_fn(|k| d[k].z);
+            let dot = |v: DVec3, k: usize| x[k] * v.x + y[k] * v.y + z[k] * v.z;
             for k in 0..LANES {
-                let (p, q) = (x[k] - mean.x, z[k] - mean.z);
-                let below = 0.5 * (p * p + y[k] * y[k] + q * q);
-                let along = x[k] * turned.x + z[k] * turned.z;
-                let across = y[k] * y[k];
+                let (p, q, o) = (x[k] - mean.x, z[k] - mean.z, y[k] - mean.y);
+                let below = 0.5 * (p * p + o * o + q * q);
+                let (along, off) = (dot(along, k), dot(across, k));
                 let whole = kappa + lambda;
-                let short = lambda * (lambda * across + 2.0 * kappa * below);
+                let short = lambda * (lambda * off * off + 2.0 * kappa * below);
                 let r = (whole * whole - short).max(225.0).sqrt();
                 let inverse = 1.0 / r;
                 let e = if round { -lambda * below } else { -short / (r + whole) };
@@ -232,17 +294,23 @@ impl Kernel for Columns<'_> {
                 let value = peak * exp(e.max(-60.0)) * bessel * root;
                 let ratio = 1.0 - far_lag(inverse);
                 let cosine = 1.0 - below;
-                let by_lambda = (lambda * (1.0 - across) + kappa * cosine) * inverse;
-                let aside = lambda * along;
-                let lean = -aside * aside * inverse / (r + kappa + lambda * cosine).max(1e-12);
+                let by_lambda = (lambda * (1.0 - off * off) + kappa * cosine) * inverse;
+                let leaning = lambda * along;
+                let lean = -leaning * leaning * inverse / (r + kappa + lambda * cosine).max(1e-12);
                 let by_kappa = ratio * (1.0 + lean) - 1.0 + lag_kappa;
+                let by_mean = value * lambda * if round { 1.0 } else { ratio * kappa * inverse };
+                let by_y = if round { 0.0 } else { -value * ratio * lambda * lambda * off * inverse };
                 values[0][k] = value;
-                values[1][k] = value * aside * if round { 1.0 } else { ratio * kappa * inverse };
+                values[1][k] = by_mean * dot(gamma.mean, k) + by_y * dot(gamma.across, k);
                 values[2][k] = -2.0
                     * lambda
                     * value
                     * if round { slope - below } else { slope - 1.0 + ratio * by_lambda };
                 values[3][k] = if round { 0.0 } else { -2.0 * kappa * value * by_kappa };
+                if !in_plane {
+                    values[4][k] = by_mean * dot(aside.mean, k) + by_y * dot(aside.across, k);
+                    values[5][k] = by_mean * dot(turn.mean, k) + by_y * dot(turn.across, k);
+                }
             }
             for (to, values) in self.out.iter_mut().zip(values) {
                 to[i * LANES..(i + 1) * LANES].copy_from_slice(&values);
@@ -292,6 +360,10 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
+    fn in_plane(gamma: f64, sigma: f64, sweep: f64) -> Swept {
+        Swept::new(Axes::new(gamma, 0.0, 0.0), sigma, sweep)
+    }
+
     fn directions(n: usize) -> impl Iterator<Item = DVec3> {
         (0..n).map(move |k| {
             let z = 1.0 - (2 * k + 1) as f64 / n as f64;
@@ -305,19 +377,19 @@ mod tests {
     #[test]
     fn a_swept_gaussian_is_the_mean_of_its_gaussians() {
         for (sigma, sweep) in [(0.1, 0.3), (0.3, 0.1), (0.5, 0.9), (0.2, 0.05), (1.0, 1.0)] {
-            let lobe = Swept::new(0.7, sigma, sweep);
+            let lobe = in_plane(0.7, sigma, sweep);
             let kappa = f64::powi(sweep, -2);
             let sum = |d: DVec3| {
                 let (mut sum, mut all) = (0.0, 0.0);
                 for k in 0..2000 {
                     let t = PI * (f64::from(k) + 0.5) / 1000.0;
                     let w = (kappa * (t.cos() - 1.0)).exp();
-                    sum += w * Swept::new(0.7 + t, sigma, 0.0).value(d);
+                    sum += w * in_plane(0.7 + t, sigma, 0.0).value(d);
                     all += w;
                 }
                 sum / all
             };
-            let top = lobe.value(lobe.mean);
+            let top = lobe.value(lobe.axes.mean);
             for d in directions(40) {
                 let (a, b) = (lobe.value(d), sum(d));
                 assert!((a - b).abs() < 1e-6 * top, "{sigma} {sweep}: {a} {b}");
@@ -328,28 +400,48 @@ mod tests {
         }
     }
 
+    /// Places: in the plane of incidence, and out of it with the sweep turned.
+    const PLACES: [[f64; 3]; 3] = [[0.7, 0.0, 0.0], [0.7, 0.4, 1.1], [-0.2, -0.8, -0.5]];
+
     #[test]
     fn slopes_are_derivatives() {
-        for (sigma, sweep) in [(0.1, 0.3), (0.02, 0.01), (0.5, 0.9), (0.3, 0.0), (0.004, 0.05)] {
-            for k in 0..12 {
-                let (s, c) = (0.7 + sigma * (0.3 * f64::from(k) - 2.0)).sin_cos();
-                let d = DVec3::new(-s, 0.5 * sigma, c).normalize();
-                let at =
-                    |g: f64, a: f64, b: f64| Swept::new(0.7 + g, sigma * a.exp(), sweep * b.exp()).value(d);
-                let h = 1e-4;
-                let lobe = Swept::new(0.7, sigma, sweep);
-                let [value, g, a, b] = lobe.slopes(d);
-                assert_eq!(value, lobe.value(d));
-                let top = lobe.value(lobe.mean);
-                let step = h * sigma;
-                let wants = [
-                    (g * sigma, (at(step, 0.0, 0.0) - at(-step, 0.0, 0.0)) / (2.0 * h)),
-                    (a, (at(0.0, h, 0.0) - at(0.0, -h, 0.0)) / (2.0 * h)),
-                    (b, (at(0.0, 0.0, h) - at(0.0, 0.0, -h)) / (2.0 * h)),
-                ];
-                for (i, (got, want)) in wants.into_iter().enumerate() {
-                    assert!((got - want).abs() < 1e-4 * top, "{sigma} {sweep} {k} {i}: {got} {want}");
+        for place in PLACES {
+            for (sigma, sweep) in [(0.1, 0.3), (0.02, 0.01), (0.5, 0.9), (0.3, 0.0), (0.004, 0.05)] {
+                for k in 0..12 {
+                    let axes = Axes::new(place[0], place[1], place[2]);
+                    let off = sigma * (0.3 * f64::from(k) - 2.0);
+                    let d = (axes.mean + axes.along * off + axes.across * (0.5 * sigma)).normalize();
+                    let at = |by: [f64; 5]| {
+                        let axes = Axes::new(place[0] + by[0], place[1] + by[3], place[2] + by[4]);
+                        Swept::new(axes, sigma * by[1].exp(), sweep * by[2].exp()).value(d)
+                    };
+                    let lobe = Swept::new(axes, sigma, sweep);
+                    let slopes = lobe.slopes(&Axes::motions(place[0], place[1], place[2]), d);
+                    assert_eq!(slopes[0], lobe.value(d));
+                    let top = lobe.value(lobe.axes.mean);
+                    for i in 0..5 {
+                        let h = if i == 0 || i == 3 { 1e-4 * sigma } else { 1e-4 };
+                        let unit = h / 1e-4;
+                        let step = |h: f64| std::array::from_fn(|j| if j == i { h } else { 0.0 });
+                        let want = (at(step(h)) - at(step(-h))) / (2.0 * h) * unit;
+                        let got = slopes[1 + i] * unit;
+                        // A turned sweep moves by its length.
+                        let most = 1e-4 * top * if i == 4 { 1.0 + sweep / sigma } else { 1.0 };
+                        assert!((got - want).abs() < most, "{sigma} {sweep} {k} {i}: {got} {want}");
+                    }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn angles_are_those_of_the_axes() {
+        for [gamma, aside, turn] in PLACES {
+            let axes = Axes::new(gamma, aside, turn);
+            assert!((axes.along.cross(axes.mean) - axes.across).length() < 1e-12);
+            for along in [axes.along, -axes.along] {
+                let got = Axes::angles(axes.mean, along);
+                assert!([gamma, aside, turn].iter().zip(got).all(|(a, b)| (a - b).abs() < 1e-12), "{got:?}");
             }
         }
     }
@@ -360,16 +452,20 @@ mod tests {
         let d: Vec<DVec3> = directions(1003).collect();
         let root: Vec<f64> = (0..d.len()).map(|k| 1.0 + k as f64 / 500.0).collect();
         for (sigma, sweep) in [(0.1, 0.3), (0.02, 0.01), (0.5, 0.9), (0.3, 0.0), (0.12, 0.001), (0.05, 1.0)] {
-            let lobe = Swept::new(0.7, sigma, sweep);
-            let mut out: [Vec<f64>; 4] = Default::default();
-            lobe.columns(&d, &root, &mut out);
-            let top = lobe.value(lobe.mean);
-            for (i, d) in d.iter().enumerate() {
-                let want = lobe.slopes(*d);
-                for c in 0..4 {
-                    let scale = top * [1.0, 1.0 / sigma, 1.0, 1.0][c] * root[i];
-                    let (got, want) = (out[c][i], want[c] * root[i]);
-                    assert!((got - want).abs() < 1e-6 * scale, "{sigma} {sweep} {i} {c}: {got} {want}");
+            for [gamma, aside, turn] in PLACES {
+                let lobe = Swept::new(Axes::new(gamma, aside, turn), sigma, sweep);
+                let motions = Axes::motions(gamma, aside, turn);
+                let mut out: [Vec<f64>; 6] = Default::default();
+                lobe.columns(&motions, &d, &root, &mut out);
+                let top = lobe.value(lobe.axes.mean);
+                for (i, d) in d.iter().enumerate() {
+                    let want = lobe.slopes(&motions, *d);
+                    for c in 0..6 {
+                        let scale =
+                            top * [1.0, 1.0 / sigma, 1.0, 1.0, 1.0 / sigma, sweep / sigma][c] * root[i];
+                        let (got, want) = (out[c][i], want[c] * root[i]);
+                        assert!((got - want).abs() <= 1e-6 * scale, "{sigma} {sweep} {i} {c}: {got} {want}");
+                    }
                 }
             }
         }

@@ -31,22 +31,24 @@ fn phong_is_one_gaussian() {
 fn lobes_that_are_there_are_found() {
     let known = |t: f64| {
         vec![
-            GaussianLobe { angle: -0.05 * t, sigma: 0.05 + 0.02 * t, sweep: 0.0, weight: [0.3, 0.2, 0.1] },
+            GaussianLobe {
+                angle: -0.05 * t,
+                sigma: 0.05 + 0.02 * t,
+                weight: [0.3, 0.2, 0.1],
+                ..GaussianLobe::default()
+            },
             GaussianLobe {
                 angle: -0.3 * t,
                 sigma: 0.3 - 0.05 * t,
-                sweep: 0.0,
                 weight: [0.1, 0.2, 0.3 - 0.1 * t],
+                ..GaussianLobe::default()
             },
         ]
     };
-    let truth = GaussianFit {
-        diffuse: [0.0; 3],
-        views: (0..9).map(|i| known(f64::from(i) / 8.0)).collect(),
-        report: Vec::new(),
-    };
+    let truth = GaussianFit::isotropic([0.0; 3], (0..9).map(|i| known(f64::from(i) / 8.0)).collect());
     let brdf = crate::model::lobes::Lobes::new("lobes:a".into(), truth.clone());
-    let plan = Plan { lobes: 2, views: 9, objective: Objective::Published, shape: Shape::Round };
+    let plan =
+        Plan { lobes: 2, views: 9, objective: Objective::Published, shape: Shape::Round, ..Plan::default() };
     let found = GaussianFit::new(&brdf, plan, &Task::quiet()).expect("not cancelled");
     for (a, b) in found.views.iter().flatten().zip(truth.views.iter().flatten()) {
         assert!((a.sigma / b.sigma - 1.0).abs() < 0.02 && (a.angle - b.angle).abs() < 0.004, "{a:?} {b:?}");
@@ -81,7 +83,7 @@ fn errors_of_the_dim() {
     let doubled = known.clone().scaled([2.0; 3]);
     let brdf = parse("sgd:red-phenolic").expect("a spec");
     for theta in [0.2, 0.9] {
-        let (once, twice) = (known.error_at(&*brdf, theta), doubled.error_at(&*brdf, theta));
+        let (once, twice) = (known.error_at(&*brdf, [theta, 0.0]), doubled.error_at(&*brdf, [theta, 0.0]));
         // (2^(1/3) − 1): all of the lobes are twice as high; the diffuse part is that of the slice.
         assert!(once.cube_root < 0.1 && twice.cube_root > once.cube_root, "{once:?} {twice:?}");
         assert!(once.log < 0.1 && twice.log > once.log, "{once:?} {twice:?}");
@@ -113,7 +115,10 @@ fn the_albedo_is_kept() {
 #[test]
 fn every_freedom_pays() {
     let mean = |lobes, objective| {
-        let found = fit("ggx:alpha=0.2,f0=0.9", Plan { lobes, views: 9, objective, shape: Shape::Round });
+        let found = fit(
+            "ggx:alpha=0.2,f0=0.9",
+            Plan { lobes, views: 9, objective, shape: Shape::Round, ..Plan::default() },
+        );
         found.report.iter().take(8).map(|r| r.energy).sum::<f64>() / 8.0
     };
     let errors = [1, 2, 3, 4].map(|k| mean(k, Objective::Published));
@@ -129,7 +134,7 @@ fn in_between_it_is_as_good() {
     for spec in ["ggx:alpha=0.2,f0=0.9", "sgd:gold-metallic-paint", "dielectric:alpha=0.15"] {
         let (brdf, found) = (parse(spec).expect(spec), fit(spec, Plan::default()));
         for i in 0..13 {
-            let middle = found.error_at(&*brdf, 0.5 * (found.theta(i) + found.theta(i + 1))).norm();
+            let middle = found.error_at(&*brdf, [0.5 * (found.theta(i) + found.theta(i + 1)), 0.0]).norm();
             let worse = found.report[i].norm().max(found.report[i + 1].norm());
             assert!(
                 middle <= 1.25 * worse || middle < 0.15,

@@ -6,6 +6,7 @@ use crate::certify::Report;
 use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use crate::{BakeError, Material, Part};
+use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::fit::gaussian::{
     GaussianFit, GaussianLobe, LAST, MAX_LOBES, Objective, Plan, Shape, mean_cosine,
@@ -24,8 +25,10 @@ params! {
         pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
         /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
         pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
+        /// M.
+        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 24.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
         /// What the fit's lobes may be: 0 round, 1 stretched.
-        pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own)").preset("round"),
+        pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own; those of anisotropic reflectance are stretched, along any direction)").preset("round"),
         /// Lookups of a lobe at most.
         pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
         /// What stands in the way of light, as one of [`VISIBILITY`].
@@ -41,9 +44,9 @@ params! {
     }
 }
 
-/// Words of `visibility`.
 /// Most lookups of a lobe.
 pub(super) const MAX_TAPS: f64 = 64.0;
+/// Words of `visibility`.
 const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
 
 impl Params {
@@ -65,6 +68,8 @@ impl Params {
 
 /// Rows of the table from one view of the fit to the next: enough for logarithms of σ to become levels.
 const FINER: usize = 8;
+/// The same where reflectance is anisotropic, and of columns from one azimuth to the next.
+const FINER_TURNED: usize = 2;
 
 /// A reflectance and its lobes.
 pub struct Fitted {
@@ -82,7 +87,7 @@ impl Fitted {
             Form::Gaussians(fit) => fit,
             _ => {
                 let shape = if p.shape == 1 { Shape::Stretched } else { Shape::Round };
-                let plan = Plan { lobes: p.lobes, views: p.views, objective, shape };
+                let plan = Plan { lobes: p.lobes, views: p.views, objective, shape, azimuths: p.azimuths };
                 GaussianFit::new(&*m.brdf, plan, task)?
             }
         };
@@ -119,11 +124,17 @@ impl Part for Fitted {
     }
 }
 
-/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe.
+/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is anisotropic each row goes once around by the
+/// azimuth of the view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
-    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up, their number.
+    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up, their number; of anisotropic
+    /// reflectance the mean's angles in the plane of incidence and out of it, level and number.
     pub means: Vec<[f32; 4]>,
+    /// Of anisotropic reflectance that deviation squared, times cosine and sine of twice the angle from the plane to the sweep; 0, 0.
+    pub sweeps: Vec<[f32; 4]>,
+    /// Columns of a row: 1, or those by the azimuth.
+    pub columns: usize,
     /// Weights, 0.
     pub weights: Vec<[f32; 4]>,
     /// A_1, A_2, A_3 of the Gaussian that is looked up, 0; empty where visibility is not convolved with it.
@@ -138,6 +149,11 @@ impl Views {
     /// Views of each lobe.
     pub fn count(&self) -> usize {
         self.means.len() / self.lobes
+    }
+
+    /// Does the azimuth of the view count?
+    pub(super) fn is_turned(&self) -> bool {
+        self.columns > 1
     }
 
     /// Is there a diffuse part?
@@ -173,15 +189,32 @@ fn taps(lobe: &GaussianLobe, most: usize) -> [f64; 3] {
 /// Joins chain and fit.
 pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> (Views, Report) {
     let (fit, lobes) = (&m.fit, m.fit.lobes());
-    let rows = (fit.views.len() - 1) * FINER + 1;
-    let at: Vec<_> = (0..rows).map(|i| fit.at(LAST * i as f64 / (rows - 1) as f64)).collect();
+    let finer = if fit.is_isotropic() { FINER } else { FINER_TURNED };
+    let rows = (fit.elevations() - 1) * finer + 1;
+    let columns = if fit.is_isotropic() { 1 } else { fit.azimuths * finer + 1 };
+    let view = |i: usize| {
+        let around = 2.0 * PI * (i % columns) as f64 / (columns - 1).max(1) as f64;
+        [LAST * (i / columns) as f64 / (rows - 1) as f64, around]
+    };
+    let at: Vec<_> = (0..rows * columns).map(|i| fit.at(view(i))).collect();
     let row = |k: usize, i: usize| at[i][k.min(MAX_LOBES - 1)];
-    let all = || (0..lobes).flat_map(move |k| (0..rows).map(move |i| (k, i)));
+    let all = || (0..lobes).flat_map(move |k| (0..rows * columns).map(move |i| (k, i)));
     let means = all().map(|(k, i)| {
         let lobe = row(k, i);
         let [sigma, sweep, count] = taps(&lobe, p.taps);
-        [lobe.angle, light.level(sigma), sweep, count].map(|v| v as f32)
+        let level = light.level(sigma);
+        let numbers = if columns > 1 {
+            [lobe.angle, lobe.aside, level, count]
+        } else {
+            [lobe.angle, level, sweep, count]
+        };
+        numbers.map(|v| v as f32)
     });
+    let sweep = |(k, i): (usize, usize)| {
+        let [_, sweep, _] = taps(&row(k, i), p.taps);
+        let (s, c) = (2.0 * row(k, i).turn).sin_cos();
+        [sweep * sweep * c, sweep * sweep * s, 0.0, 0.0].map(|v| v as f32)
+    };
     let weight = |(k, i): (usize, usize)| {
         let [r, g, b] = row(k, i).weight;
         [r as f32, g as f32, b as f32, 0.0]
@@ -193,6 +226,8 @@ pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> 
     };
     let views = Views {
         means: means.collect(),
+        sweeps: if columns > 1 { all().map(sweep).collect() } else { Vec::new() },
+        columns,
         weights: all().map(weight).collect(),
         zonal: if p.is_convolved() { all().map(zonal).collect() } else { Vec::new() },
         lobes,
@@ -244,30 +279,52 @@ fn report(light: &Light, fit: &GaussianFit, p: &Params) -> Report {
 
 impl Part for Views {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let shape = || vec![self.lobes, self.count(), 4];
+        let shape = || match self.columns {
+            1 => vec![self.lobes, self.count(), 4],
+            columns => vec![self.lobes, self.count() / columns, columns, 4],
+        };
         put_f32(to, format!("{prefix}.means"), shape(), self.means.concat());
         put_f32(to, format!("{prefix}.weights"), shape(), self.weights.concat());
         put_f32(to, format!("{prefix}.diffuse"), vec![3], self.diffuse.to_vec());
+        if self.is_turned() {
+            put_f32(to, format!("{prefix}.sweeps"), shape(), self.sweeps.concat());
+        }
         if !self.zonal.is_empty() {
             put_f32(to, format!("{prefix}.zonal"), shape(), self.zonal.concat());
         }
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let table = |name: String| -> Result<(usize, Vec<[f32; 4]>), PartError> {
-            let (shape, v) = get_f32(from, &name, 3)?;
-            let valid = (1..=MAX_LOBES).contains(&shape[0]) && shape[1] >= 2 && shape[2] == 4;
-            if valid { Ok((shape[0], v.as_chunks().0.to_vec())) } else { Err(PartError::Unexpected(name)) }
+        let sweeps = format!("{prefix}.sweeps");
+        let turned = from.tensors.contains_key(&sweeps);
+        // Lobes, columns, numbers.
+        let table = |name: String| -> Result<([usize; 2], Vec<[f32; 4]>), PartError> {
+            let (shape, v) = get_f32(from, &name, if turned { 4 } else { 3 })?;
+            let columns = if turned { shape[2] } else { 1 };
+            let valid = (1..=MAX_LOBES).contains(&shape[0])
+                && shape[1] >= 2
+                && shape[shape.len() - 1] == 4
+                && (!turned || columns >= 2);
+            if !valid {
+                return Err(PartError::Unexpected(name));
+            }
+            Ok(([shape[0], columns], v.as_chunks().0.to_vec()))
         };
         let name = format!("{prefix}.means");
-        let (lobes, means) = table(name.clone())?;
+        let (size, means) = table(name.clone())?;
+        let [lobes, columns] = size;
         // Shading looks up as often as the fourth says.
         if means.iter().any(|m| !(0.0..=MAX_TAPS as f32).contains(&m[3])) {
             return Err(PartError::Unexpected(name));
         }
         let name = format!("{prefix}.weights");
         let (other, weights) = table(name.clone())?;
-        if other != lobes || weights.len() != means.len() {
+        if other != size || weights.len() != means.len() {
+            return Err(PartError::Unexpected(name));
+        }
+        let name = sweeps;
+        let (other, sweeps) = if turned { table(name.clone())? } else { (size, Vec::new()) };
+        if other != size || ![0, means.len()].contains(&sweeps.len()) {
             return Err(PartError::Unexpected(name));
         }
         let name = format!("{prefix}.diffuse");
@@ -278,10 +335,10 @@ impl Part for Views {
         if ![0, means.len()].contains(&zonal.len()) {
             return Err(PartError::Unexpected(name));
         }
-        Ok(Self { means, weights, zonal, lobes, diffuse })
+        Ok(Self { means, sweeps, columns, weights, zonal, lobes, diffuse })
     }
 
     fn bytes(&self) -> usize {
-        16 * (2 * self.means.len() + self.zonal.len()) + 12
+        16 * (2 * self.means.len() + self.sweeps.len() + self.zonal.len()) + 12
     }
 }

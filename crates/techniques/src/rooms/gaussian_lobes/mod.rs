@@ -13,8 +13,8 @@
 //!
 //! V = 1, or section 3.3 with eq. 7: each lookup is multiplied by the visibility V(r + μ_k) of the point, of a few bands of
 //! spherical harmonics baked at the vertices of a mesh (`visibility`); from the diffuse part their blocked irradiance is taken
-//! (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each other is left out. Refused: anisotropic reflectance, point
-//! lights.
+//! (PRT: Sloan, Kautz & Snyder 2002). Light that surfaces send to each other is left out. Anisotropic reflectance has lobes by elevation and
+//! azimuth of the view, beside the plane of incidence and along directions of their own (`turned`). Refused: point lights.
 
 mod bake;
 #[cfg(test)]
@@ -24,11 +24,12 @@ mod normals;
 mod shade;
 #[cfg(test)]
 mod tests;
+mod turned;
 mod visibility;
 
 use crate::certify::Report;
 use crate::gpu::{LightTables, Uniform};
-use crate::shared::{material::reflectance, trials::lights};
+use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, Varies, View,
@@ -52,9 +53,9 @@ impl Technique for GaussianLobes {
         equation: "L_o = ρ_d E/π + Σ_k w_k V(r + μ_k) (G_σk ⋆ L)(r + μ_k)",
         light: "one chain of cube maps for all materials: itself, then convolved with Gaussians of doubling width",
         visibility: "none: V = 1; or where asked for per site and lobe, spherical harmonics of 2 to 4 bands outside the integral",
-        reflectance: "any isotropic, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a \
-                      kilobyte; the albedo of every fitted view exact",
-        materials: reflectance::isotropic,
+        reflectance: "any, measured too: a diffuse part and up to four Gaussians by the elevation of the view, in a kilobyte, and where it \
+                      is anisotropic by the azimuth too; the albedo of every fitted view exact",
+        materials: |_| Ok(()),
         specimens: &[
             "ggx:alpha=0.04,f0=0.9/0.6/0.3",
             "ggx:alpha=0.25,f0=0.9/0.6/0.3",
@@ -87,13 +88,15 @@ impl Technique for GaussianLobes {
             global: true,
             diffuse: true,
             certain_isotropic: true,
+            certain_anisotropic: true,
             all_isotropic: true,
+            all_anisotropic: true,
             bump_mapping: true,
             self_shadowing: true,
             dynamic_objects: true,
             ..Capabilities::NONE
         },
-        needs: Needs { environment: true, sites: false, uv: false, tangents: false, view: false },
+        needs: Needs { environment: true, sites: false, uv: false, tangents: true, view: false },
         waived: &[],
     };
     type Params = Params;
@@ -137,7 +140,9 @@ impl Technique for GaussianLobes {
     }
 
     fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-        if q.has_lobes() && b.transfer.bands() == 0 {
+        if b.linked.is_turned() {
+            turned::shade(b, f, q, out);
+        } else if q.has_lobes() && b.transfer.bands() == 0 {
             normals::shade(b, f, q, out);
         } else {
             shade::shade(b, f, q, out);
@@ -158,10 +163,15 @@ impl Technique for GaussianLobes {
     }
 
     fn varies(b: &Bake<Self>) -> Varies {
-        Varies { normals: b.transfer.bands() == 0, ..Varies::NONE }
+        Varies { normals: widens(b), ..Varies::NONE }
     }
 
     fn gpu_varied(b: &Bake<Self>, f: &Frame) -> Option<GpuTechnique> {
-        (b.transfer.bands() == 0).then(|| normals::gpu(b, f))
+        widens(b).then(|| normals::gpu(b, f))
     }
+}
+
+/// Do lobes widen where normals vary?
+fn widens(b: &Bake<GaussianLobes>) -> bool {
+    b.transfer.bands() == 0 && !b.linked.is_turned()
 }

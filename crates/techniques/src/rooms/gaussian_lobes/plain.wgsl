@@ -4,5 +4,5 @@ fn shade(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     if !(d > 0.0) {
         return vec3<f32>(0.0);
     }
-    return technique.diffuse.rgb * fetch_irradiance(technique.turn * n) + lobes(n, 2.0 * d * n - wo, min(d, 1.0), 0.0);
+    return technique.diffuse.rgb * fetch_irradiance(technique.turn * n) + lobes_of(n, t, wo, d, 0.0);
 }

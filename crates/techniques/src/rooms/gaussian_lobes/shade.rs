@@ -1,14 +1,16 @@
 //! Per lobe two lookups in tables of views and one in the chain, times what is seen there; the `.wgsl` files have the same
 //! functions.
 
-use super::GaussianLobes;
 use super::bake::{MAX_TAPS, Views};
 use super::light::Light;
 use super::visibility::{self, Blocked, DIFFUSE, MOST};
+use super::{GaussianLobes, turned};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::maths::angle::{angle, sin_cos};
+use crate::shared::maths::vector::tangent;
 use crate::shared::points::batch::{self, Block, BlockShader, Lanes, WIDTH};
+use crate::shared::points::central;
 use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::{light::sh_light, maths::harmonics};
@@ -103,7 +105,7 @@ impl Frame {
 
     /// What of the diffuse part is blocked at point `i`.
     #[inline(always)]
-    fn blocked(&self, q: &Points<'_>, i: usize) -> [f32; 3] {
+    pub(super) fn blocked(&self, q: &Points<'_>, i: usize) -> [f32; 3] {
         let mut sum = [0.0; 3];
         let unknown = q.site.index.iter().any(|s| s.is_empty()) || q.site.weight.iter().any(|s| s.is_empty());
         if self.blocked.is_empty() || unknown {
@@ -283,7 +285,14 @@ impl<const BANDS: usize> BlockShader for Shader<'_, BANDS> {
 
 /// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its weight.
 pub(super) fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
-    let r = (2.0 * n.dot(wo) * n - wo).as_vec3().to_array();
+    let to = |v: DVec3| v.as_vec3().to_array();
+    if v.is_turned() {
+        let n = to(n);
+        let place = turned::Place::new(v, n, tangent(n), to(wo));
+        let lobes = (0..v.lobes).map(|i| place.lobe(v, i));
+        return lobes.map(|l| (l.mean, l.zonal, l.weight.iter().map(|w| f64::from(*w)).sum())).collect();
+    }
+    let r = to(2.0 * n.dot(wo) * n - wo);
     let cos_o = n.dot(wo) as f32;
     let (n, [sine, x], count) = (n.as_vec3().to_array(), elevation(cos_o), v.count());
     let lobe = |i: usize| {
@@ -332,18 +341,29 @@ fn hidden_diffuse(diffuse: bool) -> String {
 
 pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
     let (light, v, blocked) = (&b.light, &b.linked, &b.transfer);
-    let line = |name, rows: &[[f32; 4]]| {
-        let level = Level { width: rows.len(), height: 1, layers: 1, bytes: texel_bytes(rows.iter()) };
-        Table { name, shape: Shape::Line, format: Format::Rgba32Float, level }
+    // By the elevation alone lobe after lobe in a line, else a plane each.
+    let views = |name, rows: &[[f32; 4]]| {
+        let bytes = texel_bytes(rows.iter());
+        let (shape, [width, height, layers]) = match v.columns {
+            1 => (Shape::Line, [rows.len(), 1, 1]),
+            columns => (Shape::PlaneStack, [columns, v.count() / columns, v.lobes]),
+        };
+        Table { name, shape, format: Format::Rgba32Float, level: Level { width, height, layers, bytes } }
     };
-    let counts = [v.lobes as f32, v.count() as f32, (v.means.len() - 1) as f32, SCALE];
+    let counts = match v.is_turned() {
+        false => [v.lobes as f32, v.count() as f32, (v.means.len() - 1) as f32, SCALE],
+        true => [v.lobes as f32, SCALE, 0.0, 0.0],
+    };
     let [red, green, blue] = v.diffuse;
     let mut tables = vec![
         light.chain.table("chain"),
         cube_table("irradiance", &light.irradiance),
-        line("means", &v.means),
-        line("weights", &v.weights),
+        views("means", &v.means),
+        views("weights", &v.weights),
     ];
+    if v.is_turned() {
+        tables.push(views("sweeps", &v.sweeps));
+    }
     let mut uniforms = f.uniforms();
     uniforms.push(Uniform { name: "counts", value: Value::Vec4(counts) });
     uniforms.push(Uniform { name: "diffuse", value: Value::Vec4([red, green, blue, 0.0]) });
@@ -358,11 +378,6 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
         let open = ["", include_str!("ambient.wgsl"), include_str!("published.wgsl")][bands.min(2)];
         let open = open.replace("THIRD", if bands > 3 { "0.21875" } else { "0.0" });
         modules.push(open.into());
-        let zonal = if v.zonal.is_empty() { "vec4<f32>(1.0)" } else { "fetch_zonal(at)" };
-        modules.push(format!("fn zonal_at(at: f32) -> vec4<f32> {{\n    return {zonal};\n}}\n").into());
-        if !v.zonal.is_empty() {
-            tables.push(line("zonal", &v.zonal));
-        }
         let per = |name, s: &crate::shared::geometry::transport::PerSite| {
             Buffer::new(name, s.stride, s.data.clone())
         };
@@ -372,7 +387,21 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
         }
         Entry::SITE
     };
-    modules.push(include_str!("shade.wgsl").into());
+    let (arguments, fetch) = match v.is_turned() {
+        false => ("at: f32", "fetch_zonal(at)"),
+        true => ("at: vec2<f32>, i: u32", "fetch_zonal_layer(at, i)"),
+    };
+    let zonal = if v.zonal.is_empty() { "vec4<f32>(1.0)" } else { fetch };
+    modules.push(format!("fn zonal_at({arguments}) -> vec4<f32> {{\n    return {zonal};\n}}\n").into());
+    if !v.zonal.is_empty() {
+        tables.push(views("zonal", &v.zonal));
+    }
+    modules.push(include_str!("taps.wgsl").into());
+    if v.is_turned() {
+        modules.extend([central::TANGENT.into(), include_str!("turned.wgsl").into()]);
+    } else {
+        modules.push(include_str!("shade.wgsl").into());
+    }
     modules.push(if bands == 0 { include_str!("plain.wgsl") } else { include_str!("site.wgsl") }.into());
     GpuTechnique { slug: GaussianLobes::CARD.slug, modules, entry, tables, uniforms, buffers }
 }

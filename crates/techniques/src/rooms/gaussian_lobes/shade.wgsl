@@ -9,33 +9,6 @@ fn mean_direction(n: vec3<f32>, r: vec3<f32>, cosine: f32, sine: f32, angle: f32
     return (cos(angle) + s * cosine) * r - s * n;
 }
 
-// Lookups: one, or three at least.
-fn number(taps: f32) -> f32 {
-    return select(1.0, max(ceil(taps - 1e-3), 3.0), taps > 1.001);
-}
-
-// Where lookup k of `taps` lies, of -1 ... 1.
-fn place(k: f32, taps: f32) -> f32 {
-    return (2.0 * k + 1.0) / taps - 1.0;
-}
-
-// Its weight.
-fn tap(at: f32) -> f32 {
-    return exp(-2.0 * at * at);
-}
-
-// The sum of the weights, and by what places are multiplied so that their variance is 1.
-fn spread(taps: f32) -> vec2<f32> {
-    var all = 0.0;
-    var square = 0.0;
-    for (var k = 0.0; k < taps; k += 1.0) {
-        let at = place(k, taps);
-        all += tap(at);
-        square += at * at * tap(at);
-    }
-    return vec2<f32>(all, sqrt(all / max(square, 1e-6)));
-}
-
 // The sine of theta_o, and theta_o over 89 degrees.
 fn elevation(cos_o: f32) -> vec2<f32> {
     let cosine = min(cos_o, 1.0);
@@ -62,4 +35,8 @@ fn lobes(n: vec3<f32>, r: vec3<f32>, cosine: f32, b: Blocked) -> vec3<f32> {
         }
     }
     return sum;
+}
+
+fn lobes_of(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>, d: f32, b: Blocked) -> vec3<f32> {
+    return lobes(n, 2.0 * d * n - wo, min(d, 1.0), b);
 }

@@ -5,6 +5,9 @@ use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::points::batch::Point;
 use steradian_brdf::central::Centre;
 
+/// `tangent(n, t)` in WGSL: [`tangent`].
+pub const TANGENT: &str = include_str!("tangent.wgsl");
+
 /// The point's tangent; where the batch has none, that of surfaces without tangents: t = normalize(a × n), a = +Y if
 /// |n·y| < 0.99, else +X.
 #[inline(always)]

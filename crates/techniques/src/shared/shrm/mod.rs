@@ -9,6 +9,7 @@ mod params;
 mod powers;
 mod scale;
 
+use crate::shared::points::central;
 use std::borrow::Cow;
 use steradian_brdf::ATAN2;
 
@@ -23,8 +24,12 @@ pub use scale::ScaleTable;
 pub const TOLERANCE: f64 = 0.05;
 
 /// The WGSL text of directions, strands among them.
-pub const DIRECTIONS: [&str; 3] =
-    [ATAN2, include_str!("../maths/harmonics.wgsl"), include_str!("../points/central.wgsl")];
+pub const DIRECTIONS: [&str; 4] = [
+    ATAN2,
+    include_str!("../maths/harmonics.wgsl"),
+    central::TANGENT,
+    include_str!("../points/central.wgsl"),
+];
 
 /// The WGSL text that the local and the global form have before their own: directions, and the diffuse part, if there is
 /// one.
