@@ -348,7 +348,11 @@ fn a_changed_factor_rebakes_alone() {
         let foreign =
             ["oren-nayar:sigma=0.3", "ggx:ax=0.1,ay=0.4,f0=1", "kajiya-kay:s=10000000"].map(material);
         let refused = |m: &&Material| (t.card().materials)(&*m.brdf).is_err();
-        let m = foreign.iter().find(refused).expect("no technique takes everything");
+        // One fits every reflectance.
+        let Some(m) = foreign.iter().find(refused) else {
+            assert_eq!(t.card().slug, "gaussian_lobes");
+            continue;
+        };
         assert!(b.with_material(m, &Task::quiet()).is_err());
         assert_eq!(shade(&*b, &points), shade(fresh, &points));
     }
