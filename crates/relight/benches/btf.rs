@@ -30,7 +30,7 @@ fn main() {
         Method::Local { clusters: 32, components: 8 },
         Method::Local { clusters: 16, components: 8 },
         Method::View { components: 12 },
-        Method::Chained { terms: 3, halves: 21, differences: 64 },
+        Method::Chained { terms: 3, halves: 21, differences: 128 },
     ] {
         let start = Instant::now();
         let c = Compressed::new(&btf, method, &|| true).expect("nobody stops it");

@@ -13,6 +13,7 @@ use steradian_light::load::{FileLayout, LoadOptions, Loaded, Profile, load_files
 use steradian_light::{Lamp, Lights, adjust as placed};
 use steradian_prefilter::source::add_small_lights;
 use steradian_prefilter::{Cosine, Sampled, SmallLight, Zonal, filter_image};
+use steradian_relight::polynomial::Basis;
 use steradian_render::{MIN_ALPHA, NormalMap, SurfaceMaps, Texture};
 use steradian_scene::{Mesh, shapes};
 use steradian_sphere::sh::{self, ShRgb};
@@ -441,6 +442,7 @@ impl Session {
         &mut self,
         path: &Path,
         content: Content,
+        basis: Basis,
     ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
         let one = |t: Arc<Texture>| vec![(String::new(), t)];
         let empty = || Error::input(format!("{}: is empty", path.display()));
@@ -458,7 +460,7 @@ impl Session {
                 let (w, h, planes) = self.data(path)?;
                 one(Texture::new(w, h, &planes).map(Arc::new).ok_or_else(empty)?)
             }
-            Content::Polynomials => self.polynomial_planes(path)?,
+            Content::Polynomials => self.polynomial_planes(path, basis)?,
             // No texture: [`Session::open_local`] reads it.
             Content::Bidirectional => Vec::new(),
         })

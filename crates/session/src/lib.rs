@@ -81,5 +81,6 @@ pub use scene::{FOV, Scene};
 pub use scene_file::SceneOverrides;
 pub use session::{Backend, GpuPath, Session, Shadows};
 pub use steradian_base::{Missed, Outcome};
+pub use steradian_relight::polynomial::Basis;
 pub use table::LookupTable;
 pub use tabulate::MEASUREMENTS;

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
 use steradian_brdf::SharedBrdf;
 use steradian_relight::btf::Btf;
+use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
 use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
@@ -170,7 +171,8 @@ impl Session {
     /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
         let files: Vec<(&'static Plane, PathBuf)> = local.files().map(|(p, f)| (p, f.into())).collect();
-        let (planes, apparent) = self.open_planes(&files, folder)?;
+        let basis = local.technique.basis(&local.params);
+        let (planes, apparent) = self.open_planes(&files, basis, folder)?;
         Ok(Local { planes, apparent, made: Arc::default(), ..local.clone() })
     }
 
@@ -196,12 +198,13 @@ impl Session {
             }
         };
         let files: Vec<_> = t.planes().iter().filter_map(named).collect();
-        Ok(self.open_planes(&files, folder)?.0)
+        Ok(self.open_planes(&files, Basis::default(), folder)?.0)
     }
 
     fn open_planes(
         &mut self,
         files: &[(&'static Plane, PathBuf)],
+        basis: Basis,
         folder: Option<&Path>,
     ) -> Result<(Planes, Option<Arc<Btf>>), Error> {
         let (mut planes, mut apparent) = (Planes::default(), None);
@@ -213,7 +216,7 @@ impl Session {
             if plane.content == Content::Bidirectional {
                 apparent = Some(Arc::new(self.btf(&file)?));
             }
-            for (suffix, texture) in self.plane(&file, plane.content)? {
+            for (suffix, texture) in self.plane(&file, plane.content, basis)? {
                 if let Some(([i, j], x)) = plane.beyond(&texture) {
                     let ([least, most], name) = (plane.range, plane.name);
                     let why = format!("texel ({i}, {j}) has {x}: {name} takes {least} to {most}");

@@ -8,7 +8,8 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 use steradian_formats::{Ptm, PtmTexels, Raster, read_image, read_lp, read_ptm, write_ptm};
-use steradian_relight::polynomial::{Fit, FitError, LUMINANCE, Photographs, evaluate, normal};
+use steradian_parallel::prelude::*;
+use steradian_relight::polynomial::{Basis, Fit, FitError, LUMINANCE, Photographs, brightest, evaluate};
 use steradian_scene::surface::{Texture, Wrap};
 
 /// Extensions of polynomial texture maps.
@@ -43,18 +44,19 @@ impl Session {
     /// Fits the polynomial texture map `path` (`PTM_FORMAT_LRGB`) to the photographs that a list of light positions names, in
     /// its folder or below. Coefficients in the file are bytes: off by half a step of their range over all texels.
     pub fn fit_polynomials(&mut self, list: &Path, path: &Path) -> Result<PolynomialFacts, Error> {
-        let (map, facts) = self.photographs(list)?;
-        write_ptm(path, &map)?;
+        let (Sums { width, height, luminance, color }, facts) = self.photographs::<6>(list)?;
+        let texels = PtmTexels::Lrgb { luminance, color };
+        write_ptm(path, &Ptm { width, height, texels })?;
         Ok(facts)
     }
 
     /// The polynomials of the photographs that a list of light positions names.
-    fn photographs(&mut self, list: &Path) -> Result<(Ptm, PolynomialFacts), Error> {
+    fn photographs<const N: usize>(&mut self, list: &Path) -> Result<(Sums<N>, PolynomialFacts), Error> {
         let lights = read_lp(list, &self.limits())?;
         self.note_input(list);
         let fault = |e: FitError| Error::input(format!("{}: {e}", list.display()));
         let directions: Vec<DVec3> = lights.iter().map(|l| DVec3::from(l.position)).collect();
-        let fit = Fit::new(&directions).map_err(fault)?;
+        let fit = Fit::<N>::new(&directions).map_err(fault)?;
         let folder = list.parent().unwrap_or(Path::new(""));
         let mut size = None;
         let mut all = None;
@@ -73,81 +75,155 @@ impl Session {
             let planes = raster
                 .into_rgb()
                 .ok_or_else(|| Error::input(format!("{}: has no colour", file.display())))?;
-            let sums: &mut Photographs<'_> = all.get_or_insert_with(|| Photographs::new(&fit, w * h));
+            let sums: &mut Photographs<'_, N> = all.get_or_insert_with(|| Photographs::new(&fit, w * h));
             sums.add([&planes[0], &planes[1], &planes[2]]).map_err(fault)?;
             self.task.advance(1);
         }
         self.task.end();
         let (width, height) = size.unwrap_or_default();
-        let texels = all.map_or(PtmTexels::Rgb(Default::default()), Photographs::finish);
+        let (luminance, color) = all.map(Photographs::finish).unwrap_or_default();
         let facts = PolynomialFacts { width, height, photographs: lights.len(), condition: fit.condition() };
-        Ok((Ptm { width, height, texels }, facts))
+        Ok((Sums { width, height, luminance, color }, facts))
     }
 
-    /// Polynomials of a file (.ptm), or of the photographs that a list of lights names (.lp).
-    fn polynomials(&mut self, path: &Path) -> Result<Ptm, Error> {
-        if is_lp(&path.to_string_lossy()) {
-            return Ok(self.photographs(path)?.0);
+    /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put behind their name: six of a
+    /// file (.ptm), as many as the basis has of the photographs that a list of lights names (.lp).
+    pub(crate) fn polynomial_planes(
+        &mut self,
+        path: &Path,
+        basis: Basis,
+    ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
+        if !is_lp(&path.to_string_lossy()) {
+            let map = self.map_file(path, basis)?;
+            let plane = |k: usize, c: usize| match &map.texels {
+                PtmTexels::Lrgb { luminance, color } => coloured(luminance, color, k, c),
+                PtmTexels::Rgb(all) => all[c].iter().map(|a| a[k] / WHITE).collect(),
+            };
+            return textures(path, (map.width, map.height), basis.terms(), plane);
+        }
+        match basis {
+            Basis::Biquadratic => self.photographed_planes::<6>(path),
+            Basis::Harmonics9 => self.photographed_planes::<9>(path),
+            Basis::Harmonics16 => self.photographed_planes::<16>(path),
+        }
+    }
+
+    fn photographed_planes<const N: usize>(
+        &mut self,
+        list: &Path,
+    ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
+        let (sums, _) = self.photographs::<N>(list)?;
+        let plane = |k: usize, c: usize| coloured(&sums.luminance, &sums.color, k, c);
+        textures(list, (sums.width, sums.height), N, plane)
+    }
+
+    /// A polynomial texture map of a file, which has six coefficients and no others.
+    fn map_file(&mut self, path: &Path, basis: Basis) -> Result<Ptm, Error> {
+        if basis != Basis::Biquadratic {
+            let why = "holds biquadratic polynomials: spherical harmonics are fitted to photographs (.lp), for basis=";
+            return Err(Error::usage(format!("{}: {why}{}", path.display(), basis.name())));
         }
         let map = read_ptm(path, &self.limits())?;
         self.note_input(path);
         Ok(map)
     }
 
-    /// The coefficients as six textures of red, green and blue, in units of which white is 1, and what is put behind their
-    /// name.
-    pub(crate) fn polynomial_planes(&mut self, path: &Path) -> Result<Vec<(String, Arc<Texture>)>, Error> {
-        let map = self.polynomials(path)?;
-        let n = map.width * map.height;
-        let plane = |k: usize, c: usize| -> Vec<f32> {
-            match &map.texels {
-                PtmTexels::Lrgb { luminance, color } => {
-                    let colour = |t: usize| f32::from(color[t][c]) / WHITE;
-                    (0..n).map(|t| luminance[t][k] / WHITE * colour(t)).collect()
+    /// A map of a polynomial texture map, or of the photographs that a list of lights names, by a basis: where each texel is brightest,
+    /// as a tangent-space normal map, green up, or what it reflects there.
+    pub fn polynomial_map(
+        &mut self,
+        path: &Path,
+        part: PolynomialPart,
+        basis: Basis,
+    ) -> Result<Raster, Error> {
+        if !is_lp(&path.to_string_lossy()) {
+            let map = self.map_file(path, basis)?;
+            let size = (map.width, map.height);
+            return Ok(match &map.texels {
+                PtmTexels::Lrgb { luminance, color } => mapped(size, luminance, color, part),
+                PtmTexels::Rgb(all) => {
+                    let texel = |t: usize| {
+                        let a = [0, 1, 2].map(|c| all[c][t].map(f64::from));
+                        let grey: [f64; 6] =
+                            std::array::from_fn(|k| (0..3).map(|c| LUMINANCE[c] * a[c][k]).sum());
+                        let n = brightest(&grey).unwrap_or(DVec3::Z);
+                        match part {
+                            PolynomialPart::Normal => (0.5 + 0.5 * n).as_vec3().to_array(),
+                            PolynomialPart::Albedo => a.map(|a| evaluate(&a, n).max(0.0) as f32 / WHITE),
+                        }
+                    };
+                    raster(size, texel)
                 }
-                PtmTexels::Rgb(all) => all[c].iter().map(|a| a[k] / WHITE).collect(),
-            }
-        };
-        let texture = |k: usize| {
-            let t = Texture::new(map.width, map.height, &[plane(k, 0), plane(k, 1), plane(k, 2)]);
-            let t = t.map(|t| Arc::new(t.with_wrap([Wrap::Clamp; 2])));
-            t.ok_or_else(|| Error::input(format!("{}: is empty", path.display())))
-        };
-        (0..6).map(|k| Ok((format!(".{k}"), texture(k)?))).collect()
+            });
+        }
+        match basis {
+            Basis::Biquadratic => self.photographed_map::<6>(path, part),
+            Basis::Harmonics9 => self.photographed_map::<9>(path, part),
+            Basis::Harmonics16 => self.photographed_map::<16>(path, part),
+        }
     }
 
-    /// A map of a polynomial texture map: where each texel is brightest, as a tangent-space normal map, green up, or what it
-    /// reflects there.
-    pub fn polynomial_map(&mut self, path: &Path, part: PolynomialPart) -> Result<Raster, Error> {
-        let map = self.polynomials(path)?;
-        let (luminance, colour): (Vec<[f64; 6]>, Vec<[f64; 3]>) = match &map.texels {
-            PtmTexels::Lrgb { luminance, color } => (
-                luminance.iter().map(|a| a.map(f64::from)).collect(),
-                color.iter().map(|c| c.map(|x| f64::from(x) / f64::from(WHITE))).collect(),
-            ),
-            PtmTexels::Rgb(all) => {
-                let of = |t: usize| -> [f64; 6] {
-                    std::array::from_fn(|k| (0..3).map(|c| LUMINANCE[c] * f64::from(all[c][t][k])).sum())
-                };
-                ((0..all[0].len()).map(of).collect(), Vec::new())
-            }
-        };
-        let texel = |t: usize| -> [f32; 3] {
-            let n = normal(&luminance[t]).unwrap_or(DVec3::Z);
-            match (part, &map.texels) {
-                (PolynomialPart::Normal, _) => (0.5 + 0.5 * n).as_vec3().to_array(),
-                (PolynomialPart::Albedo, PtmTexels::Lrgb { .. }) => {
-                    let l = evaluate(&luminance[t], n).max(0.0) / f64::from(WHITE);
-                    colour[t].map(|c| (c * l) as f32)
-                }
-                (PolynomialPart::Albedo, PtmTexels::Rgb(all)) => [0, 1, 2].map(|c| {
-                    let l = evaluate(&all[c][t].map(f64::from), n).max(0.0);
-                    l as f32 / WHITE
-                }),
-            }
-        };
-        let all: Vec<[f32; 3]> = (0..map.width * map.height).map(texel).collect();
-        let planes = [0, 1, 2].map(|c| all.iter().map(|x| x[c]).collect());
-        Ok(Raster::rgb(map.width, map.height, planes))
+    fn photographed_map<const N: usize>(
+        &mut self,
+        list: &Path,
+        part: PolynomialPart,
+    ) -> Result<Raster, Error> {
+        let (sums, _) = self.photographs::<N>(list)?;
+        Ok(mapped((sums.width, sums.height), &sums.luminance, &sums.color, part))
     }
+}
+
+/// Luminance of `N` coefficients a texel and the colours that it scales, in the file's units.
+struct Sums<const N: usize> {
+    width: usize,
+    height: usize,
+    luminance: Vec<[f32; N]>,
+    color: Vec<[u8; 3]>,
+}
+
+/// Coefficient `k` of a channel, white being 1.
+fn coloured<const N: usize>(luminance: &[[f32; N]], color: &[[u8; 3]], k: usize, c: usize) -> Vec<f32> {
+    let colour = |x: &[u8; 3]| f32::from(x[c]) / WHITE;
+    luminance.iter().zip(color).map(|(a, x)| a[k] / WHITE * colour(x)).collect()
+}
+
+/// Textures of coefficients, called .0, .1 …
+fn textures(
+    path: &Path,
+    (width, height): (usize, usize),
+    terms: usize,
+    plane: impl Fn(usize, usize) -> Vec<f32>,
+) -> Result<Vec<(String, Arc<Texture>)>, Error> {
+    let texture = |k: usize| {
+        let t = Texture::new(width, height, &[plane(k, 0), plane(k, 1), plane(k, 2)]);
+        let t = t.map(|t| Arc::new(t.with_wrap([Wrap::Clamp; 2])));
+        t.ok_or_else(|| Error::input(format!("{}: is empty", path.display())))
+    };
+    (0..terms).map(|k| Ok((format!(".{k}"), texture(k)?))).collect()
+}
+
+/// Where each texel is brightest, or what it reflects there.
+fn mapped<const N: usize>(
+    size: (usize, usize),
+    luminance: &[[f32; N]],
+    color: &[[u8; 3]],
+    part: PolynomialPart,
+) -> Raster {
+    raster(size, |t| {
+        let a = luminance[t].map(f64::from);
+        let n = brightest(&a).unwrap_or(DVec3::Z);
+        match part {
+            PolynomialPart::Normal => (0.5 + 0.5 * n).as_vec3().to_array(),
+            PolynomialPart::Albedo => {
+                let l = evaluate(&a, n).max(0.0) / f64::from(WHITE);
+                color[t].map(|c| (f64::from(c) / f64::from(WHITE) * l) as f32)
+            }
+        }
+    })
+}
+
+fn raster((width, height): (usize, usize), texel: impl Fn(usize) -> [f32; 3] + Sync + Send) -> Raster {
+    let all: Vec<[f32; 3]> = (0..width * height).into_par_iter().map(texel).collect();
+    let planes = [0, 1, 2].map(|c| all.iter().map(|x| x[c]).collect());
+    Raster::rgb(width, height, planes)
 }

@@ -13,6 +13,7 @@ use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions
 use steradian_light::adjust;
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
+use steradian_session::Basis;
 use steradian_session::inspect::is_lp;
 use steradian_session::{
     Adjust, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
@@ -59,10 +60,13 @@ pub struct Options {
     /// a layer; or `ellipses`, one conic a texel
     #[arg(long, value_name = "N|ellipses", value_parser = horizon_form)]
     horizons: Option<HorizonForm>,
-    /// Of a polynomial texture map (.ptm): normal, where each texel is brightest, as a normal map, green up; or albedo, what
+    /// Of a polynomial texture map (.ptm), or of photographs under known lights (.lp): normal, where each texel is brightest, as a normal map, green up; or albedo, what
     /// it reflects there [default: normal]
     #[arg(long, value_name = "normal|albedo", value_parser = polynomial_part)]
     map: Option<PolynomialPart>,
+    /// With --map, of photographs under known lights (.lp): what a texel's brightness is a sum of
+    #[arg(long, value_name = "biquadratic|sh9|sh16", value_parser = basis, requires = "map")]
+    basis: Option<Basis>,
     /// With --horizons: how far white is above black, as a part of the map's width
     #[arg(long, value_name = "R", value_parser = relief, default_value_t = 0.08)]
     relief: f64,
@@ -72,19 +76,20 @@ pub struct Options {
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     let map = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("ptm"));
-    if o.map.is_some() && !map {
-        return Err(Failure::usage(format!("{}: --map belongs to a polynomial texture map (.ptm)", o.input)));
+    if o.map.is_some() && !map && !is_lp(&o.input) {
+        let why = "--map belongs to a polynomial texture map (.ptm) or a list of lights (.lp)";
+        return Err(Failure::usage(format!("{}: {why}", o.input)));
     }
     if let Some(spec) = o.input.strip_prefix("brdf:") {
         return tabulated(spec, &o.output, context);
     }
-    if is_lp(&o.input) {
+    if is_lp(&o.input) && o.map.is_none() {
         return polynomials(&o, context);
     }
     if let Some(form) = o.horizons {
         return horizons(&o, form, context);
     }
-    if map {
+    if o.map.is_some() || map {
         return part(&o, context);
     }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
@@ -177,11 +182,16 @@ fn polynomial_part(text: &str) -> Result<PolynomialPart, String> {
     }
 }
 
+fn basis(text: &str) -> Result<Basis, String> {
+    let found = Basis::ALL.into_iter().find(|b| b.name() == text);
+    found.ok_or_else(|| steradian_base::unknown("basis", text, &Basis::NAMES))
+}
+
 /// The normals or the albedo of a polynomial texture map.
 fn part(o: &Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &IMAGES)?;
     let part = o.map.unwrap_or(PolynomialPart::Normal);
-    let raster = context.polynomial_map(Path::new(&o.input), part)?;
+    let raster = context.polynomial_map(Path::new(&o.input), part, o.basis.unwrap_or_default())?;
     let name = if part == PolynomialPart::Normal { "normals" } else { "albedo" };
     let mut options =
         WriteOptions { already_encoded: part == PolynomialPart::Normal, ..WriteOptions::default() };

@@ -24,7 +24,7 @@ mod net;
 mod tests;
 mod view;
 
-pub use chained::Chained;
+pub use chained::{Chained, Corners};
 pub use directions::{Pairing, around, bonn, spread};
 pub use levels::{Levels, Tap};
 pub use local::Local;
@@ -277,9 +277,9 @@ pub enum Method {
     Chained {
         /// Products that are added.
         terms: usize,
-        /// Cells of the half vector's hemisphere.
+        /// Half vectors of a table.
         halves: usize,
-        /// Cells of the difference vector's.
+        /// Difference vectors of one.
         differences: usize,
     },
 }

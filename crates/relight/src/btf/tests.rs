@@ -117,8 +117,8 @@ fn one_cluster_is_pca_and_no_component_is_vector_quantisation() {
 /// everything errs less.
 #[test]
 fn no_step_raises_the_error_and_random_access_is_full_decoding() {
-    let of = bumpy(26, 12, 13);
-    let mut half = Btf::new((26, 26), of.views(), of.lights(), true).expect("a function");
+    let of = bumpy(20, 12, 13);
+    let mut half = Btf::new((20, 20), of.views(), of.lights(), true).expect("a function");
     for v in 0..12 {
         for l in 0..13 {
             let plane = |c: usize| (0..of.texels()).map(|x| of.value(x, v, l)[c]).collect::<Vec<f32>>();
@@ -296,5 +296,24 @@ fn threads_change_nothing() {
         Method::Chained { terms: 3, halves: 12, differences: 12 },
     ] {
         assert!(one.install(|| small(&of, method)) == small(&of, method), "{method:?}");
+    }
+}
+
+/// On a plane a chain follows a highlight by 21 half vectors: with tables that are constant within cells of equal solid angle it erred by
+/// 37 % of this one.
+#[test]
+fn a_chain_follows_a_highlight_on_a_plane() {
+    let all = bonn();
+    for (alpha, f0, most) in [(0.4, 0.3, 0.08), (0.2, 0.3, 0.11), (0.6, 0.04, 0.04)] {
+        let ggx = |v: DVec3, l: DVec3| {
+            let (a2, h) = (alpha * alpha, (v + l).normalize());
+            let d = a2 / (PI * (h.z * h.z * (a2 - 1.0) + 1.0_f64).powi(2));
+            let g = |z: f64| 2.0 / (z + (a2 + (1.0 - a2) * z * z).sqrt());
+            let f = f0 + (1.0 - f0) * (1.0 - v.dot(h)).powi(5);
+            [(0.25 * PI * d * f * g(v.z) * g(l.z) * l.z) as f32; 3]
+        };
+        let of = Btf::of((1, 1), &all, &all, |_, v, l| ggx(all[v], all[l])).expect("a function");
+        let error = small(&of, Method::Chained { terms: 3, halves: 21, differences: 128 }).error();
+        assert!(error < most, "{alpha}: {error}");
     }
 }

@@ -365,7 +365,7 @@ impl Session {
     /// The view along the normal as a list of lights and a polynomial texture map; not where its lights determine no polynomial.
     fn write_polynomials(&mut self, s: &Surface, stage: &Stage, folder: &Path) -> Result<bool, Error> {
         let Some(view) = stage.views.iter().position(|v| v.z > 1.0 - 1e-9) else { return Ok(false) };
-        if steradian_relight::polynomial::Fit::new(&stage.lights).is_err() {
+        if steradian_relight::polynomial::Fit::<6>::new(&stage.lights).is_err() {
             return Ok(false);
         }
         let light = |(l, d): (usize, &DVec3)| LightPosition {

@@ -37,6 +37,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
 use steradian_brdf::Brdf;
+use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::NormalMap;
 
@@ -260,6 +261,8 @@ pub trait AnyLocal: Send + Sync {
     fn per_point(&self) -> &'static [(&'static str, f64)];
     /// The files that its parameters name: what they hold is among the material's textures under the same names.
     fn planes(&self) -> &'static [Plane];
+    /// What the sums of its [`Content::Polynomials`] are made of with these parameters.
+    fn basis(&self, params: &ParamValues) -> Basis;
     /// Tabulates a material; refuses what the Card does not take. Techniques that need sites read of a geometry the mesh and the
     /// materials of its slots.
     fn bake(
@@ -325,6 +328,10 @@ impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
 
     fn planes(&self) -> &'static [Plane] {
         T::PLANES
+    }
+
+    fn basis(&self, params: &ParamValues) -> Basis {
+        T::Params::from_values(params).map_or_else(|_| Basis::default(), |p| T::basis(&p))
     }
 
     fn bake(

@@ -5,6 +5,7 @@ use crate::{BakeError, Card, Geometry, Material};
 use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_base::{Field, ParamInfo, Params, Task, Value};
+use steradian_relight::polynomial::Basis;
 use steradian_scene::surface::{NormalMap, Texture};
 
 /// Where on its textures a point lies.
@@ -28,7 +29,7 @@ pub enum Content {
     /// Numbers as they stand in the file.
     Numbers,
     /// A polynomial texture map: six planes, called NAME.0 to NAME.5, of the coefficients of u², v², uv, u, v and 1 in red,
-    /// green and blue; white is 1.
+    /// green and blue, or as many of spherical harmonics ([`AnyLocal::basis`](super::AnyLocal::basis)); white is 1.
     Polynomials,
     /// The pictures of a bidirectional texture function, which is the material's [`Material::apparent`].
     Bidirectional,
@@ -117,6 +118,11 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     ) -> Result<Self::Tables, BakeError> {
         let _ = (m, g, p, task);
         Ok(t)
+    }
+    /// What the sums of [`Content::Polynomials`] are made of.
+    fn basis(p: &Self::Params) -> Basis {
+        let _ = p;
+        Basis::default()
     }
     /// Figures for the certificate.
     fn details(t: &Self::Tables) -> Vec<(&'static str, f64)> {

@@ -14,8 +14,8 @@ const SIDE: usize = 64;
 const BRDF: &str = "ggx:alpha=0.4,f0=0.3";
 /// Components of clusters.
 const COMPONENTS: usize = 8;
-/// Cells of difference vectors, and terms of a chain.
-const CHAIN: [usize; 2] = [64, 3];
+/// Difference vectors, and terms of a chain.
+const CHAIN: [usize; 2] = [128, 3];
 /// Rings of views that errors are told of: degrees from the normal.
 const RINGS: [f64; 4] = [0.0, 30.0, 60.0, 75.0];
 

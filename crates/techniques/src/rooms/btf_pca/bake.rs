@@ -14,8 +14,8 @@ use steradian_relight::btf::{Btf, BtfError, Compressed, Method, Model, Net, bonn
 pub const MAP: &str = "map";
 /// Components of a method at most.
 pub const MOST: usize = 16;
-/// Cells of difference vectors.
-const DIFFERENCES: usize = 64;
+/// Difference vectors of a chain.
+const DIFFERENCES: usize = 128;
 /// Methods in the order of the parameter.
 const METHODS: [&str; 3] = ["local", "view", "chained"];
 
@@ -31,8 +31,8 @@ params! {
         pub clusters: usize = ParamInfo::whole("clusters", [1.0, 256.0], 32.0, "clusters of texels of method=local"),
         /// Components beside means, or products.
         pub components: usize = ParamInfo::whole("components", [0.0, MOST as f64], 8.0, "components beside the mean of each cluster or view, or products of method=chained (1 at least)"),
-        /// Cells of half vectors.
-        pub halves: usize = ParamInfo::whole("halves", [1.0, 64.0], 21.0, "cells of half vectors of method=chained"),
+        /// Half vectors.
+        pub halves: usize = ParamInfo::whole("halves", [1.0, 64.0], 21.0, "half vectors of method=chained"),
     }
 }
 
@@ -130,8 +130,8 @@ fn rounded(model: &mut Model, scale: f32) {
             let light = largest(m.light.iter());
             m.light.iter_mut().for_each(|x| *x = half(*x / light));
             for j in 0..terms {
-                let size = largest(m.differences.iter().skip(j).step_by(terms));
-                m.differences.iter_mut().skip(j).step_by(terms).for_each(|x| *x = half(*x / size));
+                let size = largest(m.factors.iter().skip(j).step_by(terms));
+                m.factors.iter_mut().skip(j).step_by(terms).for_each(|x| *x = half(*x / size));
                 let by = size * light / scale;
                 for p in m.texels.chunks_exact_mut(3).skip(j).step_by(terms) {
                     p.iter_mut().for_each(|x| *x = half(*x * by));

@@ -105,12 +105,15 @@ fn value(t: &Tables, x: &Texel, light: usize) -> [f32; 3] {
         (Model::Chained(m), Texel::Chained { views, taps }) => {
             let mut sum = [0.0f32; 3];
             for (v, w) in views.corners.iter().zip(views.weights) {
-                let [h, d] = m.cells[*v as usize * lights + light].map(|c| c as usize);
-                let by = w * m.light[light];
+                let pair = *v as usize * lights + light;
+                let (place, by) = (&m.places[pair], w * m.light[light]);
+                let factors = &m.factors[pair * m.terms..][..m.terms];
                 for (texel, a) in taps.iter().filter(|t| t.1 > 0.0) {
-                    let p = &m.texels[(texel * m.halves + h) * 3 * m.terms..][..3 * m.terms];
-                    for (p, q) in p.chunks_exact(3).zip(&m.differences[d * m.terms..]) {
-                        (0..3).for_each(|c| sum[c] += by * a * q * p[c]);
+                    for (h, u) in place.of.iter().zip(place.weights) {
+                        let p = &m.texels[(texel * m.halves + *h as usize) * 3 * m.terms..];
+                        for (p, q) in p.chunks_exact(3).zip(factors) {
+                            (0..3).for_each(|c| sum[c] += by * a * u * q * p[c]);
+                        }
                     }
                 }
             }
@@ -173,15 +176,16 @@ fn lights(t: &Tables) -> Vec<f32> {
     t.cosines.iter().enumerate().flat_map(|(l, c)| [*c, factor(l)]).collect()
 }
 
-fn cells(m: &Chained) -> Vec<f32> {
-    m.cells.iter().flatten().map(|c| *c as f32).collect()
+/// Of each pair the half vectors around its own, and their weights.
+fn places(m: &Chained) -> Vec<f32> {
+    m.places.iter().flat_map(|p| p.of.map(|h| h as f32).into_iter().chain(p.weights)).collect()
 }
 
 /// Numbers of single precision on a GPU.
 pub(super) fn singles(t: &Tables) -> Vec<Vec<f32>> {
     let mut out = vec![[rows(&t.views), rows(&t.lights)].concat(), lights(t)];
     if let Model::Chained(m) = &t.small.model {
-        out.push(cells(m));
+        out.push(places(m));
     }
     out
 }
@@ -200,7 +204,7 @@ pub(super) fn halves(model: &Model) -> [std::borrow::Cow<'_, [f32]>; 2] {
         // A buffer is never empty.
         Model::View(m) if m.components == 0 => [m.pictures.as_slice().into(), vec![0.0; 2].into()],
         Model::View(m) => [m.pictures.as_slice().into(), m.weights.as_slice().into()],
-        Model::Chained(m) => [m.texels.as_slice().into(), m.differences.as_slice().into()],
+        Model::Chained(m) => [m.texels.as_slice().into(), m.factors.as_slice().into()],
     }
 }
 
@@ -223,7 +227,7 @@ pub(super) fn text(t: &Tables) -> LocalText {
         ),
         Model::Chained(m) => (
             include_str!("chained.wgsl"),
-            ["local_factors", "local_differences"],
+            ["local_products", "local_factors"],
             [3, m.terms],
             [number(m.terms), number(m.halves), 0.0],
         ),
@@ -235,9 +239,9 @@ pub(super) fn text(t: &Tables) -> LocalText {
         uniform("local_shape", [shape[0], shape[1], number(t.cosines.len()), t.scale]),
     ];
     let singles = singles(t);
-    let mut buffers: Vec<Buffer> = ["local_net", "local_cosines", "local_cells"]
+    let mut buffers: Vec<Buffer> = ["local_net", "local_cosines", "local_places"]
         .into_iter()
-        .zip([NET, 2, 2])
+        .zip([NET, 2, 6])
         .zip(singles)
         .map(|((name, stride), data)| Buffer::new(name, stride, data))
         .collect();

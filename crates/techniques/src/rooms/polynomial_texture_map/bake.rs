@@ -1,15 +1,15 @@
 //! The coefficients: of a map, or of a reflectance.
 
 use super::shade;
-use crate::Material;
-use crate::local::{FileName, error_at, texel};
+use crate::local::{FileName, Place, error_at, texel};
 use crate::shared::surface::texels::Texels;
+use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, params};
 use steradian_brdf::Brdf;
-use steradian_relight::polynomial::{Fit, evaluate};
+use steradian_relight::polynomial::{Basis, Fit, evaluate};
 use steradian_scene::surface::Texture;
 
 /// The plane of polynomials.
@@ -22,30 +22,50 @@ params! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
         /// The map.
-        pub map: Option<FileName> = ParamInfo::file("map", "polynomial texture map (.ptm), or a list of lights with their photographs (.lp); auto: the reflectance seen along its normal").auto(f64::NAN),
+        pub map: Option<FileName> = ParamInfo::file("map", "polynomial texture map (.ptm, of basis=biquadratic), or a list of lights with their photographs (.lp); auto: the reflectance seen along its normal").auto(f64::NAN),
+        /// What its texels are sums of.
+        pub basis: usize = ParamInfo::choice("basis", &Basis::NAMES, "a parabola of the light's direction (6 numbers a texel and channel), or spherical harmonics up to order 2 (9) or 3 (16), which are fitted to photographs").preset("biquadratic"),
+    }
+}
+
+impl Params {
+    pub(super) fn basis(&self) -> Basis {
+        Basis::ALL[self.basis]
     }
 }
 
 /// The polynomials of a surface.
 #[derive(Debug, Clone)]
 pub struct Polynomials {
-    /// a₀ … a₅ in red, green and blue.
+    /// What they are sums of.
+    pub basis: Basis,
+    /// The coefficients in red, green and blue.
     pub texels: Texels,
     /// Do they come from a map?
     pub mapped: bool,
 }
 
-pub(super) fn bake(m: &Material) -> Polynomials {
-    let planes: Vec<_> = (0..6).filter_map(|k| m.textures.get(&format!("{MAP}.{k}")).cloned()).collect();
-    if planes.len() == 6 {
-        return Polynomials { texels: Texels::new(planes), mapped: true };
+pub(super) fn bake(m: &Material, basis: Basis) -> Result<Polynomials, BakeError> {
+    let planes: Vec<_> =
+        (0..basis.terms()).map_while(|k| m.textures.get(&format!("{MAP}.{k}")).cloned()).collect();
+    if planes.len() == basis.terms() {
+        return Ok(Polynomials { basis, texels: Texels::new(planes), mapped: true });
     }
-    let of = fitted(&*m.brdf).map(|c| Arc::new(Texture::constant(c.map(|x| x as f32))));
-    Polynomials { texels: Texels::new(of.into()), mapped: false }
+    if !planes.is_empty() {
+        let why = format!("basis={} needs {} planes, not {}", basis.name(), basis.terms(), planes.len());
+        return Err(BakeError::Material { slug: "polynomial_texture_map", why });
+    }
+    let of = match basis {
+        Basis::Biquadratic => fitted::<6>(&*m.brdf),
+        Basis::Harmonics9 => fitted::<9>(&*m.brdf),
+        Basis::Harmonics16 => fitted::<16>(&*m.brdf),
+    };
+    let of = of.into_iter().map(|c| Arc::new(Texture::constant(c.map(|x| x as f32))));
+    Ok(Polynomials { basis, texels: Texels::new(of.collect()), mapped: false })
 }
 
 /// π f · ⟨n·wi⟩ seen along the normal, as polynomials of red, green and blue: coefficient by coefficient.
-fn fitted(brdf: &dyn Brdf) -> [[f64; 3]; 6] {
+fn fitted<const N: usize>(brdf: &dyn Brdf) -> Vec<[f64; 3]> {
     let lights: Vec<DVec3> = (0..LIGHTS)
         .map(|k| {
             let z = (k as f64 + 0.5) / LIGHTS as f64;
@@ -54,22 +74,32 @@ fn fitted(brdf: &dyn Brdf) -> [[f64; 3]; 6] {
         })
         .collect();
     // Lights all over the hemisphere determine a polynomial.
-    let Ok(fit) = Fit::new(&lights) else { return [[0.0; 3]; 6] };
+    let Ok(fit) = Fit::<N>::new(&lights) else { return vec![[0.0; 3]; N] };
     let values: Vec<[f64; 3]> = lights.iter().map(|l| brdf.f_cos(*l, DVec3::Z).map(|x| PI * x)).collect();
     let of = [0, 1, 2].map(|c| fit.coefficients(values.iter().map(|v| v[c])));
-    std::array::from_fn(|k| [0, 1, 2].map(|c| of[c][k]))
+    (0..N).map(|k| [0, 1, 2].map(|c| of[c][k])).collect()
+}
+
+/// The sum at a texel in double precision.
+fn summed<const N: usize>(t: &Polynomials, at: Place, wi: DVec3) -> [f64; 3] {
+    let all: [[f32; 3]; N] = std::array::from_fn(|k| t.texels.sample(k, at.uv, 0.0));
+    [0, 1, 2].map(|c| evaluate(&all.map(|a| f64::from(a[c])), wi))
 }
 
 pub(super) fn error(t: &Polynomials, m: &Material) -> f64 {
     let size = t.texels.size();
-    let shaded = |at, wi, _: [f32; 3]| shade::f_cos(&shade::texel(t, at), wi);
+    let shaded = |at, wi, _: [f32; 3]| shade::f_cos(t, &shade::texel(t, at), wi);
     let place = |k| texel(k, size).0;
     if !t.mapped {
         return error_at(&*m.brdf, place, |_, wi, wo| m.brdf.f_cos(wi, wo), shaded);
     }
-    let exact = |at: crate::local::Place, wi: DVec3, _: DVec3| {
-        let all: [[f32; 3]; 6] = std::array::from_fn(|k| t.texels.sample(k, at.uv, 0.0));
-        [0, 1, 2].map(|c| evaluate(&all.map(|a| f64::from(a[c])), wi).max(0.0) / PI)
+    let exact = |at: Place, wi: DVec3, _: DVec3| {
+        let value = match t.basis {
+            Basis::Biquadratic => summed::<6>(t, at, wi),
+            Basis::Harmonics9 => summed::<9>(t, at, wi),
+            Basis::Harmonics16 => summed::<16>(t, at, wi),
+        };
+        value.map(|v| v.max(0.0) / PI)
     };
     error_at(&*m.brdf, place, exact, shaded)
 }

@@ -27,11 +27,14 @@ pub fn texture(f: impl Fn(usize, usize) -> [f64; 3]) -> Arc<Texture> {
     Arc::new(Texture::new(SIDE, SIDE, &planes).unwrap_or_else(|| Texture::constant([0.0; 3])))
 }
 
-/// Coefficients of u², v², uv, u, v and 1 in red, green and blue: tilted Lambertian facets of several colours, roughly.
-pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 6] {
+/// Coefficients of u², v², uv, u, v and 1 in red, green and blue: tilted Lambertian facets of several colours, roughly; and ten more, with
+/// which they are some of spherical harmonics.
+pub fn polynomial(i: usize, j: usize) -> [[f64; 3]; 16] {
     let (x, y) = ((i as f64 + 0.5) / SIDE as f64, (j as f64 + 0.5) / SIDE as f64);
     let (a, b) = (0.6 * (TAU * x).sin(), 0.4 * (TAU * (x + 2.0 * y)).cos());
-    let shape = [-0.9 + 0.2 * a, -0.8 - 0.1 * b, 0.2 * a * b, a, b, 1.0 - 0.2 * a * a];
+    let six = [-0.9 + 0.2 * a, -0.8 - 0.1 * b, 0.2 * a * b, a, b, 1.0 - 0.2 * a * a];
+    let shape: [f64; 16] =
+        std::array::from_fn(|k| six.get(k).copied().unwrap_or(0.3 * (a + 0.2 * k as f64) * b));
     let colour = [0.8, 0.4 + 0.3 * (TAU * y).sin(), 0.3];
     shape.map(|s| colour.map(|c| c * s))
 }
@@ -134,7 +137,7 @@ pub fn planes(read: &[Plane]) -> Planes {
         match p.content {
             Content::Heights => out = out.with(p.name, texture(|i, j| [height(i, j); 3])),
             Content::Polynomials => {
-                for k in 0..6 {
+                for k in 0..16 {
                     out = out.with(&format!("{}.{k}", p.name), texture(|i, j| polynomial(i, j)[k]));
                 }
             }
