@@ -32,6 +32,17 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
     assert_eq!(csv.lines().count(), 1 + atlas.chapters.iter().map(|c| c.entries.len()).sum::<usize>());
 }
 
+/// Ambient occlusion is seen to shadow under light that has no direction, where the picture under the usual light says nothing of it.
+#[test]
+fn shadows_are_seen_apart_from_the_direction_of_light() {
+    let plan = Plan { size: [24, 18], noise: 0.1, only: vec!["ambient".into()] };
+    let atlas = Session::new().atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
+    let column = COLUMNS.iter().position(|c| c.0.contains("shadow")).expect("a column");
+    let tried = &atlas.rows[0].tried[column];
+    assert!(tried.claimed && matches!(&tried.outcome, Outcome::Holds(t) if t.contains("constant light")), "{tried:?}");
+    assert_eq!(atlas.broken(), Vec::<[String; 3]>::new());
+}
+
 /// Choices that make a technique shadow by itself are found.
 #[test]
 fn shadows_by_a_parameter_are_found() {

@@ -1,6 +1,6 @@
 //! Figure 11's columns, tried: a claim counts where it was seen to hold.
 
-use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, takes, usual_specimen};
+use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, shadowing, takes, usual_specimen};
 use crate::compare::Plan as Comparison;
 use crate::{Error, Method, Paths, Renderer, Session};
 use glam::{DVec3, Vec2, Vec3};
@@ -99,7 +99,7 @@ impl Session {
             outcomes.extend([
                 shaded.varying(&self.task)?,
                 shaded.bumped(&self.task)?,
-                shadows(t.card().slug, chapters),
+                self.shadows(plan, t, chapters)?,
                 self.bounces(plan, t)?,
                 shaded.relit(&self.task)?,
                 moved(t),
@@ -112,6 +112,39 @@ impl Session {
             rows.push(row(t.card(), outcomes));
         }
         Ok(rows)
+    }
+
+    /// Shadows: the picture beside the path tracer. It tells nothing of them where a technique errs more by leaving out where light comes
+    /// from than shadows matter: then the same under constant light.
+    fn shadows(
+        &mut self,
+        plan: &Plan,
+        t: &'static dyn AnyTechnique,
+        chapters: &[Chapter],
+    ) -> Result<Outcome, Error> {
+        let card = t.card();
+        let seen = shadows(card.slug, chapters);
+        let (Outcome::Fails(under), Some(params)) = (&seen, shadowing(t)) else { return Ok(seen) };
+        let spec = if takes(card, MATTE) { MATTE } else { usual_specimen(card) };
+        let small = Plan { size: SMALL, ..plan.clone() };
+        let mut scene = self.knot(&small, spec)?;
+        scene.lights = lights::furnace();
+        scene.materials[0].params = params;
+        self.paths = Paths { bounces: 1, noise: plan.noise };
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let methods = [Method::Reference, Method::Technique(t)];
+        let answers = self.compared(&scene, &methods, &[Renderer::Cpu], &comparison)?;
+        let error = |k: usize| {
+            let found = answers.get(k).and_then(|a| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms));
+            found.unwrap_or(f64::NAN)
+        };
+        let [without, with] = [error(1), error(2)];
+        let text = format!(
+            "under constant light {:.1} % off, without shadows {:.1} %; by its own {under}",
+            100.0 * with,
+            100.0 * without
+        );
+        Ok(if with < SHADOWED * without { Outcome::Holds(text) } else { Outcome::Fails(text) })
     }
 
     /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events?
