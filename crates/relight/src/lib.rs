@@ -3,4 +3,5 @@
 
 pub mod btf;
 pub mod height;
+pub mod lobes;
 pub mod polynomial;

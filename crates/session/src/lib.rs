@@ -65,7 +65,7 @@ pub use choose::Chosen;
 pub use destinations::{Destinations, LIGHT_KEY, check_replaced, light_mark};
 pub use error::{Error, Kind};
 pub use inputs::{Adjust, DEFAULT_SKY, Method, coefficients, cosine, expand_lights, is_shape, is_sky};
-pub use local::Local;
+pub use local::{BakedLocal, Local, LocalRequest};
 pub use material::{Material, Prepared};
 pub use model::{Model, make_tangents};
 pub use notice::Notice;

@@ -1,17 +1,19 @@
 //! Techniques for directional and point lights, as they are asked for.
 
 use crate::scene_file::below;
-use crate::{Error, Material, Method, Session};
+use crate::{Error, Material, Method, Outcome, Session};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
-use steradian_brdf::SharedBrdf;
+use steradian_brdf::{SharedBrdf, spec_without_folders};
+use steradian_formats::{Limits, TensorFile, write_tensors};
 use steradian_relight::btf::Btf;
 use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
 use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
-use steradian_techniques::{AnyTechnique, Geometry};
+use steradian_techniques::{AnyTechnique, Geometry, SavedLocal, seal};
 
 /// A technique for directional and point lights with its parameters.
 #[derive(Clone)]
@@ -24,6 +26,8 @@ pub struct Local {
     planes: Planes,
     /// The bidirectional texture function that one of them names.
     apparent: Option<Arc<Btf>>,
+    /// The bake that a file holds.
+    saved: Option<Arc<SavedLocal>>,
     made: Arc<Mutex<Option<Made>>>,
 }
 
@@ -38,8 +42,19 @@ impl Local {
     /// What stands for exact shading.
     pub const EXACT: &'static str = "exact";
 
-    /// `SLUG` or `SLUG:name=value,…`; `None` for `exact`.
+    /// Is this the name of a saved bake?
+    pub(crate) fn is_file(spec: &str) -> bool {
+        Path::new(spec).extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"))
+    }
+
+    /// `SLUG` or `SLUG:name=value,…`, or a file that `bake --local` wrote; `None` for `exact`.
     pub fn parse(spec: &str) -> Result<Option<Self>, Error> {
+        if Self::is_file(spec) {
+            let file = SavedLocal::read(Path::new(spec), &Limits::default())?;
+            let (technique, params) = (file.technique, file.bake.params());
+            let (planes, made, saved) = (Planes::default(), Arc::default(), Some(Arc::new(file)));
+            return Ok(Some(Self { technique, params, planes, apparent: None, saved, made }));
+        }
         let (slug, body) = split_spec(spec);
         if slug == Self::EXACT && body.is_empty() {
             return Ok(None);
@@ -54,7 +69,7 @@ impl Local {
         let params = ParamValues::parse(body, technique.params());
         let params = params.map_err(|e| Error::usage(format!("{spec}: {e}")))?;
         let (planes, made) = (Planes::default(), Arc::default());
-        Ok(Some(Self { technique, params, planes, apparent: None, made }))
+        Ok(Some(Self { technique, params, planes, apparent: None, saved: None, made }))
     }
 
     /// Every name that [`Local::parse`] knows, `exact` first.
@@ -65,6 +80,9 @@ impl Local {
     /// The technique's slug with the parameters that were given.
     pub fn label(&self) -> String {
         let slug = self.technique.card().slug;
+        if let Some(name) = self.saved.as_ref().and_then(|s| s.path.file_name()) {
+            return format!("{slug} of {}", name.to_string_lossy());
+        }
         let body = self.params.body_without_folders(self.technique.params());
         if self.params.0.is_empty() { slug.into() } else { format!("{slug}:{body}") }
     }
@@ -86,7 +104,8 @@ impl Local {
 
     /// The files that its parameters name.
     fn files(&self) -> impl Iterator<Item = (&'static Plane, &Path)> {
-        self.technique.planes().iter().filter_map(|p| match self.params.0.get(p.name) {
+        let named = self.technique.planes().iter().filter(|_| self.saved.is_none());
+        named.filter_map(|p| match self.params.0.get(p.name) {
             Some(Value::File(path)) => Some((p, path.as_path())),
             _ => None,
         })
@@ -104,7 +123,8 @@ impl Local {
 
     /// Does it shade with data per texel, of its own or of the material's normals?
     pub fn is_textured(&self, normals: bool) -> bool {
-        self.files().next().is_some()
+        self.saved.as_ref().is_some_and(|s| s.bake.is_textured())
+            || self.files().next().is_some()
             || !self.planes.is_empty()
             || self.apparent.is_some()
             || (normals && self.reads_normals())
@@ -133,6 +153,14 @@ impl Local {
         geometry: Option<Geometry>,
         task: &Task,
     ) -> Result<Arc<dyn LocalBake>, Error> {
+        if let Some(file) = &self.saved {
+            let (own, asked) = (file.bake.brdf().spec(), brdf.spec());
+            if spec_without_folders(&own) != spec_without_folders(&asked) {
+                let name = file.path.display();
+                return Err(Error::usage(format!("{name}: was baked of {own}, not {asked}: bake it again")));
+            }
+            return Ok(file.bake.clone());
+        }
         let opened = |p: &Plane| match p.content {
             Content::Bidirectional => self.apparent.is_some(),
             _ => self.planes.has(p.name),
@@ -170,6 +198,9 @@ impl Local {
 impl Session {
     /// A technique for local light with what its parameters' files hold. Those of a scene file lie below its `folder`.
     pub fn open_local(&mut self, local: &Local, folder: Option<&Path>) -> Result<Local, Error> {
+        if let Some(file) = &local.saved {
+            self.note_input(&file.path);
+        }
         let files: Vec<(&'static Plane, PathBuf)> = local.files().map(|(p, f)| (p, f.into())).collect();
         let basis = local.technique.basis(&local.params);
         let (planes, apparent) = self.open_planes(&files, basis, folder)?;
@@ -229,9 +260,68 @@ impl Session {
     }
 }
 
+/// A bake of a technique for directional and point lights that is to be written.
+#[derive(Clone)]
+pub struct LocalRequest {
+    /// Technique and parameters, as [`Local::parse`] takes them.
+    pub local: Local,
+    /// Spec of the reflectance.
+    pub brdf: String,
+    /// Relative RMS error asked for.
+    pub tolerance: Option<f64>,
+}
+
+/// What was baked.
+pub struct BakedLocal {
+    /// The bake.
+    pub bake: Arc<dyn LocalBake>,
+    /// Spec of the reflectance.
+    pub brdf: String,
+    /// Seconds.
+    pub seconds: f64,
+    tensors: TensorFile,
+}
+
+impl BakedLocal {
+    /// Writes all of it.
+    pub fn write(&self, path: &Path, session: &Session) -> Result<u64, Error> {
+        session.check()?;
+        let mut tensors = self.tensors.clone();
+        tensors.metadata.extend(session.provenance_pairs());
+        steradian_techniques::Made::of(&self.brdf, self.bake.brdf().held(), "", 0.0, 0.0).save(&mut tensors);
+        seal(&mut tensors);
+        write_tensors(path, &tensors)?;
+        Ok(std::fs::metadata(path).map_or(0, |m| m.len()))
+    }
+}
+
+impl Session {
+    /// Bakes a technique for directional and point lights, with what the files of its parameters hold.
+    pub fn baked_local(&mut self, request: &LocalRequest) -> Result<Outcome<BakedLocal>, Error> {
+        let brdf = self.brdf(&request.brdf)?;
+        let local = self.open_local(&request.local, None)?;
+        if local.technique.needs_sites(&local.params) {
+            let slug = local.technique.card().slug;
+            return Err(Error::usage(format!("{slug}: has data of a mesh, which are not saved")));
+        }
+        let start = Instant::now();
+        let task = self.task.clone().with_tolerance(request.tolerance);
+        let bake = local.bake(&brdf, None, None, &task)?;
+        let tensors = bake.save()?;
+        let c = bake.certificate().clone();
+        self.note_error(format!("{} {:.3e} ({})", c.metric, c.error, c.known.word()));
+        let seconds = start.elapsed().as_secs_f64();
+        let done = BakedLocal { bake, brdf: request.brdf.clone(), seconds, tensors };
+        Ok(Outcome::new(done, request.tolerance, c.error))
+    }
+}
+
 impl PartialEq for Local {
     fn eq(&self, other: &Self) -> bool {
-        self.technique.card().slug == other.technique.card().slug && self.params == other.params
+        let file = |l: &Self| l.saved.as_ref().map(|s| s.path.clone());
+        self.technique.card().slug == other.technique.card().slug
+            && self.params == other.params
+            && file(self) == file(other)
     }
 }
 

@@ -159,7 +159,12 @@ fn material(
     let local = match (&overrides.local, m.local.as_ref().or(file.output.local.as_ref())) {
         (Some(local), _) => local.clone(),
         (None, Some(spec)) => {
-            let parsed = located(file, spec, Local::parse(&spec.value))?;
+            let parsed = if Local::is_file(&spec.value) {
+                below(folder, &spec.value).and_then(|p| Local::parse(&p.to_string_lossy()))
+            } else {
+                Local::parse(&spec.value)
+            };
+            let parsed = located(file, spec, parsed)?;
             let opened = parsed.map(|local| session.open_local(&local, Some(folder))).transpose();
             located(file, spec, opened)?
         }

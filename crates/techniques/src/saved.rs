@@ -1,9 +1,10 @@
 //! Saved bakes: tensors that say what they were made of, and a digest by which damage is found.
 
-use crate::{AnyBake, AnyTechnique, BakeError};
+use crate::{AnyBake, AnyLocal, AnyTechnique, BakeError, LocalBake};
 use glam::Mat3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use steradian_base::{Input, without_folders};
 use steradian_brdf::{Files, SharedBrdf, parse_with, spec_without_folders};
 use steradian_formats::{FormatError, Limits, Tensor, TensorData, TensorFile, read_tensors};
@@ -134,6 +135,11 @@ impl SavedBake {
         let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
             return Err(bad("holds tensors but no bake: steradian bake writes one"));
         };
+        if crate::find_local(slug).is_some() {
+            return Err(bad(&format!(
+                "a bake of {slug}, for directional and point lights: --local takes it"
+            )));
+        }
         let Some(technique) = crate::find(slug) else {
             return Err(bad(&format!("a bake of '{slug}', which this version does not know")));
         };
@@ -192,6 +198,46 @@ impl SavedBake {
             // What is no file, such as a pattern of names, is known by name.
             None => name_of_light(spec) == self.made.environment,
         }
+    }
+}
+
+/// A saved bake of a technique for directional and point lights.
+pub struct SavedLocal {
+    /// The file.
+    pub path: PathBuf,
+    /// Its technique.
+    pub technique: &'static dyn AnyLocal,
+    /// The bake.
+    pub bake: Arc<dyn LocalBake>,
+}
+
+impl SavedLocal {
+    /// Reads `path`, a `.safetensors` file. It opens no other file.
+    pub fn read(path: &Path, limits: &Limits) -> Result<Self, SavedError> {
+        let bad = |why: String| SavedError::Invalid { path: path.into(), why };
+        let tensors = read_tensors(path, limits)?;
+        let Some(slug) = tensors.metadata.get(TECHNIQUE) else {
+            return Err(bad("holds tensors but no bake: steradian bake --local writes one".into()));
+        };
+        let Some(technique) = crate::find_local(slug) else {
+            return Err(bad(format!(
+                "a bake of '{slug}', which is no technique for directional and point lights"
+            )));
+        };
+        if !is_whole(&tensors) {
+            return Err(bad("damaged: it is not what was written; bake it again".into()));
+        }
+        if let Some(name) = not_finite(&tensors) {
+            return Err(bad(format!("tensor '{name}' has values that are not finite; bake it again")));
+        }
+        let made = Made::read(&tensors);
+        let files = made.held.as_deref().map_or(Files::None, Files::Held);
+        let brdf = parse_with(&made.brdf, files).map_err(|e| bad(format!("damaged: {e}")))?;
+        let bake = technique.load(&tensors, brdf).map_err(|e| match e {
+            BakeError::Param(_) => bad(format!("damaged: {e}")),
+            source => SavedError::Bake { path: path.into(), source },
+        })?;
+        Ok(Self { path: path.into(), technique, bake: bake.into() })
     }
 }
 

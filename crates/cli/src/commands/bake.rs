@@ -5,18 +5,20 @@ mod report;
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs};
+use crate::report::params_json;
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use steradian_session::Method;
 use steradian_session::bake::{Accuracy, Output, Request};
+use steradian_session::{Local, LocalRequest, Method, size_in_words};
 
 /// Options of `steradian bake`.
 #[derive(Debug, Args)]
 pub struct Options {
     /// Light: an image, or a sky spec such as sky:elevation=35
-    #[arg(value_name = "ENV")]
-    environment: String,
+    #[arg(value_name = "ENV", required_unless_present = "local")]
+    environment: Option<String>,
     #[command(flatten)]
     adjust: AdjustArgs,
     /// Disk and directional lights beside the environment, as --extract-sun writes them; they become part of the data
@@ -26,8 +28,12 @@ pub struct Options {
     #[arg(short, long, value_name = "SPEC")]
     brdf: String,
     /// Technique
-    #[arg(short, long, value_name = "SLUG")]
-    technique: String,
+    #[arg(short, long, value_name = "SLUG", required_unless_present = "local")]
+    technique: Option<String>,
+    /// In place of both, a technique for directional and point lights, with its parameters; --local takes the file that is written
+    /// (.safetensors), and opens no other one
+    #[arg(long, value_name = "SLUG[:NAME=VALUE,…]", conflicts_with_all = ["environment", "technique", "params", "sun_lights", "energy_epsilon", "mesh", "half"])]
+    local: Option<String>,
     /// Parameter of the technique
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = inputs::parameter)]
     params: Vec<inputs::Parameter>,
@@ -52,7 +58,11 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let Method::Technique(technique) = Method::find(&o.technique)? else {
+    if let Some(spec) = &o.local {
+        return local(&o, spec, context);
+    }
+    let (environment, technique) = (o.environment.clone().unwrap_or_default(), o.technique.as_deref());
+    let Method::Technique(technique) = Method::find(technique.unwrap_or_default())? else {
         return Err(Failure::usage("the reference bakes nothing: name a technique"));
     };
     let output = Output::of(&o.output)?;
@@ -60,7 +70,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         return Err(Failure::usage("--half is for .safetensors; textures hold halves already"));
     }
     let request = Request {
-        environment: o.environment.clone(),
+        environment,
         adjust: o.adjust.get(),
         sun_lights: o.sun_lights.clone(),
         brdf: o.brdf.clone(),
@@ -75,4 +85,34 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let files = done.write(&output, context)?;
     report::say(&o, &done, &files, start.elapsed().as_secs_f64(), context)?;
     missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m}; the output is marked"))))
+}
+
+/// A technique for directional and point lights.
+fn local(o: &Options, spec: &str, context: &mut Context) -> Outcome {
+    let Output::Tensors(path) = Output::of(&o.output)? else {
+        let why = "--local writes .safetensors, which --local takes";
+        return Err(Failure::usage(format!("{}: {why}", o.output.display())));
+    };
+    let Some(local) = Local::parse(spec)? else {
+        return Err(Failure::usage("exact shading bakes nothing: name a technique"));
+    };
+    let request = LocalRequest { local, brdf: o.brdf.clone(), tolerance: o.tolerance };
+    let (done, missed) = context.baked_local(&request)?.even_if_missed();
+    let bytes = done.write(&path, context)?;
+    let (c, slug) = (done.bake.certificate(), done.bake.card().slug);
+    if context.common.json {
+        let details: serde_json::Map<String, serde_json::Value> =
+            c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
+        context.print_json(json!({
+            "technique": slug, "brdf": done.brdf, "parameters": params_json(&done.bake.params()),
+            "bytes": done.bake.bytes(), "error": c.error, "error_known": c.known.word(), "metric": c.metric,
+            "details": details, "tolerance": o.tolerance, "tolerance_met": o.tolerance.map(|_| missed.is_none()),
+            "bake_seconds": done.seconds, "file_bytes": bytes,
+        }))?;
+    } else {
+        let [shading, written] = [done.bake.bytes() as u64, bytes].map(size_in_words);
+        context.say(format_args!("{slug} of {}: shading reads {shading}, {written} written", done.brdf));
+        context.say(format_args!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
+    }
+    missed.map_or(Ok(()), |m| Err(Failure::missed(m.to_string())))
 }

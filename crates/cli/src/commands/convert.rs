@@ -14,6 +14,7 @@ use steradian_light::adjust;
 use steradian_light::load::{Arrangement, arrangement};
 use steradian_render::{Develop, Film, ToneMapper};
 use steradian_session::Basis;
+use steradian_session::btf::MOST_LOBES;
 use steradian_session::inspect::is_lp;
 use steradian_session::{
     Adjust, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
@@ -26,11 +27,11 @@ use steradian_sphere::SphereImage;
 pub struct Options {
     /// Image, several separated by commas, a pattern with {}, a texture (.ktx2, .ktx, .dds), a sky spec,
     /// brdf:SPEC, a reflectance that becomes a table of measurements, a list of light positions (.lp), whose
-    /// photographs become a polynomial texture map, such a map (.ptm), or with --horizons a height map
+    /// photographs become a polynomial texture map, such a map (.ptm), with --horizons a height map, or with --lobes a list of pictures (.csv)
     #[arg(value_name = "INPUT")]
     input: String,
     /// Output: .exr .hdr .pfm .png, cubes as .ktx2 .ktx .dds; {} in the name stands for a face; .binary (MERL) or
-    /// .csv for a reflectance; .ptm for photographs
+    /// .csv for a reflectance; .ptm for photographs; a folder for --lobes
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -67,6 +68,10 @@ pub struct Options {
     /// With --map, of photographs under known lights (.lp): what a texel's brightness is a sum of
     #[arg(long, value_name = "biquadratic|sh9|sh16", value_parser = basis, requires = "map")]
     basis: Option<Basis>,
+    /// Of pictures from many views under many lights (.csv, as capture writes them): a diffuse part and N generalised cosine lobes for each
+    /// texel, as the images that --local lafortune_svbrdf reads, into the folder of --output
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LOBES as i64))]
+    lobes: Option<u8>,
     /// With --horizons: how far white is above black, as a part of the map's width
     #[arg(long, value_name = "R", value_parser = relief, default_value_t = 0.08)]
     relief: f64,
@@ -82,6 +87,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if let Some(spec) = o.input.strip_prefix("brdf:") {
         return tabulated(spec, &o.output, context);
+    }
+    if let Some(count) = o.lobes {
+        return lobes(&o, count.into(), context);
     }
     if is_lp(&o.input) && o.map.is_none() {
         return polynomials(&o, context);
@@ -149,6 +157,31 @@ fn tabulated(spec: &str, path: &Path, context: &mut Context) -> Outcome {
         return context.print_json(json!({"output": name, "brdf": spec_without_folders(spec)}));
     }
     context.say(format_args!("{}: {spec}, 90 x 90 x 180 cells", path.display()));
+    Ok(())
+}
+
+/// Pictures from many views under many lights as lobes by texel.
+fn lobes(o: &Options, count: usize, context: &mut Context) -> Outcome {
+    let csv = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if !csv {
+        let why = "--lobes are fitted to pictures that a .csv lists, as capture writes them";
+        return Err(Failure::usage(format!("{}: {why}", o.input)));
+    }
+    let x = context.fit_lobes(Path::new(&o.input), count, &o.output)?;
+    if context.common.json {
+        return context.print_json(json!({
+            "files": x.files, "width": x.width, "height": x.height, "pictures": x.pictures, "error": x.error,
+        }));
+    }
+    context.say(format_args!(
+        "{}: {} x {} texels of {} pictures, {:.2} % off: {}",
+        o.output.display(),
+        x.width,
+        x.height,
+        x.pictures,
+        100.0 * x.error,
+        x.files.join(", ")
+    ));
     Ok(())
 }
 

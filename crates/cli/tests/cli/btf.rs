@@ -151,6 +151,139 @@ fn images_are_heights_and_base_colours() {
     }
 }
 
+/// Lobes are fitted to pictures of a plane whose lobes are known, and drive the technique that has them by texel.
+#[test]
+fn lobes_are_fitted_to_pictures() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let spec = "lafortune:cx=-1,cy=-0.9,cz=0.95,n=12,ks=0.5,kd=0.3";
+    let flat = ["capture", "hemispheres", "--size", "2", "--relief", "0", "--brdf", spec, "--quiet"];
+    done(dir, &[&flat[..], &["--lights", "15", "--views", "15", "-o", "out"]].concat());
+    let text = well(dir, &["convert", "out/btf.csv", "--lobes", "1", "-o", "svbrdf", "--json"]);
+    let v: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert!(v["error"].as_f64().expect("a number") < 2e-3, "{v}");
+    let near = |name: &str, want: [f32; 3], within: f32| {
+        let p = planes(&dir.join("svbrdf").join(name));
+        for (p, w) in p.iter().zip(want) {
+            assert!(p.iter().all(|x| (x - w).abs() < within), "{name}: {p:?}");
+        }
+    };
+    // Of half precision, as the pictures are.
+    near("rho_d.exr", [0.3; 3], 2e-3);
+    near("c_1.exr", [-1.0, -0.9, 0.95], 2e-3);
+    near("n_1.exr", [12.0; 3], 0.1);
+    near("rho_1.exr", [0.5; 3], 5e-3);
+    let points =
+        "u,v,nx,ny,nz,tx,ty,tz,vx,vy,vz\n0.25,0.25,0,0,1,1,0,0,-0.6,0,0.8\n0.7,0.6,0,0,1,1,0,0,0,0.6,0.8\n";
+    fs::write(dir.join("points.csv"), points).expect("written");
+    let black = vec![0.0; 8 * 4];
+    let dark = Raster::rgb(8, 4, [black.clone(), black.clone(), black]);
+    write_image(&dir.join("dark.pfm"), &dark, &WriteOptions::default()).expect("written");
+    let light = "directional:direction=0.6/0/0.8,irradiance=1/1/1";
+    let eval = |brdf: &str, local: &str| -> Vec<f64> {
+        let made = ["eval", "-p", "points.csv", "-e", "dark.pfm", "--light", light, "--quiet", "-b", brdf];
+        let text = well(dir, &[&made[..], &["-t", "sh-irradiance", "--local", local]].concat());
+        text.lines().skip(1).flat_map(|row| row.split(',').nth(11).and_then(|x| x.parse().ok())).collect()
+    };
+    let maps = "rho_d=svbrdf/rho_d.exr,rho_1=svbrdf/rho_1.exr,c_1=svbrdf/c_1.exr,n_1=svbrdf/n_1.exr";
+    let fitted = eval("lambert", &format!("lafortune_svbrdf:{maps}"));
+    // The light's share of the reflectance itself, as the model has it.
+    let brdf = steradian_brdf::parse(spec).expect("a spec");
+    for (got, wo) in fitted.iter().zip([[-0.6, 0.0, 0.8], [0.0, 0.6, 0.8]]) {
+        let want = brdf.f_cos(glam::DVec3::new(0.6, 0.0, 0.8), glam::DVec3::from(wo))[0];
+        assert!((got - want).abs() < 3e-3 * want.max(0.1), "{got} {want}");
+    }
+    fails(dir, 2, "--lobes", &["convert", "dark.pfm", "--lobes", "1", "-o", "x"]);
+    fails(dir, 2, "3", &["convert", "out/btf.csv", "--lobes", "3", "-o", "x"]);
+    fails(dir, 3, "none.csv", &["convert", "none.csv", "--lobes", "1", "-o", "x"]);
+    assert!(!dir.join("x").exists());
+}
+
+/// A function that was made small is saved, and shades from its file alone as it did; other reflectances, damaged files and those of other
+/// kinds are refused in one line. A measured reflectance stays in the file.
+#[test]
+fn small_functions_are_saved() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    done(dir, &[&SMALL[..], &["--relief", "0.1"]].concat());
+    let local = "btf_pca:map=out/btf.csv,method=chained,components=2";
+    let v = json(dir, &["bake", "-b", "lambert", "--local", local, "-o", "small.safetensors", "--json"]);
+    assert_eq!(v["technique"].as_str(), Some("btf_pca"));
+    assert!(v["error"].as_f64().is_some_and(|e| e < 1.0), "{v}");
+    let points =
+        "u,v,nx,ny,nz,tx,ty,tz,vx,vy,vz\n0.25,0.25,0,0,1,1,0,0,0,0,1\n0.7,0.6,0,0,1,1,0,0,0,0.6,0.8\n";
+    fs::write(dir.join("points.csv"), points).expect("written");
+    let light = ["--light", "directional:direction=0.6/0/0.8,irradiance=1/1/1", "-e", "overcast"];
+    let eval = |brdf: &str, local: &str| {
+        let made =
+            ["eval", "-p", "points.csv", "--quiet", "-b", brdf, "-t", "sh-irradiance", "--local", local];
+        run(dir, &[&made[..], &light].concat())
+    };
+    let first = eval("lambert", local);
+    assert!(first.status.success(), "{}", stderr(&first));
+    fs::rename(dir.join("out"), dir.join("elsewhere")).expect("moved");
+    let again = eval("lambert", "small.safetensors");
+    assert!(again.status.success(), "{}", stderr(&again));
+    assert_eq!(first.stdout, again.stdout);
+    let said = |o: &std::process::Output, code: i32, why: &str| {
+        let text = stderr(o);
+        assert!(o.status.code() == Some(code) && text.contains(why) && text.lines().count() == 1, "{text}");
+    };
+    said(&eval("lambert:albedo=0.2", "small.safetensors"), 2, "was baked of lambert");
+    let whole = fs::read(dir.join("small.safetensors")).expect("a bake");
+    fs::write(dir.join("cut.safetensors"), &whole[..whole.len() - 7]).expect("written");
+    said(&eval("lambert", "cut.safetensors"), 3, "cut.safetensors");
+    let mut bent = whole.clone();
+    let middle = whole.len() / 2;
+    bent[middle] ^= 1;
+    fs::write(dir.join("bent.safetensors"), bent).expect("written");
+    said(&eval("lambert", "bent.safetensors"), 3, "bent.safetensors");
+    said(&eval("lambert", "none.safetensors"), 3, "none.safetensors");
+    let other = ["render", "plane", "--bake", "small.safetensors", "-o", "x.pfm"];
+    fails(dir, 3, "--local takes it", &other);
+    let mesh = ["bake", "-b", "lambert", "--local", "precomputed_visibility", "-o", "x.safetensors"];
+    fails(dir, 2, "data of a mesh", &mesh);
+    fails(dir, 2, "safetensors", &["bake", "-b", "lambert", "--local", "btf_pca", "-o", "x.ktx2"]);
+    fails(dir, 2, "--technique", &["bake", "overcast", "-b", "lambert", "-o", "x.safetensors"]);
+    fails(
+        dir,
+        4,
+        "tolerance",
+        &["bake", "-b", "ggx", "--local", "btf_pca", "--tolerance", "1e-5", "-o", "y.safetensors"],
+    );
+    assert!(!dir.join("x.safetensors").exists() && dir.join("y.safetensors").exists());
+}
+
+/// A picture that claims to be far larger than its bytes is refused before it takes memory.
+#[test]
+fn pictures_that_claim_much_are_refused() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    done(dir, &[&SMALL[..], &["--relief", "0", "--format", "png"]].concat());
+    let path = dir.join("out/view_000/light_000.png");
+    let mut bytes = fs::read(&path).expect("a picture");
+    // The width and height of a PNG's header, with its checksum.
+    bytes[16..20].copy_from_slice(&60_000u32.to_be_bytes());
+    bytes[20..24].copy_from_slice(&60_000u32.to_be_bytes());
+    let crc = crc32(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    fs::write(&path, bytes).expect("written");
+    let started = std::time::Instant::now();
+    let local =
+        ["--local", "btf_pca:map=out/btf.csv", "--light", "directional:direction=0/0/1,irradiance=1/1/1"];
+    let render = ["render", "plane", "-b", "lambert", "-o", "x.pfm", "-t", "sh-irradiance"];
+    fails(dir, 3, "light_000.png", &[&render[..], &local].concat());
+    fails(dir, 3, "light_000.png", &["convert", "out/btf.csv", "--lobes", "1", "-o", "lobes"]);
+    assert!(started.elapsed().as_secs() < 20 && !dir.join("x.pfm").exists() && !dir.join("lobes").exists());
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    let byte = |crc: u32, b: &u8| {
+        (0..8).fold(crc ^ u32::from(*b), |c, _| if c & 1 == 1 { (c >> 1) ^ 0xEDB8_8320 } else { c >> 1 })
+    };
+    !bytes.iter().fold(!0, byte)
+}
+
 /// Pictures that are shaded with, by every method, and those that are refused: in one line, by name, with exit code 3.
 #[test]
 fn pictures_are_shaded_or_refused() {

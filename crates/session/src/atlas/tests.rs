@@ -39,7 +39,10 @@ fn shadows_are_seen_apart_from_the_direction_of_light() {
     let atlas = Session::new().atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
     let column = COLUMNS.iter().position(|c| c.0.contains("shadow")).expect("a column");
     let tried = &atlas.rows[0].tried[column];
-    assert!(tried.claimed && matches!(&tried.outcome, Outcome::Holds(t) if t.contains("constant light")), "{tried:?}");
+    assert!(
+        tried.claimed && matches!(&tried.outcome, Outcome::Holds(t) if t.contains("constant light")),
+        "{tried:?}"
+    );
     assert_eq!(atlas.broken(), Vec::<[String; 3]>::new());
 }
 

@@ -1,8 +1,10 @@
 //! Bidirectional texture functions: their pictures, and surfaces whose pictures are computed.
 
 mod capture;
+mod lobes;
 
 pub use capture::{Captured, FORMATS, MOST_DIRECTIONS, Shape, Surface};
+pub use lobes::{LobeFacts, MOST_LOBES};
 pub use steradian_relight::height::Pattern;
 
 use crate::inputs::all_finite;

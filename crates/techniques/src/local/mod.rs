@@ -12,6 +12,7 @@
 mod certify;
 mod lights;
 mod per_point;
+mod saved;
 mod textured;
 
 pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
@@ -28,6 +29,7 @@ use crate::rooms::{
     vertex_analytic,
 };
 use crate::shared;
+use crate::tensors::{self, TensorFile};
 use crate::{
     BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Points, Radiance, View,
 };
@@ -36,7 +38,7 @@ use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::sync::Arc;
 use steradian_base::{Certificate, Evidence, ParamInfo, ParamValues, Params, Task};
-use steradian_brdf::Brdf;
+use steradian_brdf::{Brdf, SharedBrdf};
 use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::NormalMap;
@@ -272,6 +274,8 @@ pub trait AnyLocal: Send + Sync {
         params: &ParamValues,
         task: &Task,
     ) -> Result<Box<dyn LocalBake>, BakeError>;
+    /// The bake that a file holds, of this reflectance.
+    fn load(&self, t: &TensorFile, brdf: SharedBrdf) -> Result<Box<dyn LocalBake>, BakeError>;
 }
 
 /// A bake of a local technique without its types.
@@ -282,6 +286,12 @@ pub trait LocalBake: Send + Sync {
     fn params(&self) -> ParamValues;
     /// The error of f · ⟨n·wi⟩.
     fn certificate(&self) -> &Certificate;
+    /// All of it as tensors, for [`AnyLocal::load`]; refuses data of a mesh.
+    fn save(&self) -> Result<TensorFile, BakeError>;
+    /// The reflectance that it was made of.
+    fn brdf(&self) -> &SharedBrdf;
+    /// Has it data that differ from texel to texel?
+    fn is_textured(&self) -> bool;
     /// Bytes that shading reads.
     fn bytes(&self) -> usize;
     /// The normals that it shades with, for whatever shades the other light; `None` where they are the surface's own.
@@ -363,6 +373,21 @@ impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
             certificate,
         }))
     }
+
+    fn load(&self, t: &TensorFile, brdf: SharedBrdf) -> Result<Box<dyn LocalBake>, BakeError> {
+        let slug = T::CARD.slug;
+        let bad = |e: tensors::PartError| BakeError::Load { slug, why: e.to_string() };
+        tensors::check_slug(t, slug).map_err(bad)?;
+        let params = T::Params::from_values(&tensors::params(t, T::Params::INFO).map_err(bad)?)?;
+        (T::CARD.materials)(&*brdf).map_err(|why| BakeError::Material { slug, why })?;
+        let certificate = tensors::certificate(t).map_err(bad)?;
+        let material = Material::new(brdf).with_textures(saved::planes(t).map_err(bad)?);
+        let tables = match T::load(t).map_err(bad)? {
+            Some(tables) => tables,
+            None => T::bake(&material, &params, &Task::quiet().with_tolerance(certificate.tolerance))?,
+        };
+        Ok(Box::new(LocalBaked::<T> { params, tables: Arc::new(tables), material, certificate }))
+    }
 }
 
 impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
@@ -376,6 +401,27 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
 
     fn certificate(&self) -> &Certificate {
         &self.certificate
+    }
+
+    fn save(&self) -> Result<TensorFile, BakeError> {
+        let slug = T::CARD.slug;
+        if T::needs_sites(&self.params) {
+            return Err(BakeError::Geometry { slug, why: "has data of a mesh, which are not saved".into() });
+        }
+        let mut t = TensorFile::default();
+        tensors::put_head(&mut t, slug, &self.params.to_values(), &self.certificate);
+        if !T::save(&self.tables, &mut t) {
+            saved::put(&mut t, &self.material.textures);
+        }
+        Ok(t)
+    }
+
+    fn brdf(&self) -> &SharedBrdf {
+        &self.material.brdf
+    }
+
+    fn is_textured(&self) -> bool {
+        !self.material.textures.is_empty() || T::varies(&self.tables)
     }
 
     fn bytes(&self) -> usize {

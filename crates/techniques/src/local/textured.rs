@@ -1,6 +1,7 @@
 //! Techniques whose data differ from texel to texel.
 
 use super::{LocalBaked, LocalFrame, LocalShading, LocalTechnique, LocalText, PerPoint, error};
+use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Card, Geometry, Material};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -135,6 +136,21 @@ pub trait TexturedTechnique: Send + Sync + Sized + 'static {
     fn normals(t: &Self::Tables) -> Option<Arc<NormalMap>> {
         let _ = t;
         None
+    }
+    /// Writes tables that the textures of the material do not give again; false where there are none.
+    fn save(t: &Self::Tables, to: &mut TensorFile) -> bool {
+        let _ = (t, to);
+        false
+    }
+    /// The tables that [`TexturedTechnique::save`] wrote; `None` where it writes none.
+    fn load(from: &TensorFile) -> Result<Option<Self::Tables>, PartError> {
+        let _ = from;
+        Ok(None)
+    }
+    /// Do tables of its own differ from texel to texel?
+    fn varies(t: &Self::Tables) -> bool {
+        let _ = t;
+        false
     }
     /// What its error is, in a certificate's words.
     const METRIC: &'static str =

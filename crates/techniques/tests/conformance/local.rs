@@ -13,7 +13,7 @@ use steradian_scene::{Bvh, Mesh, Ray};
 use steradian_sphere::Frame;
 use steradian_sphere::quadrature::gauss_legendre;
 use steradian_techniques::local::{
-    AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Pair, pairs, texel,
+    AnyLocal, Content, LocalBake, LocalFrame, LocalLights, Pair, Place, pairs, texel,
 };
 use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{BakeError, Check, PointsBuf, Radiance, View, find_local, gpu, locals};
@@ -426,4 +426,30 @@ fn local_techniques_refuse_by_name() {
     let frame = LocalFrame { lights: &l, view: &View::default(), mesh: None, shadowed: false };
     let e = bake(t, "lambert", &[]).lit(&frame).err().expect("it needs a mesh");
     assert!(e.to_string().contains("needs a mesh with normals"), "{e}");
+}
+
+/// What is saved comes back to the same bits, of textures and of tables.
+#[test]
+fn local_bakes_are_saved_and_loaded() {
+    let at = |k: usize| Place { uv: [0.19 * k as f32, 0.37 * k as f32], footprint: 0.02 * k as f32 };
+    for t in locals() {
+        let spec = t.card().specimens[0];
+        let params: ParamValues = t.per_point().iter().copied().collect();
+        let m = specimens::material(material(spec).brdf, t.planes());
+        let b = t.bake(&m, None, &params, &Task::quiet()).expect("a bake that the Card promises");
+        let again = t.load(&b.save().expect("no mesh"), m.brdf.clone()).expect("its own bake");
+        assert_eq!(again.certificate(), b.certificate(), "{}", t.card().slug);
+        assert_eq!((again.params(), again.is_textured()), (b.params(), b.is_textured()), "{}", t.card().slug);
+        for (k, p) in points(40).iter().enumerate() {
+            let (wi, wo) =
+                (Vec3::new(0.3, -0.2, 0.9).normalize().to_array(), p.frame.to_local(p.wo).as_vec3());
+            let [one, two] = [&b, &again].map(|b| b.f_cos_at(at(k), wi, wo.to_array()));
+            assert_eq!(one, two, "{}: {k}", t.card().slug);
+        }
+        let other = locals().iter().find(|o| o.card().slug != t.card().slug).expect("another technique");
+        assert!(matches!(
+            other.load(&b.save().expect("no mesh"), m.brdf.clone()),
+            Err(BakeError::Load { .. })
+        ));
+    }
 }

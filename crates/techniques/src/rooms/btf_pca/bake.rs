@@ -26,7 +26,7 @@ params! {
         /// The map.
         pub map: Option<FileName> = ParamInfo::file("map", "pictures of a bidirectional texture function (.csv), as capture writes them; auto: the reflectance").auto(f64::NAN),
         /// What stands for it.
-        pub method: usize = ParamInfo::choice("method", &METHODS, "principal components of clusters of texels, or of each view's pictures, or a chain of sums of products over half vector and difference, and light").preset("local"),
+        pub method: usize = ParamInfo::choice("method", &METHODS, "principal components of clusters of texels, or of each view's pictures, or a chain of sums of products over half vector and difference, and light").numbered(0.0).preset("local"),
         /// Clusters of texels.
         pub clusters: usize = ParamInfo::whole("clusters", [1.0, 256.0], 32.0, "clusters of texels of method=local"),
         /// Components beside means, or products.
@@ -77,13 +77,20 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, Bake
     let largest = btf.largest();
     let scale = if largest > 0.0 { largest } else { 1.0 };
     rounded(&mut small.model, scale);
-    Ok(Tables {
-        views: Net::new(&small.views),
-        lights: Net::new(&small.lights),
-        cosines: small.lights.iter().map(|l| l.z as f32).collect(),
-        scale: (f64::from(scale) / PI) as f32,
-        small,
-    })
+    Ok(Tables::of(small, (f64::from(scale) / PI) as f32))
+}
+
+impl Tables {
+    /// Of a rounded function.
+    pub(super) fn of(small: Compressed, scale: f32) -> Self {
+        Self {
+            views: Net::new(&small.views),
+            lights: Net::new(&small.lights),
+            cosines: small.lights.iter().map(|l| l.z as f32).collect(),
+            scale,
+            small,
+        }
+    }
 }
 
 /// The function of a reflectance: one texel.

@@ -18,11 +18,13 @@
 //! in W sr⁻¹ m⁻². Refused: nothing.
 
 mod bake;
+mod saved;
 mod shade;
 #[cfg(test)]
 mod tests;
 
 use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Capabilities, Card, Material};
 use bake::{Params, Tables};
 use steradian_base::Task;
@@ -76,6 +78,19 @@ impl TexturedTechnique for BtfPca {
 
     fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
         bake::bake(m, p, task)
+    }
+
+    fn save(t: &Tables, to: &mut TensorFile) -> bool {
+        saved::save(t, to);
+        true
+    }
+
+    fn load(from: &TensorFile) -> Result<Option<Tables>, PartError> {
+        saved::load(from).map(Some)
+    }
+
+    fn varies(t: &Tables) -> bool {
+        t.small.levels.texels(0) > 1
     }
 
     fn details(t: &Tables) -> Vec<(&'static str, f64)> {

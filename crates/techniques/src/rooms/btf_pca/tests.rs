@@ -5,6 +5,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
+use steradian_formats::TensorData;
 use steradian_relight::btf::{Btf, bonn, spread};
 
 fn bake(spec: &str, map: Option<Btf>, parameters: &str) -> Box<dyn LocalBake> {
@@ -30,7 +31,7 @@ fn maps_are_shaded_as_they_are() {
     let map = Btf::of((3, 2), &all, &all, f.clone()).expect("a function");
     for method in ["method=local,clusters=1", "method=view", "method=chained,components=6,halves=64"] {
         let b = bake("lambert", Some(map.clone()), method);
-        // A chain sorts pairs into cells.
+        // A chain's tables of half and difference vectors are between directions.
         let within = if method.contains("chained") { 0.06 } else { 1e-3 };
         assert!(b.certificate().error < within, "{method}: {}", b.certificate().error);
         for k in 0..6 * 36 {
@@ -88,5 +89,55 @@ fn a_reflectance_is_tabulated() {
         let (wi, wo) = (direction(k, 0.01), direction(3 * k, 0.05));
         let got = f64::from(lambert.f_cos(single(wi), single(wo))[2]);
         assert!((got - 0.5 / PI * wi.z).abs() < 1e-3 * wi.z, "{k}");
+    }
+}
+
+/// A bake that was saved is the same, to the bit, by every method; what does not fit is refused.
+#[test]
+fn saved_functions_come_back() {
+    let t = find_local("btf_pca").expect("a technique");
+    let map = (*specimens::apparent()).clone();
+    for (method, name, other) in [
+        ("method=local,clusters=3,components=2", "cluster", [9.0; 3]),
+        ("method=view,components=0", "pictures", [1.0; 3]),
+        ("method=chained,components=2,halves=7", "corners", [7.0; 3]),
+    ] {
+        let b = bake("lambert:albedo=0.4", Some(map.clone()), method);
+        let saved = b.save().expect("no mesh");
+        let again = t.load(&saved, b.brdf().clone()).expect("its own");
+        assert!(
+            again.is_textured() && again.certificate() == b.certificate() && again.params() == b.params()
+        );
+        for k in 0..60 {
+            let (wi, wo) = (single(direction(k, 0.01)), single(direction(3 * k, 0.1)));
+            let at = Place { uv: [0.17 * k as f32, 0.31 * k as f32], footprint: 0.01 * k as f32 };
+            assert_eq!(b.f_cos_at(at, wi, wo), again.f_cos_at(at, wi, wo), "{method}: {k}");
+        }
+        let lost = |name: &str| {
+            let mut t = saved.clone();
+            t.tensors.remove(name);
+            t
+        };
+        let mut wrong = saved.clone();
+        if let Some(x) = wrong.tensors.get_mut(name) {
+            match &mut x.data {
+                TensorData::U32(v) => v[0] = other[0] as u32,
+                _ => x.shape[0] += 1,
+            }
+        }
+        let mut huge = saved.clone();
+        if let Some(x) = huge.tensors.get_mut("size") {
+            x.data = TensorData::U32(vec![65536, 65536]);
+        }
+        let mut below = saved.clone();
+        if let Some(TensorData::F64(v)) = below.tensors.get_mut("views").map(|x| &mut x.data) {
+            v[2] = -v[2];
+        }
+        for (file, what) in
+            [(lost("views"), "views"), (lost(name), name), (wrong, name), (huge, ""), (below, "views")]
+        {
+            let e = t.load(&file, b.brdf().clone()).err().expect("refused").to_string();
+            assert!(e.contains(what) && !e.contains('\n'), "{method}: {e}");
+        }
     }
 }

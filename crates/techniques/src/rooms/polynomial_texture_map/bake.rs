@@ -24,7 +24,7 @@ params! {
         /// The map.
         pub map: Option<FileName> = ParamInfo::file("map", "polynomial texture map (.ptm, of basis=biquadratic), or a list of lights with their photographs (.lp); auto: the reflectance seen along its normal").auto(f64::NAN),
         /// What its texels are sums of.
-        pub basis: usize = ParamInfo::choice("basis", &Basis::NAMES, "a parabola of the light's direction (6 numbers a texel and channel), or spherical harmonics up to order 2 (9) or 3 (16), which are fitted to photographs").preset("biquadratic"),
+        pub basis: usize = ParamInfo::choice("basis", &Basis::NAMES, "a parabola of the light's direction (6 numbers a texel and channel), or spherical harmonics up to order 2 (9) or 3 (16), which are fitted to photographs").numbered(0.0).preset("biquadratic"),
     }
 }
 

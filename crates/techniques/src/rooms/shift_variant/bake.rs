@@ -9,6 +9,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, params};
+use steradian_brdf::model::lafortune::Lafortune;
 use steradian_brdf::model::ward::Variant;
 use steradian_brdf::{Brdf, Form};
 use steradian_scene::surface::{Texture, Wrap};
@@ -29,7 +30,9 @@ params! {
         /// Angles of the tangent.
         pub tangent: Option<FileName> = ParamInfo::file("tangent", "image whose red is the tangent's angle from the surface's own towards the bitangent, in half turns: 0 to 1; auto: 0").auto(f64::NAN),
         /// Widths.
-        pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the widths along tangent and bitangent, 0.0001 to 10 (ward, ggx), or both the exponent (blinn-phong-gl; .exr or .pfm); auto: those of the reflectance").auto(f64::NAN),
+        pub widths: Option<FileName> = ParamInfo::file("widths", "image whose red and green are the widths along tangent and bitangent, 0.0001 to 10 (ward, ggx), or both the exponent (blinn-phong-gl, lafortune; .exr or .pfm); auto: those of the reflectance").auto(f64::NAN),
+        /// C of Lafortune's lobe.
+        pub lobe: Option<FileName> = ParamInfo::file("lobe", "image whose red, green and blue are C of lafortune's lobe along tangent, bitangent and normal (.exr or .pfm); auto: that of the reflectance").auto(f64::NAN),
         /// Specular factors.
         pub specular: Option<FileName> = ParamInfo::file("specular", "image of the specular factor: rs, f0 or ks; auto: that of the reflectance").auto(f64::NAN),
         /// Albedo.
@@ -52,21 +55,39 @@ pub enum Model {
     Ggx,
     /// Blinn's highlight.
     Blinn,
+    /// Lafortune's lobe.
+    Lafortune,
 }
 
 /// A surface that varies.
 pub struct Varied {
     pub model: Model,
     pub bumps: Option<Bumps>,
-    /// Slopes of the normals and their moments, covariance of the lobe, specular factor, albedo.
+    /// Slopes of the normals and their moments, covariance of the lobe, or C in the tangent plane, specular factor, albedo; and of
+    /// Lafortune's lobe C along the normal and 1/n.
     pub texels: Texels,
     /// Factor of a scaled reflectance's lobe.
     pub scale: [f64; 3],
     /// Widths, or the exponent, specular factor and albedo of the reflectance.
     widths: [f64; 2],
+    lobe: [f64; 3],
     specular: [f64; 3],
     albedo: [f64; 3],
-    planes: [Option<Arc<Texture>>; 4],
+    planes: [Option<Arc<Texture>>; 5],
+}
+
+/// The one lobe of all channels: C, n and the factors; `None` where there are more, or they differ.
+pub(super) fn single(l: &Lafortune) -> Option<(DVec3, f64, [f64; 3])> {
+    let [[r, g, b]] = l.lobes.as_slice() else { return None };
+    let same = [g, b].iter().all(|o| o.c == r.c && o.n == r.n);
+    same.then_some((r.c, r.n, [r.ks, g.ks, b.ks]))
+}
+
+/// Cx and Cy as a symmetric form turned by the angle of `half_turns`.
+pub(super) fn turned([x, y]: [f64; 2], half_turns: f64) -> [f64; 3] {
+    let (s, c) = (2.0 * PI * half_turns.rem_euclid(1.0)).sin_cos();
+    let (m, d) = (0.5 * (x + y), 0.5 * (x - y));
+    [m + d * c, d * s, m - d * c]
 }
 
 /// (α_x² + α_y²)/4, and (α_x² − α_y²)/4 times cosine and sine of twice the angle of `half_turns`. A quarter turn changes nothing but
@@ -86,6 +107,7 @@ fn nearest(t: &Texture, [u, v]: [f32; 2]) -> [f64; 3] {
 
 pub(super) fn bake(m: &Material, p: &Params) -> Result<Varied, BakeError> {
     let slug = "shift_variant";
+    let mut c = [-1.0, -1.0, 1.0];
     let (model, widths, specular, albedo, scale) = match m.brdf.form() {
         Form::Ward { alpha, rs, rd, variant } => {
             let model = match variant {
@@ -97,12 +119,22 @@ pub(super) fn bake(m: &Material, p: &Params) -> Result<Varied, BakeError> {
         }
         Form::Ggx { alpha, f0, scale } => (Model::Ggx, alpha, f0, [0.0; 3], scale),
         Form::BlinnPhongGl { kd, ks, n } => (Model::Blinn, [n; 2], ks, kd, [1.0; 3]),
-        _ => return Err(BakeError::Material { slug, why: "takes ward, ggx and blinn-phong-gl only".into() }),
+        Form::Lafortune(l) => {
+            let why = || BakeError::Material { slug, why: "takes one lobe of lafortune".into() };
+            let (axis, n, ks) = single(&l).ok_or_else(why)?;
+            c = axis.to_array();
+            (Model::Lafortune, [n; 2], ks, l.kd, [1.0; 3])
+        }
+        _ => {
+            let why = "takes ward, ggx, blinn-phong-gl and lafortune only".into();
+            return Err(BakeError::Material { slug, why });
+        }
     };
     let bumps = Bumps::of(slug, m, p.relief)?;
-    let planes = ["tangent", "widths", "specular", "albedo"].map(|name| m.textures.get(name).cloned());
-    let mut out =
-        Varied { model, bumps, texels: Texels::new(Vec::new()), scale, widths, specular, albedo, planes };
+    let planes =
+        ["tangent", "widths", "specular", "albedo", "lobe"].map(|name| m.textures.get(name).cloned());
+    let texels = Texels::new(Vec::new());
+    let mut out = Varied { model, bumps, texels, scale, widths, lobe: c, specular, albedo, planes };
     out.texels = out.layers();
     Ok(out)
 }
@@ -118,8 +150,13 @@ impl Varied {
     /// Covariance of the lobe at a place.
     fn lobe(&self, uv: [f32; 2]) -> [f64; 3] {
         let [ax, ay] = self.widths_at(uv);
-        if self.model == Model::Blinn {
-            return [1.0 / ax, 0.0, 1.0 / ax];
+        match self.model {
+            Model::Blinn => return [1.0 / ax, 0.0, 1.0 / ax],
+            Model::Lafortune => {
+                let [x, y, _] = self.c_at(uv);
+                return turned([x, y], self.angle_at(uv));
+            }
+            _ => {}
         }
         covariance([ax, ay], self.angle_at(uv))
     }
@@ -127,10 +164,14 @@ impl Varied {
     fn widths_at(&self, uv: [f32; 2]) -> [f64; 2] {
         let [x, y, _] =
             self.planes[1].as_ref().map_or([self.widths[0], self.widths[1], 0.0], |t| nearest(t, uv));
-        if self.model == Model::Blinn {
+        if matches!(self.model, Model::Blinn | Model::Lafortune) {
             return [x.clamp(1e-3, 1e8); 2];
         }
         [x, y].map(|a| a.clamp(LEAST, 10.0))
+    }
+
+    fn c_at(&self, uv: [f32; 2]) -> [f64; 3] {
+        self.planes[4].as_ref().map_or(self.lobe, |t| nearest(t, uv))
     }
 
     fn angle_at(&self, uv: [f32; 2]) -> f64 {
@@ -160,6 +201,8 @@ impl Varied {
             let n = self.bumps.as_ref().map_or([0.0, 0.0, 1.0], |b| b.map.mean().sample(uv[0], uv[1], 0.0));
             [n[0], n[1]].map(|x| f64::from(x / n[2].max(LEAST_Z)))
         };
+        let along = (self.model == Model::Lafortune)
+            .then(|| texture(&|uv| [self.c_at(uv)[2], 1.0 / self.widths_at(uv)[0], 0.0]));
         let layers = [
             texture(&|uv| {
                 let [x, y] = slope(uv);
@@ -173,7 +216,7 @@ impl Varied {
             texture(&|uv| self.colour_at(2, self.specular, uv)),
             texture(&|uv| self.colour_at(3, self.albedo, uv)),
         ];
-        Texels::new(layers.into_iter().flatten().collect())
+        Texels::new(layers.into_iter().chain(along).flatten().collect())
     }
 
     /// The model of a texel by its own formula, turned to the texel's tangent.
@@ -199,6 +242,10 @@ impl Varied {
             Model::Duer => format!("ward:ax={ax},ay={ay},rs={r}/{g}/{blue},variant=duer"),
             Model::Ward => format!("ward:ax={ax},ay={ay},rs={r}/{g}/{blue},variant=1992"),
             Model::Ggx => format!("ggx:ax={ax},ay={ay},f0={r}/{g}/{blue}"),
+            Model::Lafortune => {
+                let [x, y, z] = self.c_at(uv);
+                format!("lafortune:cx={x},cy={y},cz={z},n={ax},ks={r}/{g}/{blue}")
+            }
             Model::Blinn => format!("blinn-phong-gl:n={ax},ks={r}/{g}/{blue}"),
         };
         let lobe = steradian_brdf::parse(&name).map_or([0.0; 3], |f| f.f_cos(wi, wo));

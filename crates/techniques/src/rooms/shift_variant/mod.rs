@@ -1,4 +1,4 @@
-//! Ward's model, GGX and Blinn's highlight with normals, tangents and all numbers by texel.
+//! Ward's model, GGX, Blinn's highlight and Lafortune's lobe with normals, tangents and all numbers by texel.
 //!
 //! Kautz & Seidel (2000), *Towards Interactive Bump Mapping with Anisotropic Shift-Variant BRDFs*; STAR04 6.3.2; the moments by which
 //! levels are filtered: Olano & Baker (2010), *LEAN Mapping*. In the frame of the texel's normal n', whose tangent is turned by the
@@ -15,7 +15,9 @@
 //! α_x = α_y, and is the same where t is turned by 90° and the widths are swapped. It averages under a footprint, and what the
 //! slopes of the normals scatter there adds to it (LEAN mapping); factors and albedo average as they are. Nothing is approximated
 //! at the texels. Where n' turns away from the viewer it is bent back, as other shading normals are. Units: f in sr⁻¹, radiance
-//! in W sr⁻¹ m⁻². Refused: other models than `ward`, `ggx` and `blinn-phong-gl`.
+//! in W sr⁻¹ m⁻². Lafortune's lobe (C ∘ v·l)ⁿ has C in place of Σ, with the same turned form in the tangent plane; what the normals scatter
+//! adds twice its trace to 1/n, since a mirror turns light twice as far, and the lobe keeps its integral. Refused: other models than `ward`,
+//! `ggx`, `blinn-phong-gl` and `lafortune` of one lobe whose C and n are those of all channels.
 
 mod bake;
 mod shade;
@@ -38,9 +40,13 @@ pub struct ShiftVariant;
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     match brdf.form() {
         Form::Ward { .. } | Form::Ggx { .. } | Form::BlinnPhongGl { .. } => Ok(()),
+        Form::Lafortune(l) if bake::single(&l).is_some() => Ok(()),
+        Form::Lafortune(_) => {
+            Err("takes lafortune of one lobe with one C and n for all channels: use lafortune_svbrdf".into())
+        }
         _ => {
             let name = brdf.info().name;
-            Err(format!("takes ward, ggx and blinn-phong-gl, not {name}: use lafortune_svbrdf or exact"))
+            Err(format!("takes ward, ggx, blinn-phong-gl and lafortune, not {name}: use exact"))
         }
     }
 }
@@ -54,12 +60,13 @@ impl TexturedTechnique for ShiftVariant {
         equation: "L_o = Σ_l E_l [n·l > 0] f'(l, v) (n'·l)₊, f' of the texel's Σ, factors and albedo",
         light: local::LIGHT,
         visibility: "rays at each point where asked for; none between bumps",
-        reflectance: "ward, ggx and blinn-phong-gl, their numbers, normals and tangents by texel",
+        reflectance: "ward, ggx, blinn-phong-gl and lafortune of one lobe, their numbers, normals and tangents by texel",
         materials,
         specimens: &[
             "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4",
             "ggx:ax=0.2,ay=0.4,f0=0.9/0.7/0.4",
             "blinn-phong-gl:kd=0.5,ks=0.4,n=20",
+            "lafortune:cx=-0.95,cy=-0.8,cz=0.9,n=15,ks=0.5/0.4/0.2,kd=0.3",
         ],
         exact_when: &[
             Claim::new(
@@ -91,6 +98,7 @@ impl TexturedTechnique for ShiftVariant {
         bumps::PLANES[1],
         Plane::new("tangent", Content::Numbers),
         Plane::new("widths", Content::Numbers).within(LEAST as f32, 1e8, 2),
+        Plane::new("lobe", Content::Numbers),
         Plane::new("specular", Content::Colours).within(0.0, 1e30, 3),
         Plane::new("albedo", Content::Colours).within(0.0, 1e30, 3),
     ];

@@ -22,6 +22,8 @@ pub struct Texel {
     root: f32,
     /// Of (n·h)ᴺ: what widening takes of the peak.
     peak: f32,
+    /// Of Lafortune's lobe: C along the normal, and n.
+    lobe: [f32; 2],
     specular: [f32; 3],
     albedo: [f32; 3],
 }
@@ -45,6 +47,24 @@ pub(super) fn texel(t: &Varied, at: Place, wo: [f32; 3]) -> Texel {
     let scatter = [moments[0] - x * x, moments[1] - x * y, moments[2] - y * y];
     let real = scatter[0] + scatter[2] > 1e-5 * (1e-3 + moments[0] + moments[2]);
     let sigma: [f32; 3] = if real { std::array::from_fn(|k| own[k] + scatter[k]) } else { own };
+    if t.model == Model::Lafortune {
+        let [cz, inverse_n, _] = layer(5);
+        // A mirror turns light twice as far as the normal.
+        let wide = if real { inverse_n + 2.0 * (scatter[0] + scatter[2]) } else { inverse_n };
+        // 1/(n + 1) of both.
+        let peak = if real { inverse_n * (1.0 + wide) / (wide * (1.0 + inverse_n)) } else { 1.0 };
+        return Texel {
+            frame,
+            wo: frame.map(|e| dot(e, wo)),
+            sigma: own,
+            inverse: [0.0; 3],
+            root: 1.0,
+            peak,
+            lobe: [cz, wide.max(1e-30).recip()],
+            specular: layer(3),
+            albedo: layer(4),
+        };
+    }
     let det = (sigma[0] * sigma[2] - sigma[1] * sigma[1]).max(1e-36);
     let root = det.sqrt();
     let narrow = (own[0] * own[2] - own[1] * own[1]).max(1e-36).sqrt();
@@ -60,6 +80,7 @@ pub(super) fn texel(t: &Varied, at: Place, wo: [f32; 3]) -> Texel {
         inverse,
         root,
         peak: narrow / root,
+        lobe: [0.0; 2],
         specular,
         albedo,
     }
@@ -78,6 +99,12 @@ fn lobe(model: Model, x: &Texel, wi: [f32; 3]) -> f32 {
             let long = |w: [f32; 3]| (2.0 * form(x.sigma, [w[0], w[1]]) + w[2] * w[2]).sqrt();
             let masking = long(wi) * wo[2] + long(wo) * wi[2];
             0.5 * wi[2] / ((TAU * x.root * q * q) * masking.max(TINY))
+        }
+        Model::Lafortune => {
+            let [xx, xy, yy] = x.sigma;
+            let axis = [xx * wo[0] + xy * wo[1], xy * wo[0] + yy * wo[1], x.lobe[0] * wo[2]];
+            let cosine = dot(axis, wi);
+            if cosine > 0.0 { x.peak * cosine.powf(x.lobe[1]) * wi[2] } else { 0.0 }
         }
         Model::Blinn => {
             let s = h.map(|v| v / square.sqrt());

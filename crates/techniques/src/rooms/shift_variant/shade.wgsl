@@ -7,6 +7,7 @@ struct LocalTexel {
     inverse: vec3<f32>,
     root: f32,
     peak: f32,
+    lobe: vec2<f32>,
     specular: vec3<f32>,
     albedo: vec3<f32>,
 }
@@ -24,6 +25,16 @@ fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
     let scatter = moments - vec3<f32>(slope.x * slope.x, slope.x * slope.y, slope.y * slope.y);
     let real = scatter.x + scatter.z > 1e-5 * (1e-3 + moments.x + moments.z);
     let sigma = select(own, own + scatter, real);
+    if technique.local_model.w == 5.0 {
+        let along = fetch_local_varied(uv, footprint, 5u).xy;
+        let wide = select(along.y, along.y + 2.0 * (scatter.x + scatter.z), real);
+        let peak = select(1.0, along.y * (1.0 + wide) / (wide * (1.0 + along.y)), real);
+        let o = vec3<f32>(dot(f.t, wo), dot(f.b, wo), dot(n, wo));
+        let lobe = vec2<f32>(along.x, 1.0 / max(wide, 1e-30));
+        let specular = fetch_local_varied(uv, footprint, 3u).rgb;
+        let albedo = fetch_local_varied(uv, footprint, 4u).rgb;
+        return LocalTexel(f.t, f.b, n, o, own, vec3<f32>(0.0), 1.0, peak, lobe, specular, albedo);
+    }
     let det = max(sigma.x * sigma.z - sigma.y * sigma.y, 1e-36);
     let root = sqrt(det);
     let narrow = sqrt(max(own.x * own.z - own.y * own.y, 1e-36));
@@ -31,7 +42,7 @@ fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
     let specular = fetch_local_varied(uv, footprint, 3u).rgb;
     let albedo = fetch_local_varied(uv, footprint, 4u).rgb;
     let o = vec3<f32>(dot(f.t, wo), dot(f.b, wo), dot(n, wo));
-    return LocalTexel(f.t, f.b, n, o, sigma, inverse, root, narrow / root, specular, albedo);
+    return LocalTexel(f.t, f.b, n, o, sigma, inverse, root, narrow / root, vec2<f32>(0.0), specular, albedo);
 }
 
 fn local_long(m: vec3<f32>, w: vec3<f32>) -> f32 {
@@ -47,6 +58,12 @@ fn local_lobe(x: LocalTexel, wi: vec3<f32>) -> f32 {
         let q = 0.5 * local_form(x.inverse, s.xy) + s.z * s.z;
         let masking = local_long(x.sigma, wi) * x.wo.z + local_long(x.sigma, x.wo) * wi.z;
         return 0.5 * wi.z / ((6.2831853 * x.root * q * q) * max(masking, 1e-18));
+    }
+    if model == 5.0 {
+        let c = x.sigma;
+        let axis = vec3<f32>(c.x * x.wo.x + c.y * x.wo.y, c.y * x.wo.x + c.z * x.wo.y, x.lobe.x * x.wo.z);
+        let cosine = dot(axis, wi);
+        return select(0.0, x.peak * pow(max(cosine, 1e-38), x.lobe.y) * wi.z, cosine > 0.0);
     }
     if model == 4.0 {
         let s = h / sqrt(square);

@@ -7,12 +7,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_scene::surface::{Planes, Texture};
 
-const SPECS: [&str; 5] = [
+const SPECS: [&str; 6] = [
     "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4",
     "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4,variant=duer",
     "ward:ax=0.15,ay=0.4,rs=0.3,rd=0.4,variant=1992",
     "ggx:ax=0.2,ay=0.4,f0=0.9/0.7/0.4",
     "blinn-phong-gl:kd=0.5,ks=0.4,n=20",
+    "lafortune:cx=-0.95,cy=-0.7,cz=0.9,n=15,ks=0.5/0.4/0.2,kd=0.3",
 ];
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
@@ -81,7 +82,8 @@ fn tangents_are_what_widths_make_of_them() {
 #[test]
 fn texels_are_the_model_with_their_numbers() {
     for spec in SPECS {
-        let widths = |i: usize, j: usize| match spec.starts_with("blinn") {
+        let exponents = spec.starts_with("blinn") || spec.starts_with("lafortune");
+        let widths = |i: usize, j: usize| match exponents {
             true => [5.0 + ((i + j) % 30) as f64; 3],
             false => [0.1 + 0.01 * (i % 20) as f64, 0.2 + 0.01 * (j % 30) as f64, 0.0],
         };
@@ -89,11 +91,47 @@ fn texels_are_the_model_with_their_numbers() {
             .with(HEIGHT, specimens::texture(|i, j| [specimens::height(i, j); 3]))
             .with("widths", specimens::texture(widths))
             .with("tangent", specimens::texture(|i, j| [((i * j) % 48) as f64 / 48.0; 3]))
+            .with("lobe", specimens::texture(|i, j| [-1.0 + 0.01 * i as f64, 0.5 - 0.02 * j as f64, 0.9]))
             .with("specular", specimens::texture(|i, _| [0.3, 0.01 * i as f64, 0.5]))
             .with("albedo", specimens::texture(|_, j| [0.02 * j as f64 % 0.9, 0.1, 0.4]));
         let b = bake(spec, planes);
         assert!(b.certificate().error < 2e-4, "{spec}: {}", b.certificate().error);
     }
+}
+
+/// Lafortune's lobe: a tangent turned by 90° is Cx and Cy swapped, equal ones know no tangent, and other lobes than one are refused.
+#[test]
+fn lobes_of_lafortune_turn_with_the_tangent() {
+    let spec = SPECS[5];
+    let of = |c: [f64; 3], tangent: f64| {
+        bake(spec, Planes::default().with("lobe", constant(c)).with("tangent", constant([tangent; 3])))
+    };
+    let (one, swapped) = (of([-0.9, 0.3, 0.8], 0.125), of([0.3, -0.9, 0.8], 0.625));
+    let (round, turned) = (of([-0.9, -0.9, 0.8], 0.0), of([-0.9, -0.9, 0.8], 0.3125));
+    for k in 0..200 {
+        let (wi, wo) = (single(direction(3 * k, 0.02)), single(direction(7 * k + 1, 0.02)));
+        for (a, b) in [(&one, &swapped), (&round, &turned)] {
+            for (x, y) in a.f_cos(wi, wo).iter().zip(b.f_cos(wi, wo)) {
+                assert!((x - y).abs() <= 1e-5 * (0.1 + x), "{k}: {x} {y}");
+            }
+        }
+    }
+    let materials = crate::local::find_local("shift_variant").expect("a technique").card().materials;
+    let refused =
+        materials(&*steradian_brdf::parse("lafortune:@skin").expect("a spec")).expect_err("three lobes");
+    assert!(refused.contains("lafortune_svbrdf"), "{refused}");
+    // Normals that scatter under a footprint widen the lobe: less at its peak, more beside it.
+    let rough = |i: usize, _: usize| [0.5 + 0.5 * (i as f64 * 1.7).sin(); 3];
+    let spec = "lafortune:cx=-1,cy=-1,cz=1,n=100,ks=1";
+    let (flat, rough) = (
+        bake(spec, Planes::default()),
+        bake(spec, Planes::default().with(HEIGHT, specimens::texture(rough))),
+    );
+    let at = Place { uv: [0.5; 2], footprint: 1.0 };
+    let of = |b: &dyn LocalBake, x: f64| {
+        f64::from(b.f_cos_at(at, single(DVec3::new(x, 0.0, 1.0).normalize()), [0.0, 0.0, 1.0])[0])
+    };
+    assert!(of(&*rough, 0.0) < 0.9 * of(&*flat, 0.0) && of(&*rough, 0.5) > 2.0 * of(&*flat, 0.5));
 }
 
 /// White light gives no more than it sends, whatever varies.

@@ -54,7 +54,7 @@ pub fn apparent() -> Arc<Btf> {
         let n = DVec3::new(z(SIDE - 1, 0) - z(1, 0), z(0, 1) - z(0, SIDE - 1), 2.0).normalize();
         let lit = n.dot(l).max(0.0);
         let shine = lit * n.dot((v + l).normalize()).max(0.0).powi(16);
-        colour(i, j).map(|c| (2.0 * c * lit + shine) as f32)
+        colour(i, j).map(|c| (c * lit + 0.5 * shine) as f32)
     };
     let made = Btf::of((TEXELS, TEXELS), &all, &all, of);
     Arc::new(made.unwrap_or_else(|e| unreachable!("texels and directions above the surface: {e}")))
@@ -81,7 +81,7 @@ fn colour(i: usize, j: usize) -> [f64; 3] {
 fn numbers(name: &str, i: usize, j: usize) -> [f64; 3] {
     let wave = |a: usize, b: usize| (TAU * (a * i + b * j) as f64 / SIDE as f64).sin();
     match name.as_bytes()[0] {
-        b'c' => [-0.9 + 0.1 * wave(1, 0), -0.8 + 0.1 * wave(0, 1), 0.9 + 0.1 * wave(1, 2)],
+        b'c' | b'l' => [-0.9 + 0.1 * wave(1, 0), -0.8 + 0.1 * wave(0, 1), 0.9 + 0.1 * wave(1, 2)],
         b'n' => [12.0 + 8.0 * wave(2, 1); 3],
         b'w' => [0.3 + 0.1 * wave(1, 1), 0.4 + 0.2 * wave(2, 0), 0.0],
         _ => [0.5 + 0.4 * wave(1, 0); 3],

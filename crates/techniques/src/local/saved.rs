@@ -1,0 +1,52 @@
+//! Saved bakes of techniques for local light: the textures that they were made of, from which they are made again, or tables of
+//! their own ([`super::TexturedTechnique::save`]).
+
+use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use std::sync::Arc;
+use steradian_scene::surface::{Planes, Texture, Wrap};
+
+/// Before the names of textures.
+const PLANE: &str = "plane.";
+/// What lies beyond a texture, in its metadata.
+const WRAP: &str = "steradian.wrap.";
+
+fn word(w: Wrap) -> &'static str {
+    match w {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
+}
+
+fn wrap(word: &str) -> Option<Wrap> {
+    [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].into_iter().find(|w| self::word(*w) == word)
+}
+
+/// Writes the finest levels of textures.
+pub(super) fn put(to: &mut TensorFile, planes: &Planes) {
+    for (name, t) in planes.iter() {
+        let Some((width, height, texels)) = t.levels().next() else { continue };
+        let data = texels.iter().flatten().copied().collect();
+        put_f32(to, format!("{PLANE}{name}"), vec![height, width, 3], data);
+        let [u, v] = t.wrap().map(word);
+        to.metadata.insert(format!("{WRAP}{name}"), format!("{u} {v}"));
+    }
+}
+
+/// The textures that [`put`] wrote.
+pub(super) fn planes(from: &TensorFile) -> Result<Planes, PartError> {
+    let mut out = Planes::default();
+    for key in from.tensors.keys().filter(|k| k.starts_with(PLANE)) {
+        let unexpected = || PartError::Unexpected(key.clone());
+        let name = &key[PLANE.len()..];
+        let (shape, data) = get_f32(from, key, 3)?;
+        let [height, width, 3] = shape[..] else { return Err(unexpected()) };
+        let words = from.metadata.get(&format!("{WRAP}{name}")).ok_or_else(unexpected)?;
+        let (u, v) = words.split_once(' ').ok_or_else(unexpected)?;
+        let (u, v) = wrap(u).zip(wrap(v)).ok_or_else(unexpected)?;
+        let channels = [0, 1, 2].map(|c| data.iter().skip(c).step_by(3).copied().collect());
+        let texture = Texture::new(width, height, &channels).ok_or_else(unexpected)?;
+        out = out.with(name, Arc::new(texture.with_wrap([u, v])));
+    }
+    Ok(out)
+}
