@@ -249,7 +249,18 @@ fn small_functions_are_saved() {
         dir,
         4,
         "tolerance",
-        &["bake", "-b", "ggx", "--local", "btf_pca", "--tolerance", "1e-5", "-o", "y.safetensors"],
+        &[
+            "bake",
+            "-b",
+            "ggx:alpha=0.3",
+            "--local",
+            "btf_pca",
+            "--tolerance",
+            "1e-5",
+            "--quiet",
+            "-o",
+            "y.safetensors",
+        ],
     );
     assert!(!dir.join("x.safetensors").exists() && dir.join("y.safetensors").exists());
 }

@@ -1,9 +1,10 @@
-use crate::Material;
 use crate::local::{LocalBake, Place, find_local};
 use crate::shared::trials::specimens::{self, direction, single};
+use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use steradian_base::{ParamValues, Task};
 use steradian_formats::TensorData;
 use steradian_relight::btf::{Btf, bonn, spread};
@@ -139,5 +140,19 @@ fn saved_functions_come_back() {
             let e = t.load(&file, b.brdf().clone()).err().expect("refused").to_string();
             assert!(e.contains(what) && !e.contains('\n'), "{method}: {e}");
         }
+    }
+}
+
+/// Whoever asks to stop gets no bake, by any method.
+#[test]
+fn interrupted_bakes_are_none() {
+    let t = find_local("btf_pca").expect("a technique");
+    let material =
+        Material::new(steradian_brdf::parse("lambert").expect("a spec")).with_apparent(specimens::apparent());
+    for method in ["method=local", "method=view", "method=chained"] {
+        let params = ParamValues::parse(method, t.params()).expect("parameters");
+        let task = Task::quiet().with_cancel(Arc::new(AtomicBool::new(true)));
+        let e = t.bake(&material, None, &params, &task).err().expect("interrupted");
+        assert!(matches!(e, BakeError::Cancelled(_)), "{method}: {e}");
     }
 }

@@ -1,4 +1,4 @@
-//! The light that arriving at the vertices of a frame along their links, and what points reflect of it; `shade.wgsl` has the latter.
+//! The light that arrives at the vertices of a frame along their links, and what points reflect of it; `shade.wgsl` has the latter.
 
 use super::PrecomputedVisibility;
 use super::bake::{Emitter, Params, Seen, Tables};
@@ -16,7 +16,7 @@ use steradian_parallel::prelude::*;
 use steradian_scene::Ray;
 use steradian_transfer::Link;
 
-/// What vertices have of the lights of a frame: a row for each, of the radiance that arriving along each direction, and the part
+/// What vertices have of the lights of a frame: a row for each, of the radiance that arrives along each direction, and the part
 /// that is seen of each light; then a row of the directions.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
@@ -27,7 +27,7 @@ pub struct Rows {
     stride: usize,
 }
 
-/// What leaves emitters or arriving at vertices, direction by direction.
+/// What leaves emitters or arrives at vertices, direction by direction.
 type Light3 = Vec<[f32; 3]>;
 
 fn finite(x: f64) -> f32 {
@@ -97,7 +97,7 @@ impl Seen {
         })
     }
 
-    /// What emitters reflect of what arriving at their vertices.
+    /// What emitters reflect of what arrives at their vertices.
     fn reflected(&self, arriving: &Light3) -> Light3 {
         let count = self.directions.len();
         self.emitted(|e, out| {
@@ -132,7 +132,7 @@ impl Seen {
         }
     }
 
-    /// What arriving at the vertices along each direction, of what leaves emitters.
+    /// What arrives at the vertices along each direction, of what leaves emitters.
     fn arriving(&self, leaving: &Light3) -> Light3 {
         let count = self.directions.len();
         let mut out = vec![[0.0f32; 3]; self.links.len()];
@@ -157,7 +157,7 @@ pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     t.brdf.f_cos(unit(wi), unit(wo)).map(|x| x as f32)
 }
 
-/// Adds what points reflect of the lights and of what arriving at the vertices about them.
+/// Adds what points reflect of the lights and of what arrives at the vertices about them.
 pub(super) fn add(
     t: &Tables,
     rows: &Rows,
