@@ -147,8 +147,8 @@ impl ExtraLights {
 #[derive(Debug, Clone, Default, Args)]
 pub struct LocalArg {
     /// Technique for directional and point lights, with its parameters, such as banks_table or
-    /// vertex_analytic:rate=pixel; environment and disks stay with --technique [default: exact, or what the scene file
-    /// says]
+    /// vertex_analytic:rate=pixel, or the file that bake --local wrote; environment and disks stay with --technique [default: exact, or
+    /// what the scene file says]
     #[arg(long, value_name = "SLUG[:NAME=VALUE,…]")]
     local: Option<String>,
 }

@@ -207,7 +207,12 @@ fn data_per_texel_say_what_they_lack() {
     fails(dir, 2, "relief", &render("plane", "bump_horizon:height=wall.pfm,relief=99"));
     fails(dir, 3, "broken.pfm", &render("plane", "lafortune_svbrdf:n_1=broken.pfm"));
     fails(dir, 3, "cut.pfm", &render("plane", "lafortune_svbrdf:rho_1=cut.pfm"));
-    fails(dir, 2, "takes ward, ggx and blinn-phong-gl, not lambert", &render("plane", "shift_variant"));
+    fails(
+        dir,
+        2,
+        "takes ward, ggx, blinn-phong-gl and lafortune, not lambert",
+        &render("plane", "shift_variant"),
+    );
     // The wall's ground is 0 high: no width.
     for (spec, file) in [
         ("widths=broken.pfm", "broken.pfm"),

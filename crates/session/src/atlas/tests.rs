@@ -32,16 +32,6 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
     assert_eq!(csv.lines().count(), 1 + atlas.chapters.iter().map(|c| c.entries.len()).sum::<usize>());
 }
 
-/// Ambient occlusion is seen to shadow under light that has no direction, where the picture under the usual light says nothing of it.
-#[test]
-fn shadows_are_seen_apart_from_the_direction_of_light() {
-    let ambient = steradian_techniques::find("ambient").expect("a technique");
-    let params = shadowing(ambient).expect("it bakes on a mesh");
-    let found = Session::new().under_constant_light(ambient, params, [16, 12], 0.1).expect("compared");
-    println!("ambient and the integral without shadows in constant light: {found:.4?}");
-    assert!(found[0] < 0.7 * found[1] && found[1] > 0.03, "{found:?}");
-}
-
 /// Choices that make a technique shadow by itself are found.
 #[test]
 fn shadows_by_a_parameter_are_found() {

@@ -1,8 +1,8 @@
 //! Figure 11's columns, tried: a claim counts where it was seen to hold.
 
-use super::{COLUMNS, Chapter, GLOSSY, LIGHT, MATTE, Plan, Row, Stage, shadowing, takes, usual_specimen};
+use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, shadowing, takes, usual_specimen};
 use crate::compare::Plan as Comparison;
-use crate::{Error, Method, Paths, Renderer, Scene, Session};
+use crate::{Error, Method, Paths, Renderer, Session};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -85,9 +85,7 @@ const OWN_WIDTH_WITHIN: f64 = 0.05;
 /// What is left at most of the error of the integral without shadows where a technique knows them: less by more than the noise of
 /// the path tracer.
 const SHADOWED: f64 = 0.95;
-/// What stands in constant light: the usual shape with few vertices.
-const COARSE: &str = "knot:segments=64";
-/// Size of its pictures, and the noise of their paths at least: shadows there matter ten times as much.
+/// Size of the pictures in constant light, and the noise of their paths at least: shadows matter ten times as much there.
 const TINY: [usize; 2] = [32, 24];
 const COARSE_NOISE: f64 = 0.05;
 /// Size of the pictures in which light goes from surface to surface, and how often it is scattered.
@@ -138,7 +136,7 @@ impl Session {
     }
 
     /// What a technique, and the integral without shadows, err by in constant light.
-    pub(super) fn under_constant_light(
+    fn under_constant_light(
         &mut self,
         t: &'static dyn AnyTechnique,
         params: ParamValues,
@@ -147,8 +145,7 @@ impl Session {
     ) -> Result<[f64; 2], Error> {
         let card = t.card();
         let spec = if takes(card, MATTE) { MATTE } else { usual_specimen(card) };
-        let mut scene = Scene::of(COARSE, Some(spec), LIGHT, self)?;
-        [scene.settings.width, scene.settings.height] = size;
+        let mut scene = self.knot(&Plan { size, noise, only: Vec::new() }, spec)?;
         scene.lights = lights::furnace();
         scene.materials[0].params = params;
         self.paths = Paths { bounces: 1, noise };
