@@ -176,8 +176,11 @@ fn errors_of_local_techniques_are_the_recorded_ones() {
     table::compare_with("local_errors.txt", &lines);
 }
 
-/// Parameters that are recorded beside the defaults: technique, reflectance, what the record calls both, and the parameters.
-const BESIDE: [(&str, &str, &str, &[(&str, f64)]); 3] = [
+/// Technique, reflectance, what the record calls it with the parameters, and these.
+type Beside = (&'static str, &'static str, &'static str, &'static [(&'static str, f64)]);
+
+/// Parameters that are recorded beside the defaults.
+const BESIDE: [Beside; 3] = [
     ("polynomial_texture_map", "lambert:albedo=0.6", "lambert:albedo=0.6, basis=sh9", &[("basis", 1.0)]),
     ("polynomial_texture_map", "lambert:albedo=0.6", "lambert:albedo=0.6, basis=sh16", &[("basis", 2.0)]),
     (
