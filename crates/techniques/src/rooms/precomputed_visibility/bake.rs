@@ -20,11 +20,6 @@ const SLUG: &str = "precomputed_visibility";
 const MOST: usize = 1 << 25;
 /// How far off the surface rays start at most, over the diagonal of the mesh.
 const OFFSET: f32 = 1e-5;
-/// Points at which the error is measured. Most of it lies in the triangles that edges of shadows cross, a tenth of an open box of 12 × 12
-/// squares a wall: there 96 points find 6 to 26 % where the whole box errs by 17 %.
-const POINTS: usize = 384;
-/// Paths of each shift from a point: fewer than usual of more points.
-const PATHS: u32 = 64;
 /// How far sites on the border of a wall move from their vertex into a triangle, over the way to its middle.
 const INSIDE: f32 = 1e-2;
 
@@ -242,8 +237,7 @@ fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> 
     let local = LocalLights { directionals: lights.directionals.clone(), points: Vec::new() };
     let lights_of_frame = local.rows(&View::default());
     let rows = t.seen.as_ref().map(|s| shade::Rows::new(s, &lights_of_frame, p)).unwrap_or_default();
-    let events = p.bounces as u32 + 1;
-    let paths = Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events, points: POINTS, paths: PATHS };
+    let paths = Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events: p.bounces as u32 + 1 };
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::add(t, &rows, &lights_of_frame, None, q, out);
     };

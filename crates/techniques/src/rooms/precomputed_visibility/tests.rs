@@ -270,18 +270,6 @@ fn plates_shadow_the_floor() {
     assert!(close(&of("none"), [1.0; 4]));
 }
 
-/// An open box: its certificate has the error that edges of shadows make over all of it, 17.4 % by 24 000 points.
-#[test]
-fn certificates_know_edges_of_shadows() {
-    let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z];
-    let s = steps(12);
-    let sides = [(Vec3::ZERO, [z, x]), (Vec3::ZERO, [x, y]), (z, [y, x]), (Vec3::ZERO, [y, z]), (x, [z, y])];
-    let mesh = Mesh::merged(&sides.map(|(o, along)| wall(o, along, [&s, &s])));
-    let error = baked(&mesh, &["lambert"], &[("bounces", 0.0.into())]).certificate().error;
-    println!("an open box: {error:.4}");
-    assert!((0.13..0.22).contains(&error), "{error}");
-}
-
 /// The more directions, the nearer to 512 of them.
 #[test]
 fn directions_converge() {
