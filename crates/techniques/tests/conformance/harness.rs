@@ -149,26 +149,41 @@ pub struct Found {
     pub sigma: f64,
 }
 
-/// The error against the reference at points of the kind that certificates look at: `count` of each of its kinds.
-pub fn against_reference(b: &dyn AnyBake, lights: &Lights, spec: &str, count: usize, shift: f64) -> Found {
-    let tree = distant::tree(lights, &Task::quiet()).expect("nobody cancels");
-    let brdf = material(spec).brdf;
-    let probes = probes::all(count, shift, &tree, &|wo| brdf.lobes(wo));
-    let point =
-        |p: &probes::Probe| ReferencePoint { frame: p.frame, wo: p.frame.to_world(p.wo), position: None };
-    let points: Vec<ReferencePoint> = probes.iter().map(point).collect();
-    let (got, exact) = (shade(b, &points), judged(lights, spec, &points));
-    let squares = |k: usize| {
-        let square = |v: [f64; 3]| probes[k].weight * v.iter().map(|x| x * x).sum::<f64>();
-        [square(std::array::from_fn(|c| got[k][c] - exact[k][c])), square(exact[k])]
-    };
-    let all: Vec<[f64; 2]> = (0..points.len()).map(squares).collect();
-    let [error, energy] = all.iter().fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
-    let energy = if energy > 0.0 { energy } else { 1.0 };
-    let ratio = error / energy;
-    // Of a ratio of sums (Cochran 1977, eq. 6.13), and of its square root.
-    let variance = all.iter().map(|[e, x]| (e - ratio * x).powi(2)).sum::<f64>() / (energy * energy);
-    Found { error: ratio.sqrt(), sigma: 0.5 * (variance / ratio.max(f64::MIN_POSITIVE)).sqrt() }
+/// Points of the kinds that certificates look at, and the reference's values there.
+pub struct Judged {
+    probes: Vec<probes::Probe>,
+    points: Vec<ReferencePoint>,
+    exact: Vec<[f64; 3]>,
+}
+
+impl Judged {
+    /// `count` points of each kind.
+    pub fn new(lights: &Lights, spec: &str, count: usize, shift: f64) -> Self {
+        let tree = distant::tree(lights, &Task::quiet()).expect("nobody cancels");
+        let brdf = material(spec).brdf;
+        let probes = probes::all(count, shift, &tree, &|wo| brdf.lobes(wo));
+        let point =
+            |p: &probes::Probe| ReferencePoint { frame: p.frame, wo: p.frame.to_world(p.wo), position: None };
+        let points: Vec<ReferencePoint> = probes.iter().map(point).collect();
+        let exact = judged(lights, spec, &points);
+        Self { probes, points, exact }
+    }
+
+    /// The error of a bake at the points.
+    pub fn error(&self, b: &dyn AnyBake) -> Found {
+        let (got, exact) = (shade(b, &self.points), &self.exact);
+        let squares = |k: usize| {
+            let square = |v: [f64; 3]| self.probes[k].weight * v.iter().map(|x| x * x).sum::<f64>();
+            [square(std::array::from_fn(|c| got[k][c] - exact[k][c])), square(exact[k])]
+        };
+        let all: Vec<[f64; 2]> = (0..self.points.len()).map(squares).collect();
+        let [error, energy] = all.iter().fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
+        let energy = if energy > 0.0 { energy } else { 1.0 };
+        let ratio = error / energy;
+        // Of a ratio of sums (Cochran 1977, eq. 6.13), and of its square root.
+        let variance = all.iter().map(|[e, x]| (e - ratio * x).powi(2)).sum::<f64>() / (energy * energy);
+        Found { error: ratio.sqrt(), sigma: 0.5 * (variance / ratio.max(f64::MIN_POSITIVE)).sqrt() }
+    }
 }
 
 /// A light by formula.

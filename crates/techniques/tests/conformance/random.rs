@@ -223,7 +223,7 @@ fn certificates_see_the_outline_of_texels() {
         let task = Task::quiet().with_tolerance(tolerance);
         let technique = steradian_techniques::find(slug).expect("a technique");
         let b = technique.bake(&light, &material(spec), None, &ParamValues::default(), &task).expect("bakes");
-        let found = against_reference(&*b, &light, spec, PROBES[0], 0.37);
+        let found = Judged::new(&light, spec, PROBES[0], 0.37).error(&*b);
         let stated = b.certificate().error;
         println!("{slug} {spec}: {:.5} ± {:.5}, stated {stated:.5}", found.error, found.sigma);
         assert!(found.error - 2.0 * found.sigma < UNDER * stated + 5e-4, "{slug} {spec}");
@@ -252,13 +252,13 @@ fn random_cases_err_by_what_is_stated() {
         let stated = b.certificate().error;
         // Errors of rounding and of the reference's own tolerance.
         let understated = |found: &Found| found.error - 2.0 * found.sigma > UNDER * stated + 5e-4;
-        let mut found = against_reference(&*b, &light, &spec, PROBES[0], 0.37);
+        let mut found = Judged::new(&light, &spec, PROBES[0], 0.37).error(&*b);
         if understated(&found) {
             println!(
                 "{n}: {:.5} ± {:.5}, stated {stated:.5}: once more with more probes",
                 found.error, found.sigma
             );
-            found = against_reference(&*b, &light, &spec, PROBES[1], 0.37);
+            found = Judged::new(&light, &spec, PROBES[1], 0.37).error(&*b);
         }
         let ratio = found.error / stated.max(1e-9);
         let tolerance = tolerance.map_or(String::new(), |t| format!(" tolerance {t}"));
