@@ -67,7 +67,7 @@ fn more_components_err_less() {
         bake("lambert", Some((*specimens::apparent()).clone()), &p).certificate().error
     };
     for method in ["local", "view", "chained"] {
-        let [one, more] = [1, 12].map(|k| map(k, method));
+        let [one, more] = [1, 6].map(|k| map(k, method));
         assert!(more < 0.8 * one && one < 1.0, "{method}: {one} {more}");
     }
 }
