@@ -99,7 +99,8 @@ impl Basis {
 }
 
 /// Real spherical harmonics up to order 3 at a unit direction, order l² + l + m.
-fn harmonics([x, y, z]: [f64; 3]) -> [f64; 16] {
+#[inline]
+pub fn harmonics([x, y, z]: [f64; 3]) -> [f64; 16] {
     let (xx, yy, zz) = (x * x, y * y, z * z);
     [
         0.282_094_791_773_878_14,

@@ -3,7 +3,7 @@
 use super::bake::Polynomials;
 use crate::local::{LocalText, Place};
 use std::f32::consts::FRAC_1_PI;
-use steradian_relight::polynomial::Basis;
+use steradian_relight::polynomial::{self, Basis};
 
 /// The coefficients at a point, as many as the basis has.
 pub type Texel = [[f32; 3]; 16];
@@ -15,30 +15,6 @@ pub(super) fn texel(t: &Polynomials, at: Place) -> Texel {
         *to = t.texels.sample(k, at.uv, at.footprint);
     }
     out
-}
-
-/// Real spherical harmonics up to order 3.
-#[inline(always)]
-fn harmonics([x, y, z]: [f32; 3]) -> [f32; 16] {
-    let (xx, yy, zz) = (x * x, y * y, z * z);
-    [
-        0.282_094_8,
-        0.488_602_52 * y,
-        0.488_602_52 * z,
-        0.488_602_52 * x,
-        1.092_548_5 * x * y,
-        1.092_548_5 * y * z,
-        0.315_391_57 * (3.0 * zz - 1.0),
-        1.092_548_5 * x * z,
-        0.546_274_24 * (xx - yy),
-        0.590_043_6 * y * (3.0 * xx - yy),
-        2.890_611_4 * x * y * z,
-        0.457_045_8 * y * (5.0 * zz - 1.0),
-        0.373_176_34 * z * (5.0 * zz - 3.0),
-        0.457_045_8 * x * (5.0 * zz - 1.0),
-        1.445_305_7 * z * (xx - yy),
-        0.590_043_6 * x * (xx - 3.0 * yy),
-    ]
 }
 
 #[inline(always)]
@@ -53,8 +29,10 @@ pub(super) fn f_cos(t: &Polynomials, x: &Texel, wi: [f32; 3]) -> [f32; 3] {
     if z > 0.0 {
         match t.basis {
             Basis::Biquadratic => sum(&[u * u, v * v, u * v, u, v, 1.0], x),
-            Basis::Harmonics9 => sum(&harmonics(wi)[..9], x),
-            Basis::Harmonics16 => sum(&harmonics(wi), x),
+            Basis::Harmonics9 | Basis::Harmonics16 => {
+                let y = polynomial::harmonics(wi.map(f64::from)).map(|y| y as f32);
+                sum(&y[..t.basis.terms()], x)
+            }
         }
     } else {
         [0.0; 3]
