@@ -137,7 +137,8 @@ fn no_step_raises_the_error_and_random_access_is_full_decoding() {
                 let c = small(of, method);
                 assert!(!c.errors.is_empty());
                 for w in c.errors.windows(2) {
-                    assert!(w[1] <= w[0] * (1.0 + 1e-6) + 1e-10, "{method:?}: {:?}", c.errors);
+                    // What is found in double precision is kept in single: half an ulp of the values.
+                    assert!(w[1] <= w[0] * (1.0 + 1e-6) + 6e-8, "{method:?}: {:?}", c.errors);
                 }
                 let got = decoded(of, &c);
                 assert!((got - c.error()).abs() < within, "{method:?}: {got} {:?}", c.errors);
