@@ -219,6 +219,7 @@ fn colours() -> Result<(), Failed> {
 }
 
 fn main() {
+    common::with_unoptimised_shaders();
     let arguments = Arguments::from_args();
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;

@@ -2,11 +2,14 @@
 //!
 //! Without an adapter the tests show as ignored; `STERADIAN_REQUIRE_GPU=1` (CI sets it) makes that a failure.
 
+mod common;
+
+use common::gpu;
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use libtest_mimic::{Arguments, Failed, Trial};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use steradian_base::{Kind, ParamInfo, ParamValues, Task, Value};
-use steradian_gpu::{ComputeTechnique, Gpu, GpuError};
+use steradian_gpu::{ComputeTechnique, Gpu};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps};
 use steradian_scene::shapes;
@@ -23,11 +26,6 @@ use steradian_techniques::{
 
 /// Largest |GPU − CPU| over the largest |CPU| of a channel-wise pair: the acceptance bound.
 const BOUND: f32 = 1e-3;
-
-fn gpu() -> Result<&'static Gpu, GpuError> {
-    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
-    GPU.get_or_init(Gpu::open).as_ref().map_err(Clone::clone)
-}
 
 /// A smooth sky with one bright window, so that no channel and no direction repeats another.
 fn light() -> Lights {
@@ -324,6 +322,7 @@ fn technique(
 }
 
 fn main() {
+    common::with_unoptimised_shaders();
     let arguments = Arguments::from_args();
     let required = std::env::var_os("STERADIAN_REQUIRE_GPU").is_some();
     let ignored = gpu().is_err() && !required;
