@@ -14,6 +14,7 @@ use steradian_render::metrics::{DEFAULT_PPD, Errors, difference_picture, errors,
 use steradian_render::{
     Background, Develop, Display, Film, ReferenceShader, Settings, Stage, Surface, SurfaceMaps, render,
 };
+use steradian_scene::surface::Planes;
 use steradian_scene::{Bvh, Camera};
 
 /// How pictures are compared.
@@ -181,6 +182,10 @@ impl Session {
     pub(crate) fn true_picture(&self, case: &Subject<'_>, plan: &Plan) -> Result<(Truth, Answer), Error> {
         let (scene, camera) = (case.scene, case.camera);
         let start = Instant::now();
+        if plan.paths && scene.materials.iter().any(|m| !m.planes.is_empty()) {
+            let why = "paths know one reflectance of a material: leave out --path beside images of a technique's numbers";
+            return Err(Error::usage(why));
+        }
         let (reference, certificate) = if plan.paths {
             let traced = self.trace(scene, camera, &case.background, case.settings, self.paths)?;
             let certificate = traced.certificate();
@@ -290,6 +295,11 @@ impl Session {
             };
             let mut m = m.with(method.clone());
             m.params = given_to(method, &m.params);
+            if let Method::Technique(t) = method
+                && !t.planes().iter().any(|p| m.planes.has(p.name))
+            {
+                m.planes = Planes::default();
+            }
             let under = Under {
                 lights: &case.lights,
                 camera: &case.camera,

@@ -214,6 +214,35 @@ impl Session {
         Ok(Material { planes, ..m })
     }
 
+    /// A material with what the files hold that parameters of any of these methods name, to be compared by them.
+    pub fn open_compared(
+        &mut self,
+        m: Material,
+        methods: &[Method],
+        folder: Option<&Path>,
+    ) -> Result<Material, Error> {
+        let mut planes = m.planes.clone();
+        let mut read: Vec<&str> = Vec::new();
+        for method in methods {
+            let Method::Technique(t) = method else { continue };
+            let one = self.technique_planes(*t, &m.params, folder)?;
+            if one.is_empty() {
+                continue;
+            }
+            // Two sets of images are two reflectances, of which a reference can be one alone.
+            let names: Vec<&str> = t.planes().iter().map(|p| p.name).collect();
+            if !read.is_empty() && read != names {
+                let why = "its images say other numbers than those of another technique: compare them apart";
+                return Err(Error::usage(format!("{}: {why}", t.card().slug)));
+            }
+            read = names;
+            for (name, texture) in one.iter() {
+                planes = planes.with(name, texture.clone());
+            }
+        }
+        Ok(Material { planes, ..m })
+    }
+
     /// What the files hold that a technique's parameters name.
     pub(crate) fn technique_planes(
         &mut self,

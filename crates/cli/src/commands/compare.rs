@@ -158,9 +158,9 @@ fn compare(o: &Options, context: &mut Context) -> Result<Vec<Finding>, Failure> 
     let plan = Plan { reference_tolerance: o.reference_tolerance, paths: o.path, ev: 0.0 };
     let renderers = renderers(context)?;
     let scenes = if Path::new(&o.mesh).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        scenes(o, context)?
+        scenes(o, &methods, context)?
     } else {
-        meshes(o, &bakes, context)?
+        meshes(o, &bakes, &methods, context)?
     };
     let field = o.probes.as_deref().map(|path| context.probes(path)).transpose()?.map(Arc::new);
     let pictured = o.output.is_some() || o.html.is_some();
@@ -205,6 +205,8 @@ fn keys(o: &Options, mark: &str, methods: &[Method], renderers: &[Renderer]) -> 
         mark.into(),
         format!("{:?}", o.adjust),
         format!("{:?} {:?} {:?}", o.params, o.light, o.local),
+        // Files as they are.
+        o.params.iter().map(|(_, value)| file_mark(&value.to_string())).collect(),
         o.probes.as_ref().map_or_else(String::new, |path| file_mark(&path.display().to_string())),
         format!("{}x{}", o.size.0, o.size.1),
         format!("{} {} {} {:?}", o.reference_tolerance, number(o.tolerance), o.path, o.paths),
@@ -315,7 +317,12 @@ fn given<'a>(list: &'a [String], default: &[&'a str]) -> Vec<&'a str> {
 
 /// A mesh or shape: every light with every reflectance, which the base colours of the mesh file multiply; without a
 /// reflectance the file's own materials.
-fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Result<Vec<Case>, Failure> {
+fn meshes(
+    o: &Options,
+    bakes: &[Arc<SavedBake>],
+    methods: &[Method],
+    context: &mut Context,
+) -> Result<Vec<Case>, Failure> {
     let Model { mut mesh, materials } = context.model(&o.mesh)?;
     if o.sweep.is_some() && (o.brdf.is_empty() || !bakes.is_empty()) {
         return Err(Failure::usage(
@@ -373,6 +380,16 @@ fn meshes(o: &Options, bakes: &[Arc<SavedBake>], context: &mut Context) -> Resul
             }
         }
     }
+    for m in sets.iter_mut().flat_map(|s| &mut s.materials) {
+        *m = context.open_compared(m.clone(), methods, None)?;
+        if !m.planes.is_empty() {
+            if mesh.uvs.len() != mesh.positions.len() {
+                let why = "has no texture coordinates, which the images of --param need";
+                return Err(Failure::usage(format!("{}: {why}", o.mesh)));
+            }
+            make_tangents(std::slice::from_mut(&mut mesh));
+        }
+    }
     let mut out = Vec::new();
     let sky = bakes.first().map_or(DEFAULT_SKY, |b| &b.made.environment);
     let none = !o.light.is_empty() && o.environment.is_empty() && bakes.is_empty();
@@ -420,7 +437,7 @@ fn baked_light(file: &SavedBake, o: &Options, context: &mut Context) -> Result<L
 }
 
 /// A scene file, under its own light or those of the command line.
-fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
+fn scenes(o: &Options, methods: &[Method], context: &mut Context) -> Result<Vec<Case>, Failure> {
     if o.sweep.is_some() || o.resume.is_some() {
         // What a scene file refers to is not part of its digest.
         return Err(Failure::usage("--sweep and --resume belong to a mesh or shape, not to a scene file"));
@@ -444,7 +461,10 @@ fn scenes(o: &Options, context: &mut Context) -> Result<Vec<Case>, Failure> {
             *blur = blur.max(BLUR);
         }
         for m in scene.materials.iter_mut().chain(&mut scene.ground) {
-            m.params.0.extend(inputs::parameters(&o.params)?.0);
+            let params = inputs::parameters(&o.params)?;
+            let named = Material { params: params.clone(), ..m.clone() };
+            m.planes = context.open_compared(named, methods, None)?.planes;
+            m.params.0.extend(params.0);
         }
         let light = environment.map_or_else(|| "the scene's light".into(), |e| short(e));
         let brdf = short(&o.mesh);

@@ -1,6 +1,6 @@
 //! Local light from the command line: `--local` beside a technique, and the horizons of height maps.
 
-use super::common::{fails, said};
+use super::common::{fails, json, said};
 use std::fs;
 use std::path::Path;
 use steradian_formats::{
@@ -286,6 +286,52 @@ fn reflectances_differ_from_texel_to_texel() {
         }
         assert!((textured[0] - textured[1]).abs() > 1e-3, "{textured:?}");
     }
+}
+
+/// The same images drive what shades environments and what shades lamps, and pictures of both are held against a reference that has
+/// them too; where it has none, or images cannot be placed, it says so.
+#[test]
+fn the_same_images_drive_environments_and_lamps() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let halves = |file: &str, [left, right]: [[f32; 3]; 2]| {
+        let plane = |c: usize| (0..64).map(|k| if k % 8 < 4 { left[c] } else { right[c] }).collect();
+        let raster = Raster::rgb(8, 8, [plane(0), plane(1), plane(2)]);
+        write_image(&dir.join(file), &raster, &WriteOptions::default()).expect("written");
+    };
+    halves("rho.pfm", [[0.5, 0.5, 0.5], [0.2, 0.4, 0.6]]);
+    halves("n.pfm", [[4.0; 3], [20.0; 3]]);
+    fs::write(dir.join("points.csv"), csv(&[[0.3125, 0.5], [0.8125, 0.5]], "u,v,tx,ty,tz")).expect("written");
+    let radiance = |brdf: &str, params: &[&str]| -> Vec<f64> {
+        let fixed =
+            ["eval", "-p", "points.csv", "-e", "studio", "--quiet", "-t", "lafortune_env", "-b", brdf];
+        let (code, out, err) = said(dir, &[&fixed[..], params].concat());
+        assert_eq!(code, Some(0), "{brdf} {params:?}: {err}");
+        let green = |row: &str| row.split(',').nth(12).and_then(|x| x.parse().ok()).expect("green");
+        out.lines().skip(1).map(green).collect()
+    };
+    let images = ["--param", "rho_1=rho.pfm", "--param", "n_1=n.pfm"];
+    let base = "lafortune:cx=-1,cy=-1,cz=1,n=1,ks=0,kd=0.3";
+    let textured = radiance(base, &images);
+    for (k, (n, ks)) in [(4.0, 0.5), (20.0, 0.4)].into_iter().enumerate() {
+        let want = radiance(&format!("lafortune:cx=-1,cy=-1,cz=1,n={n},ks={ks},kd=0.3"), &[])[k];
+        assert!((textured[k] - want).abs() < 1e-4 * want, "{n}: {} {want}", textured[k]);
+    }
+    let made = ["compare", "sphere", "-e", "overcast", "-b", base, "-t", "lafortune_env", "--size", "24"];
+    let lamp = ["--light", "point:position=2/2/2,intensity=30/30/30"];
+    let local = ["--local", "lafortune_svbrdf:rho_1=rho.pfm,n_1=n.pfm"];
+    let v = json(dir, &[&made[..], &images, &lamp, &local, &["-o", "both.png", "--json"]].concat());
+    let error = v["comparisons"][0]["techniques"][1]["relative_rms"].as_f64().expect("a number");
+    assert!(error < 0.025, "{error}");
+    fails(dir, 2, "paths know one reflectance", &[&made[..], &images, &["--path", "-o", "x.png"]].concat());
+    fs::write(dir.join("bare.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+        .expect("written");
+    let bare = ["compare", "bare.obj", "-e", "overcast", "-b", base, "-t", "lafortune_env", "-o", "x.png"];
+    fails(dir, 2, "has no texture coordinates", &[&bare[..], &images].concat());
+    let apart = ["compare", "sphere", "-b", "lafortune:@skin", "-t", "lafortune_env", "-t", "sh_brdf"];
+    let other = ["--param", "n_1=n.pfm", "--param", "widths=n.pfm", "-o", "x.png"];
+    fails(dir, 2, "compare them apart", &[&apart[..], &other].concat());
+    assert!(!dir.join("x.png").exists());
 }
 
 /// A ground has none of the mesh's textures, and who asks for both hears it.

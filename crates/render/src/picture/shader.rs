@@ -13,7 +13,7 @@ use steradian_scene::shadow::Blocker;
 use steradian_sphere::Frame;
 use steradian_techniques::direct::{Direct, Shadows};
 use steradian_techniques::local::LocalShading;
-use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, Varies};
+use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, TexelReflectance, Varies};
 
 /// Outgoing radiance of batches of surface points.
 pub trait Shader: Send + Sync {
@@ -111,6 +111,8 @@ pub struct ReferenceShader {
     pub reference: Arc<Reference>,
     /// The reflectance.
     pub brdf: SharedBrdf,
+    /// The reflectance of each point in its place, where it differs from texel to texel.
+    texels: Option<TexelReflectance>,
     /// Relative error asked for at each point.
     pub tolerance: f64,
     /// Bits of the largest error so far; those of non-negative doubles grow with them.
@@ -120,7 +122,13 @@ pub struct ReferenceShader {
 impl ReferenceShader {
     /// The reference's radiance of `brdf` to a relative error of `tolerance` at each point.
     pub fn new(reference: Arc<Reference>, brdf: SharedBrdf, tolerance: f64) -> Self {
-        Self { reference, brdf, tolerance, worst: AtomicU64::new(0) }
+        Self { reference, brdf, texels: None, tolerance, worst: AtomicU64::new(0) }
+    }
+
+    /// The same of a reflectance that differs from texel to texel.
+    #[must_use]
+    pub fn varied(self, texels: Option<TexelReflectance>) -> Self {
+        Self { texels, ..self }
     }
 
     /// What may differ from point to point: width and colours of models that have them, and no spread of normals.
@@ -172,6 +180,10 @@ impl Varied {
 }
 
 impl Shader for ReferenceShader {
+    fn is_textured(&self) -> bool {
+        self.texels.is_some()
+    }
+
     fn shade(&self, q: &Points<'_>, out: &mut Radiance<'_>, task: &Task) -> Result<(), Cancelled> {
         let at = |v: &[&[f32]; 3], i: usize| DVec3::from_array(v.map(|c| f64::from(c[i])));
         let varied = Varied::of(&*self.brdf);
@@ -186,10 +198,15 @@ impl Shader for ReferenceShader {
             (0..3).for_each(|c| out.rgb[c][i] = e.rgb[c] as f32);
             self.worst.fetch_max(e.error.abs().to_bits(), Ordering::Relaxed);
         };
-        match varied.filter(|_| q.has_lobes()) {
-            Some(varied) => {
+        let own = |i: usize| match (&self.texels, varied.filter(|_| q.has_lobes())) {
+            (Some(texels), _) => Some(texels.at(q.uv.map(|v| v.get(i).copied().unwrap_or(0.0)))),
+            (None, Some(varied)) => Some(varied.at(PointLobe::from_array(q.lobe.map(|s| s[i])))),
+            (None, None) => None,
+        };
+        match points.first().and_then(|_| own(0)) {
+            Some(_) => {
                 for (i, p) in points.iter().enumerate() {
-                    let brdf = varied.at(PointLobe::from_array(q.lobe.map(|s| s[i])));
+                    let Some(brdf) = own(i) else { continue };
                     let e = self.reference.radiance_batch(
                         &*brdf,
                         std::slice::from_ref(p),

@@ -13,9 +13,10 @@ use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
 use steradian_sphere::Frame;
 use steradian_techniques::local::AnyLocal;
-use steradian_techniques::shared::trials::lights;
+use steradian_techniques::shared::trials::{lights, specimens};
 use steradian_techniques::{
-    AnyBake, AnyTechnique, Geometry, Material, PointLobe, PointsBuf, Radiance, Sites, locals, registry,
+    AnyBake, AnyTechnique, Geometry, Material, PointLobe, PointsBuf, Radiance, Sites, TexelReflectance,
+    locals, registry,
 };
 
 /// What came of a column.
@@ -334,7 +335,7 @@ impl Shaded {
             return Ok(if error < OWN_WIDTH_WITHIN { Outcome::Holds(text) } else { Outcome::Fails(text) });
         }
         if !takes(self.technique.card(), MATTE) {
-            return Ok(Outcome::Fails("one reflectance".into()));
+            return self.by_texel(task);
         }
         // Linear in the albedo, so that a texture may multiply.
         let albedo = |a: &str| preview(parse(&format!("lambert:albedo={a}"))?).map_err(Error::from);
@@ -343,6 +344,38 @@ impl Shaded {
         let error = difference(&doubled, &whole);
         let text = format!("colours multiply, to {error:.0e}");
         Ok(if error < 1e-4 { Outcome::Holds(text) } else { Outcome::Fails(text) })
+    }
+}
+
+impl Shaded {
+    /// Numbers of the reflectance from images, each point somewhere else on them, beside the integral with the point's own.
+    fn by_texel(&self, task: &Task) -> Result<Outcome, Error> {
+        let planes = specimens::planes(self.technique.planes());
+        let material = Material::new(self.brdf.clone()).with_textures(planes);
+        let Some(texels) = TexelReflectance::of(&material) else {
+            return Ok(Outcome::Fails("one reflectance".into()));
+        };
+        let bake = self.bake.preview(None, Some(&material), task)?;
+        let light = lights::studio();
+        let reference = Reference::new(&light, Lookup::Constant, task)?;
+        let uv =
+            |k: usize| [0.754_877_666, 0.569_840_291].map(|by: f64| ((k as f64 + 0.5) * by).fract() as f32);
+        let (mut own, mut plain) = (Vec::new(), Vec::new());
+        for (k, p) in self.points.iter().enumerate() {
+            let one = |f: &SharedBrdf| reference.radiance_batch(&**f, &[*p], TOLERANCE, task);
+            own.extend(one(&texels.at(uv(k)))?.iter().map(|e| e.rgb));
+            plain.extend(one(&self.brdf)?.iter().map(|e| e.rgb));
+        }
+        let found = shade_at(&*bake, &self.points, None, |k| uv(k).into());
+        let [error, usual] =
+            [difference(&found, &own), difference(&shade(&*self.bake, &self.points, None), &plain)];
+        let text = format!(
+            "numbers of each point: {:.1} % off, {:.1} % where all are one",
+            100.0 * error,
+            100.0 * usual
+        );
+        let holds = error < BUMPED[0] * usual + BUMPED[1];
+        Ok(if holds { Outcome::Holds(text) } else { Outcome::Fails(text) })
     }
 }
 
@@ -371,6 +404,16 @@ fn tilted(p: &ReferencePoint) -> ReferencePoint {
 
 /// What a bake makes of points, with the width of the lobe that they bring, if any.
 fn shade(bake: &dyn AnyBake, points: &[ReferencePoint], alpha: Option<f32>) -> Vec<[f64; 3]> {
+    shade_at(bake, points, alpha, |_| Vec2::ZERO)
+}
+
+/// The same at these texture coordinates.
+fn shade_at(
+    bake: &dyn AnyBake,
+    points: &[ReferencePoint],
+    alpha: Option<f32>,
+    uv: impl Fn(usize) -> Vec2,
+) -> Vec<[f64; 3]> {
     let mut buf = PointsBuf::with_capacity(points.len());
     for (k, p) in (0..).zip(points) {
         let [n, t, wo] = [p.frame.n, p.frame.t, p.wo].map(|v| v.as_vec3());
@@ -378,7 +421,7 @@ fn shade(bake: &dyn AnyBake, points: &[ReferencePoint], alpha: Option<f32>) -> V
             Some(alpha) => buf.push_lobe([n, t, wo, Vec3::ZERO], PointLobe { alpha, ..PointLobe::PLAIN }),
             None => buf.push(n, t, wo, Vec3::ZERO),
         }
-        buf.locate(Vec2::ZERO, [k; 3], [0.0; 2]);
+        buf.locate(uv(k as usize), [k; 3], [0.0; 2]);
     }
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; points.len()]);
     bake.shade(&buf.as_points(), &mut Radiance::of(&mut rgb));

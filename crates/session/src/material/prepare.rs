@@ -19,7 +19,9 @@ use steradian_scene::shadow::Blocker;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
-use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, View};
+use steradian_techniques::{
+    AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, TexelReflectance, View,
+};
 
 /// The light and the view of a picture, and the accuracy asked of it.
 #[derive(Clone, Copy)]
@@ -249,7 +251,10 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
     let start = Instant::now();
     let reference = Arc::new(Reference::new(under.lights, Lookup::Bilinear, task)?);
     let tolerance = under.tolerance.unwrap_or(PICTURE_TOLERANCE);
-    let shader = Arc::new(ReferenceShader::new(reference, material.brdf.clone(), tolerance));
+    let of =
+        steradian_techniques::Material::new(material.brdf.clone()).with_textures(material.planes.clone());
+    let shader = ReferenceShader::new(reference, material.brdf.clone(), tolerance);
+    let shader = Arc::new(shader.varied(TexelReflectance::of(&of)));
     Ok(Prepared {
         material: material.clone(),
         method: Method::Reference,

@@ -12,7 +12,6 @@
 mod certify;
 mod lights;
 mod per_point;
-mod saved;
 mod textured;
 
 pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
@@ -29,6 +28,7 @@ use crate::rooms::{
     vertex_analytic,
 };
 use crate::shared;
+use crate::shared::surface::kept;
 use crate::tensors::{self, TensorFile};
 use crate::{
     BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Points, Radiance, View,
@@ -109,6 +109,9 @@ pub const fn near(statement: &'static str, brdf: &'static str) -> Claim {
 pub const fn far(statement: &'static str, brdf: &'static str) -> Claim {
     Claim::new(statement, shared::trials::lights::three_directionals, brdf, 1e-3)
 }
+
+/// Before the names of textures in saved bakes.
+const PLANE: &str = "plane.";
 
 /// Tolerance of tables where the user gives none.
 const TOLERANCE: f64 = 1e-3;
@@ -381,7 +384,7 @@ impl<T: TexturedTechnique> AnyLocal for ErasedLocal<T> {
         let params = T::Params::from_values(&tensors::params(t, T::Params::INFO).map_err(bad)?)?;
         (T::CARD.materials)(&*brdf).map_err(|why| BakeError::Material { slug, why })?;
         let certificate = tensors::certificate(t).map_err(bad)?;
-        let material = Material::new(brdf).with_textures(saved::planes(t).map_err(bad)?);
+        let material = Material::new(brdf).with_textures(kept::planes(t, PLANE).map_err(bad)?);
         let tables = match T::load(t).map_err(bad)? {
             Some(tables) => tables,
             None => T::bake(&material, &params, &Task::quiet().with_tolerance(certificate.tolerance))?,
@@ -411,7 +414,7 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
         let mut t = TensorFile::default();
         tensors::put_head(&mut t, slug, &self.params.to_values(), &self.certificate);
         if !T::save(&self.tables, &mut t) {
-            saved::put(&mut t, &self.material.textures);
+            kept::put(&mut t, PLANE, &self.material.textures);
         }
         Ok(t)
     }

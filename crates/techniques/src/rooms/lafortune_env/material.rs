@@ -1,17 +1,31 @@
-//! The reflectance's factor: its lobes themselves, so that no file has to be there when a bake is loaded.
+//! The reflectance's factor: its lobes themselves and the images that vary them, so that no file has to be there when a bake is
+//! loaded.
 
 use super::LafortuneEnv;
+use crate::shared::surface::cosine_lobes::{CosineLobes, MOST as MOST_VARIED, PLANES};
+use crate::shared::surface::kept;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
+use std::sync::Arc;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
-use steradian_brdf::{Brdf, Form, spec_without_folders};
+use steradian_brdf::{Brdf, Form, SharedBrdf, spec_without_folders};
+use steradian_scene::surface::Planes;
 
 /// Most terms (lobes times different channels) that shading sums.
 const MOST: usize = 64;
+/// Texels that certificates look at.
+const LOOKED_AT: usize = 64;
 
 /// Generalised cosine lobes and a diffuse part.
-pub struct Cosines(pub Lafortune);
+pub struct Cosines {
+    /// The reflectance: what no image says.
+    pub own: Lafortune,
+    /// The lobes by texel, where images say some of their numbers.
+    pub varied: Option<CosineLobes>,
+    /// The images.
+    planes: Planes,
+}
 
 /// Channels of a lobe that share C and n: one lookup.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +44,12 @@ impl Cosines {
         let slug = LafortuneEnv::CARD.slug;
         let refuse = |why: String| BakeError::Material { slug, why };
         let Form::Lafortune(own) = m.brdf.form() else { return Err(refuse("takes lafortune only".into())) };
-        let own = Self(own);
+        let named = PLANES.iter().any(|p| m.textures.has(p.name));
+        if named && own.lobes.len() > MOST_VARIED {
+            let why = format!("varies {MOST_VARIED} lobes at most, not {}", own.lobes.len());
+            return Err(refuse(why));
+        }
+        let own = Self::new(own, if named { m.textures.clone() } else { Planes::default() });
         let count = own.terms().len();
         if count > MOST {
             return Err(refuse(format!(
@@ -40,10 +59,32 @@ impl Cosines {
         Ok(own)
     }
 
-    /// What shading sums.
+    fn new(own: Lafortune, planes: Planes) -> Self {
+        let varied = (!planes.is_empty()).then(|| CosineLobes::new(own.kd, &own.lobes, &planes));
+        Self { own, varied, planes }
+    }
+
+    /// Is there an image of this name?
+    pub fn has(&self, name: &str) -> bool {
+        self.planes.has(name)
+    }
+
+    /// Texture coordinates of some texels' centres, spread over the images, and the reflectance there.
+    pub fn looked_at(&self) -> Option<Vec<([f32; 2], SharedBrdf)>> {
+        let varied = self.varied.as_ref()?;
+        let (width, height) = varied.texels.size();
+        let at = |k: usize| {
+            let u = |by: f64, n: usize| (((k as f64 * by + 0.5).fract() * n as f64).floor() + 0.5) / n as f64;
+            let uv = [u(0.754_877_666, width), u(0.569_840_291, height)].map(|x| x as f32);
+            (uv, Arc::new(varied.reflectance(uv)) as SharedBrdf)
+        };
+        Some((0..LOOKED_AT).map(at).collect())
+    }
+
+    /// What shading sums where nothing varies.
     pub fn terms(&self) -> Vec<Term> {
         let mut all: Vec<Term> = Vec::new();
-        for lobe in &self.0.lobes {
+        for lobe in &self.own.lobes {
             let first = all.len();
             for (channel, cosine) in lobe.iter().enumerate().filter(|(_, l)| l.ks > 0.0) {
                 let same = |t: &&mut Term| t.c == cosine.c && t.n == cosine.n;
@@ -62,11 +103,12 @@ impl Cosines {
 
 impl Part for Cosines {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        to.metadata.insert(format!("steradian.{prefix}.brdf"), spec_without_folders(&self.0.spec));
+        to.metadata.insert(format!("steradian.{prefix}.brdf"), spec_without_folders(&self.own.spec));
         let cosine = |l: &Cosine| [l.c.x, l.c.y, l.c.z, l.n, l.ks];
-        let lobes = self.0.lobes.iter().flatten().flat_map(cosine).collect();
-        put_f64(to, format!("{prefix}.lobes"), vec![self.0.lobes.len(), 3, 5], lobes);
-        put_f64(to, format!("{prefix}.kd"), vec![3], self.0.kd.to_vec());
+        let lobes = self.own.lobes.iter().flatten().flat_map(cosine).collect();
+        put_f64(to, format!("{prefix}.lobes"), vec![self.own.lobes.len(), 3, 5], lobes);
+        put_f64(to, format!("{prefix}.kd"), vec![3], self.own.kd.to_vec());
+        kept::put(to, &format!("{prefix}.plane."), &self.planes);
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
@@ -79,11 +121,22 @@ impl Part for Cosines {
         }
         let cosine =
             |v: &[f64]| Cosine { c: DVec3::new(v[0], v[1], v[2]), n: v[3].max(0.0), ks: v[4].max(0.0) };
-        let lobes = v.chunks_exact(15).map(|l| std::array::from_fn(|c| cosine(&l[5 * c..]))).collect();
+        let lobes: Vec<_> =
+            v.chunks_exact(15).map(|l| std::array::from_fn(|c| cosine(&l[5 * c..]))).collect();
         let name = format!("{prefix}.kd");
         let (_, kd) = get_f64(from, &name, 1)?;
         let kd = kd.try_into().map_err(|_| PartError::Unexpected(name))?;
-        Ok(Self(Lafortune { spec, kd, lobes }))
+        let before = format!("{prefix}.plane.");
+        let planes = kept::planes(from, &before)?;
+        let known = |name: &str| PLANES.iter().find(|p| p.name == name);
+        let odd = planes.iter().find(|(name, t)| known(name).is_none_or(|p| p.beyond(t).is_some()));
+        if let Some((name, _)) = odd {
+            return Err(PartError::Unexpected(format!("{before}{name}")));
+        }
+        if !planes.is_empty() && lobes.len() > MOST_VARIED {
+            return Err(PartError::Unexpected(format!("{prefix}.lobes")));
+        }
+        Ok(Self::new(Lafortune { spec, kd, lobes }, planes))
     }
 
     fn bytes(&self) -> usize {
@@ -91,6 +144,6 @@ impl Part for Cosines {
     }
 
     fn kept_reflectance(&self) -> Option<&dyn Brdf> {
-        Some(&self.0)
+        Some(&self.own)
     }
 }

@@ -10,7 +10,9 @@
 //! leaves the integral as ⟨n·wi⟩_k, which the parameter `cosine` chooses: 0 is n·r̂ at the lobe's axis, 1 is n·r of the
 //! mirror direction as eqs 39–40 print it (off-specular lobes have their axis elsewhere; the two agree for
 //! C = (−1, −1, 1)), 2 is the cosine's mean over the lobe above the horizon, so that constant light gives the albedo.
-//! C and n per channel take a lookup per channel. V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point
+//! C and n per channel take a lookup per channel. Where images say the numbers (`rho_d`, `rho_1`, `c_1`, `n_1` …), texel by texel
+//! and filtered as the technique `lafortune_svbrdf` filters them, each point looks its own lobes up, and mixes the two maps around
+//! its exponent linearly in ln(n + 1). V = 1. Radiance in W sr⁻¹ m⁻². Refused: other reflectances, point
 //! lights.
 
 mod bake;
@@ -19,10 +21,12 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::certify::Report;
+use crate::certify::{Model, Report, Target};
 use crate::gpu::Uniform;
+use crate::local::Plane;
 use crate::shared::light::distant::{DistantLight, ORDER};
 use crate::shared::light::light_rotation::LightRotation;
+use crate::shared::surface::cosine_lobes::PLANES;
 use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
@@ -81,6 +85,7 @@ impl Technique for LafortuneEnv {
             diffuse: true,
             certain_isotropic: true,
             certain_anisotropic: true,
+            shift_variant: true,
             bump_mapping: true,
             dynamic_objects: true,
             ..Capabilities::NONE
@@ -88,6 +93,7 @@ impl Technique for LafortuneEnv {
         needs: Needs { environment: true, sites: false, uv: false, tangents: true, view: false },
         waived: &[],
     };
+    const PLANES: &'static [Plane] = &PLANES;
     type Params = Params;
     type Light = DistantLight;
     type Material = Cosines;
@@ -99,7 +105,8 @@ impl Technique for LafortuneEnv {
         DistantLight::bake(Self::CARD.slug, l, ORDER, task)
     }
 
-    fn material(m: &Material, _: &Params, _: &Task) -> Result<Cosines, BakeError> {
+    fn material(m: &Material, p: &Params, _: &Task) -> Result<Cosines, BakeError> {
+        p.check_read(m)?;
         Cosines::of(m)
     }
 
@@ -111,20 +118,39 @@ impl Technique for LafortuneEnv {
         bake::link(parts.light, parts.material, p, task)
     }
 
+    fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
+        match b.material.looked_at() {
+            Some(places) => {
+                Some(Target::Places(places.into_iter().map(|(uv, f)| (uv, Model::owned(f))).collect()))
+            }
+            None => brdf.map(|brdf| Target::Integral(Model::of(brdf))),
+        }
+    }
+
+    fn is_textured(b: &Bake<Self>) -> bool {
+        b.material.varied.is_some()
+    }
+
     fn frame(_: &Bake<Self>, v: &View, f: &mut LightRotation) {
         *f = LightRotation::new(v.light_rotation);
     }
 
     fn bytes(b: &Bake<Self>) -> usize {
-        b.linked.bytes()
+        b.linked.bytes() + b.material.varied.as_ref().map_or(0, |v| v.texels.bytes())
     }
 
     fn shade(b: &Bake<Self>, f: &LightRotation, q: &Points<'_>, out: &mut Radiance<'_>) {
-        shade::shade(&b.linked, f, q, out);
+        match &b.material.varied {
+            Some(lobes) => shade::shade_texels(&b.linked, lobes, f, q, out),
+            None => shade::shade(&b.linked, f, q, out),
+        }
     }
 
     fn gpu(b: &Bake<Self>, f: &LightRotation) -> GpuTechnique {
-        shade::gpu(&b.linked, f)
+        match &b.material.varied {
+            Some(lobes) => shade::gpu_texels(&b.linked, lobes, f),
+            None => shade::gpu(&b.linked, f),
+        }
     }
 
     fn gpu_frame(_: &Bake<Self>, f: &LightRotation) -> Option<Vec<Uniform>> {

@@ -1,11 +1,17 @@
-//! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions.
+//! Irradiance, and per term one lookup in the stack; `shade.wgsl` has the same functions, `texels.wgsl`
+//! those of lobes by texel.
 
 use super::bake::{COLUMNS, LafortuneMaps, STRIDE};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
 use crate::shared::maths::vector::{cross, dot, tangent};
+use crate::shared::surface::cosine_lobes::{CosineLobes, Lobe, Texel, WGSL};
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::{GpuTechnique, Points, Radiance, Technique};
+use std::f32::consts::TAU;
+
+/// Relative difference below which numbers of a lobe are one.
+const ALIKE: f32 = 1e-5;
 
 /// The cosine's mean over the lobe of `level` at n·r̂ = `cosine`, bilinear.
 #[inline(always)]
@@ -31,6 +37,29 @@ fn foreshortening(m: &LafortuneMaps, cosine: f32, cos_o: f32, level: f32) -> f32
     }
 }
 
+/// What the light of a lobe about `c` times `k` is, of a point with these axes.
+#[inline(always)]
+fn lit(
+    m: &LafortuneMaps,
+    turn: &LightRotation,
+    [t, b, n]: [[f32; 3]; 3],
+    c: [f32; 3],
+    [exponent, level, cos_o]: [f32; 3],
+    k: [f32; 3],
+) -> [f32; 3] {
+    let length = dot(c, c).sqrt();
+    if length > 0.0 {
+        let axis = c.map(|x| x / length);
+        let r = std::array::from_fn(|k| axis[0] * t[k] + axis[1] * b[k] + axis[2] * n[k]);
+        let (near, far, w) = m.chain.around(level);
+        let (l0, l1) = (near.sample(turn.apply(r)), far.sample(turn.apply(r)));
+        let factor = foreshortening(m, axis[2], cos_o, level) * length.powf(exponent);
+        std::array::from_fn(|c| factor * k[c] * (l0[c] + (l1[c] - l0[c]) * w))
+    } else {
+        [0.0; 3]
+    }
+}
+
 #[inline(always)]
 fn radiance(m: &LafortuneMaps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     let cos_o = dot(n, wo);
@@ -43,14 +72,54 @@ fn radiance(m: &LafortuneMaps, turn: &LightRotation, n: [f32; 3], t: [f32; 3], w
     let mut sum: [f32; 3] = std::array::from_fn(|c| m.factors[c] * e[c]);
     for term in &m.terms {
         let c: [f32; 3] = std::array::from_fn(|k| term[k] * local[k]);
-        let length = dot(c, c).sqrt();
-        if length > 0.0 {
-            let (level, axis) = (term[4], c.map(|x| x / length));
-            let r = std::array::from_fn(|k| axis[0] * t[k] + axis[1] * b[k] + axis[2] * n[k]);
-            let (near, far, w) = m.chain.around(level);
-            let (l0, l1) = (near.sample(turn.apply(r)), far.sample(turn.apply(r)));
-            let factor = foreshortening(m, axis[2], cos_o, level) * length.powf(term[3]);
-            (0..3).for_each(|c| sum[c] += factor * term[5 + c] * (l0[c] + (l1[c] - l0[c]) * w));
+        let l = lit(m, turn, [t, b, n], c, [term[3], term[4], cos_o], [term[5], term[6], term[7]]);
+        (0..3).for_each(|c| sum[c] += l[c]);
+    }
+    sum
+}
+
+/// Do the channels of a lobe have one axis and one exponent? Up to what single precision makes of one.
+#[inline(always)]
+fn alike(lobe: &Lobe) -> bool {
+    let size = ALIKE * (lobe.c[0][0].abs() + lobe.c[1][0].abs() + lobe.c[2][0].abs());
+    (1..3).all(|c| {
+        (lobe.n[c] - lobe.n[0]).abs() <= ALIKE * lobe.n[0]
+            && lobe.c.iter().all(|v| (v[c] - v[0]).abs() <= size)
+    })
+}
+
+#[inline(always)]
+fn radiance_of(
+    m: &LafortuneMaps,
+    turn: &LightRotation,
+    lobes: (usize, &Texel),
+    n: [f32; 3],
+    t: [f32; 3],
+    wo: [f32; 3],
+) -> [f32; 3] {
+    let cos_o = dot(n, wo);
+    if cos_o <= 0.0 || cos_o.is_nan() {
+        return [0.0; 3];
+    }
+    let b = cross(n, t);
+    let local = [dot(wo, t), dot(wo, b), cos_o];
+    let e = m.diffuse.sample(turn.apply(n));
+    let (count, texel) = lobes;
+    let mut sum: [f32; 3] = std::array::from_fn(|c| texel.rho_d[c] * e[c]);
+    for lobe in texel.lobes.iter().take(count) {
+        let of = |c: usize, k: [f32; 3]| {
+            let (axis, exponent) = (std::array::from_fn(|j| lobe.c[j][c] * local[j]), lobe.n[c]);
+            let level = ((m.ladder[0] - (exponent + 1.0).ln()) * m.ladder[1]).clamp(0.0, m.chain.last());
+            let k = k.map(|k| k * (TAU / (exponent + 1.0)));
+            lit(m, turn, [t, b, n], axis, [exponent, level, cos_o], k)
+        };
+        if alike(lobe) {
+            let l = of(0, lobe.rho);
+            (0..3).for_each(|c| sum[c] += l[c]);
+        } else {
+            for c in (0..3).filter(|c| lobe.rho[*c] > 0.0) {
+                sum[c] += of(c, lobe.rho)[c];
+            }
         }
     }
     sum
@@ -66,6 +135,39 @@ pub(super) fn shade(m: &LafortuneMaps, turn: &LightRotation, q: &Points<'_>, out
             (0..3).for_each(|c| out.rgb[c][i] = l[c]);
         }
     });
+}
+
+/// [`shade`] with the lobes of each point; those without texture coordinates have the ones at (0, 0).
+pub(super) fn shade_texels(
+    m: &LafortuneMaps,
+    lobes: &CosineLobes,
+    turn: &LightRotation,
+    q: &Points<'_>,
+    out: &mut Radiance<'_>,
+) {
+    steradian_simd::dispatch(|| {
+        for i in 0..out.len() {
+            let at = |v: &[&[f32]; 3]| v.map(|s| s[i]);
+            let n = at(&q.n);
+            let t = if q.t[0].is_empty() { tangent(n) } else { at(&q.t) };
+            let of = |v: &[f32]| v.get(i).copied().unwrap_or(0.0);
+            // Charts end with the footprint.
+            let texel = lobes.at(q.uv.map(of), q.chart.last().map_or(0.0, |v| of(v)));
+            let l = radiance_of(m, turn, (lobes.count, &texel), n, t, at(&q.wo));
+            (0..3).for_each(|c| out.rgb[c][i] = l[c]);
+        }
+    });
+}
+
+pub(super) fn gpu_texels(m: &LafortuneMaps, lobes: &CosineLobes, turn: &LightRotation) -> GpuTechnique {
+    let mut technique = gpu(m, turn);
+    technique.modules.push(WGSL.into());
+    technique.modules.push(include_str!("texels.wgsl").into());
+    technique.entry = Entry::SITE;
+    technique.tables.push(lobes.texels.table("lobes"));
+    let numbers = [m.ladder[0], m.ladder[1], m.chain.last(), lobes.count as f32];
+    technique.uniforms.push(Uniform { name: "ladder", value: Value::Vec4(numbers) });
+    technique
 }
 
 pub(super) fn gpu(m: &LafortuneMaps, turn: &LightRotation) -> GpuTechnique {

@@ -1,9 +1,11 @@
 use super::*;
+use crate::shared::trials::specimens;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec3, Vec3};
 use steradian_base::ParamValues;
 use steradian_brdf::{Files, parse_with};
 use steradian_light::DirectionalLight;
+use steradian_scene::surface::Planes;
 use steradian_sphere::Frame;
 
 fn bake_in(slug: &str, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
@@ -190,4 +192,179 @@ fn what_it_refuses_says_why() {
     let refused = |spec: &str| (t.card().materials)(&*steradian_brdf::parse(spec).unwrap()).unwrap_err();
     assert!(refused("ggx:alpha=0.2").contains("use lobe_maps"));
     assert!(refused("ward:ax=0.1,ay=0.3").contains("use reference"));
+}
+
+/// A material of no lobe but the ones of `planes`.
+fn varied(lights: &Lights, planes: Planes, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
+    let values: ParamValues = params.iter().copied().collect();
+    let base = steradian_brdf::parse("lafortune:cx=-1,cy=-1,cz=1,n=1,ks=0").unwrap();
+    let m = Material::new(base).with_textures(planes);
+    find("lafortune_env").unwrap().bake(lights, &m, None, &values, &Task::quiet()).unwrap()
+}
+
+fn figure(b: &dyn AnyBake, name: &str) -> f64 {
+    b.certificate().details.iter().find(|d| d.0 == name).unwrap_or_else(|| panic!("no {name}")).1
+}
+
+/// Images that are the same everywhere are the reflectance of these numbers, up to single precision.
+#[test]
+fn images_alike_are_one_reflectance() {
+    let light = lights::studio();
+    let constant = |v: [f64; 3]| specimens::texture(move |_, _| v);
+    let planes = Planes::default()
+        .with("rho_d", constant([0.2; 3]))
+        .with("rho_1", constant([1.0, 0.8, 0.5]))
+        .with("c_1", constant([-0.9, -0.7, 0.95]))
+        .with("n_1", constant([40.0; 3]));
+    let b = varied(&light, planes.clone(), &[("size", 32.0)]);
+    let plain = bake(&light, "lafortune:cx=-0.9,cy=-0.7,cz=0.95,n=40,ks=1/0.8/0.5,kd=0.2", &[("size", 32.0)]);
+    let error = difference(shade(&*b), shade(&*plain));
+    println!("images alike: {error:.1e}");
+    assert!(error < 1e-6, "{error}");
+    assert_eq!((figure(&*b, "maps"), figure(&*b, "error between maps")), (1.0, 0.0));
+    let [one, other] = [&b, &plain].map(|b| b.certificate().error);
+    assert!((one / other - 1.0).abs() < 0.15, "{one} {other}");
+    // Of two lobes each has a map of its own: nothing is mixed.
+    let two = planes.with("rho_2", constant([0.3; 3])).with("n_2", constant([5.0; 3]));
+    let b = varied(&light, two, &[("size", 32.0)]);
+    assert_eq!((figure(&*b, "maps"), figure(&*b, "error between maps")), (2.0, 0.0));
+}
+
+/// The reflectance's own lobes stand where no image says a number; C and n by channel are kept.
+#[test]
+fn what_no_image_says_is_the_reflectances() {
+    let light = lights::smooth();
+    let spec = "lafortune:@skin";
+    let plain = bake(&light, spec, &[("size", 32.0)]);
+    let planes = Planes::default().with("rho_d", specimens::texture(|_, _| [0.0; 3]));
+    let m = Material::new(steradian_brdf::parse(spec).unwrap()).with_textures(planes);
+    let params = [("size", 32.0), ("exponents", 33.0)].into_iter().collect();
+    let b = find("lafortune_env").unwrap().bake(&light, &m, None, &params, &Task::quiet()).unwrap();
+    let black = "lafortune:cx=-1,cy=-1,cz=1,n=1,ks=0,kd=1";
+    let white = shade(&*bake(&light, black, &[]));
+    let Form::Lafortune(own) = steradian_brdf::parse(spec).unwrap().form() else { panic!("lobes") };
+    let diffuse = |k: usize| std::array::from_fn(|c| white[k][c] * own.kd[c]);
+    let got: Vec<[f64; 3]> = shade(&*b)
+        .iter()
+        .enumerate()
+        .map(|(k, l)| {
+            let d: [f64; 3] = diffuse(k);
+            std::array::from_fn(|c| l[c] + d[c])
+        })
+        .collect();
+    let error = difference(got, shade(&*plain));
+    println!("skin by images: {error:.1e}");
+    assert!(error < 2e-3, "{error}");
+}
+
+/// The numbers of the specimens' images at the texel of column `i` and row `j`, as a spec.
+fn spec_at(planes: &Planes, i: usize, j: usize, lobe: usize) -> String {
+    let uv = |k: usize| (k as f32 + 0.5) / specimens::SIDE as f32;
+    let at = |name: &str| planes.get(name).expect("an image").sample(uv(i), uv(j), 0.0);
+    let [[r, g, b], [dr, dg, db], [x, y, z], [n, ..]] =
+        [at(&format!("rho_{lobe}")), at("rho_d"), at(&format!("c_{lobe}")), at(&format!("n_{lobe}"))];
+    let kd = if lobe == 1 { [dr, dg, db] } else { [0.0; 3] };
+    format!("lafortune:cx={x},cy={y},cz={z},n={n},ks={r}/{g}/{b},kd={}/{}/{}", kd[0], kd[1], kd[2])
+}
+
+/// Two lobes by texel against the integral with each texel's own numbers: no more than what the certificate states, which it looked at
+/// other texels for.
+#[test]
+fn varying_lobes_err_by_what_is_stated() {
+    let planes = specimens::planes(&PLANES);
+    for (name, light, most) in
+        [("smooth sky", lights::smooth(), 0.05), ("soft boxes", lights::studio(), 0.15)]
+    {
+        let b = varied(&light, planes.clone(), &[]);
+        let many = varied(&light, planes.clone(), &[("exponents", 33.0)]);
+        assert!(b.is_textured());
+        let distant = DistantLight::bake("", &light, 63, &Task::quiet()).unwrap();
+        let mut q = PointsBuf::default();
+        let mut want = Vec::new();
+        for k in 0..4 * POINTS {
+            let (f, wo) = point(k % POINTS);
+            q.push(f.n.as_vec3(), f.t.as_vec3(), f.to_world(wo).as_vec3(), Vec3::ZERO);
+            let (i, j) = (7 * k % specimens::SIDE, 11 * k % specimens::SIDE);
+            let uv = glam::Vec2::new(i as f32 + 0.5, j as f32 + 0.5) / specimens::SIDE as f32;
+            q.locate(uv, [0; 3], [0.0; 2]);
+            let lobes = [1, 2].map(|l| steradian_brdf::parse(&spec_at(&planes, i, j, l)).unwrap());
+            want.push(distant.tree.integrate(
+                |d, _| 0.1_f64.max(0.25 * d.angle_between(f.to_world(DVec3::new(-wo.x, -wo.y, wo.z)))),
+                |d| {
+                    let [a, b] = lobes.each_ref().map(|l| l.f_cos(f.to_local(d), wo));
+                    std::array::from_fn(|c| a[c] + b[c])
+                },
+            ));
+        }
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        let got = (0..q.len()).map(|i| [0, 1, 2].map(|c| f64::from(rgb[c][i])));
+        let error = steradian_prefilter::probe::relative_rms(got.zip(want));
+        let stated = b.certificate().error;
+        let (maps, between) = (figure(&*b, "maps"), figure(&*b, "error between maps"));
+        let alone = many.certificate().error;
+        println!(
+            "{name}: {error:.4}, stated {stated:.4}, by 33 maps {alone:.4}; {maps} maps, {between:.4} between"
+        );
+        assert!((stated - alone).abs() < between, "{stated} {alone}");
+        assert!(error < 1.3 * stated && stated < most, "{name}: {error} {stated}");
+        assert!(maps >= 2.0 && between <= 0.01);
+    }
+}
+
+/// Mixing the maps of two exponents errs by a quarter where they are half as far apart.
+#[test]
+fn maps_between_exponents_err_by_the_square_of_their_distance() {
+    let light = lights::studio();
+    let ramp = specimens::texture(|i, _| [4.0 * 64f64.powf(i as f64 / (specimens::SIDE - 1) as f64); 3]);
+    let planes = Planes::default().with("rho_1", specimens::texture(|_, _| [0.5; 3])).with("n_1", ramp);
+    let stated = |n: f64| {
+        figure(&*varied(&light, planes.clone(), &[("exponents", n), ("size", 24.0)]), "error between maps")
+    };
+    let errors = [3.0, 5.0, 9.0].map(stated);
+    println!("between 3, 5 and 9 maps: {errors:.4?}");
+    assert!(errors[0] > 2.0 * errors[1] && errors[1] > 3.0 * errors[2], "{errors:?}");
+    let auto = varied(&light, planes.clone(), &[("size", 24.0)]);
+    assert!(figure(&*auto, "error between maps") <= 0.01);
+    // What is measured of a texel between two maps is no more than what is stated of the mix.
+    let at = |b: &dyn AnyBake, uv: [f32; 2]| {
+        let mut q = PointsBuf::default();
+        for k in 0..POINTS {
+            let (f, wo) = point(k);
+            q.push(f.n.as_vec3(), f.t.as_vec3(), f.to_world(wo).as_vec3(), Vec3::ZERO);
+        }
+        q.uv = uv.map(|x| vec![x; POINTS]);
+        let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; POINTS]);
+        b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        (0..POINTS).map(|i| [rgb[0][i], rgb[1][i], rgb[2][i]].map(f64::from)).collect::<Vec<_>>()
+    };
+    let side = specimens::SIDE;
+    let coarse = varied(&light, planes, &[("exponents", 3.0), ("size", 48.0)]);
+    for i in [side / 4, 2 * side / 3] {
+        let n = 4.0 * 64f64.powf(i as f64 / (side - 1) as f64);
+        let own = bake(&light, &format!("lafortune:cx=-1,cy=-1,cz=1,n={n},ks=0.5"), &[("size", 48.0)]);
+        let uv = [(i as f32 + 0.5) / side as f32, 0.5];
+        let error = difference(at(&*coarse, uv), at(&*own, uv));
+        assert!(error < 1.5 * errors[0], "{i}: {error} {errors:?}");
+    }
+}
+
+/// What is saved with its images is loaded to the same bits; damaged images and ones that were not read are refused.
+#[test]
+fn images_are_kept_in_the_bake() {
+    let light = lights::smooth();
+    let b = varied(&light, specimens::planes(&PLANES), &[("size", 16.0)]);
+    let mut saved = b.save();
+    let t = find("lafortune_env").unwrap();
+    let again = t.load(&saved).unwrap();
+    assert_eq!((shade(&*again), again.is_textured(), again.bytes()), (shade(&*b), true, b.bytes()));
+    let name = "material.plane.n_1";
+    let tensor = saved.tensors.get(name).expect("an image").clone();
+    saved.tensors.insert("material.plane.n_3".into(), tensor);
+    assert!(t.load(&saved).is_err());
+    let mut values = ParamValues::default();
+    values.0.insert("n_1".into(), steradian_base::Value::File("n.exr".into()));
+    let m = Material::new(steradian_brdf::parse("lafortune:@skin").unwrap());
+    let why = t.bake(&light, &m, None, &values, &Task::quiet()).err().unwrap().to_string();
+    assert_eq!(why, "lafortune_env: the file of n_1 was not read");
 }

@@ -17,16 +17,13 @@ mod shade;
 #[cfg(test)]
 mod tests;
 
-use crate::local::{self, Content, LocalText, Place, Plane, TexturedTechnique};
+use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
+use crate::shared::surface::cosine_lobes::{CosineLobes, MOST, PLANES, Texel};
 use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material};
-use bake::{LEAST, Lobes, Params};
-use shade::Texel;
+use bake::Params;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Form};
-
-/// Largest factor of a texel.
-const MOST_FACTOR: f32 = 1e30;
 
 /// The technique.
 pub struct LafortuneSvbrdf;
@@ -34,10 +31,8 @@ pub struct LafortuneSvbrdf;
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
     match brdf.form() {
         Form::Lambert { .. } => Ok(()),
-        Form::Lafortune(l) if l.lobes.len() <= bake::MOST => Ok(()),
-        Form::Lafortune(l) => {
-            Err(format!("takes {} lobes at most, not {}: use exact", bake::MOST, l.lobes.len()))
-        }
+        Form::Lafortune(l) if l.lobes.len() <= MOST => Ok(()),
+        Form::Lafortune(l) => Err(format!("takes {} lobes at most, not {}: use exact", MOST, l.lobes.len())),
         _ => {
             Err(format!("takes lafortune and lambert, not {}: use shift_variant or exact", brdf.info().name))
         }
@@ -83,46 +78,38 @@ impl TexturedTechnique for LafortuneSvbrdf {
         needs: local::NEEDS_TEXELS,
         waived: &[],
     };
-    const PLANES: &'static [Plane] = &[
-        Plane::new("rho_d", Content::Colours).within(0.0, MOST_FACTOR, 3),
-        Plane::new("rho_1", Content::Colours).within(0.0, MOST_FACTOR, 3),
-        Plane::new("c_1", Content::Numbers),
-        Plane::new("n_1", Content::Numbers).within(LEAST as f32, 1e8, 3),
-        Plane::new("rho_2", Content::Colours).within(0.0, MOST_FACTOR, 3),
-        Plane::new("c_2", Content::Numbers),
-        Plane::new("n_2", Content::Numbers).within(LEAST as f32, 1e8, 3),
-    ];
+    const PLANES: &'static [Plane] = &PLANES;
     type Params = Params;
-    type Tables = Lobes;
+    type Tables = CosineLobes;
     type Texel = Texel;
 
-    fn bake(m: &Material, _: &Params, _: &Task) -> Result<Lobes, BakeError> {
+    fn bake(m: &Material, _: &Params, _: &Task) -> Result<CosineLobes, BakeError> {
         bake::bake(m)
     }
 
-    fn details(t: &Lobes) -> Vec<(&'static str, f64)> {
+    fn details(t: &CosineLobes) -> Vec<(&'static str, f64)> {
         vec![("lobes", t.count as f64)]
     }
 
-    fn bytes(t: &Lobes) -> usize {
+    fn bytes(t: &CosineLobes) -> usize {
         t.texels.bytes()
     }
 
-    fn error(t: &Lobes, m: &Material) -> f64 {
+    fn error(t: &CosineLobes, m: &Material) -> f64 {
         bake::error(t, m)
     }
 
     #[inline(always)]
-    fn texel(t: &Lobes, at: Place, _: [f32; 3]) -> Texel {
-        shade::texel(t, at)
+    fn texel(t: &CosineLobes, at: Place, _: [f32; 3]) -> Texel {
+        t.at(at.uv, at.footprint)
     }
 
     #[inline(always)]
-    fn f_cos(t: &Lobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    fn f_cos(t: &CosineLobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         shade::f_cos(t, x, wi, wo)
     }
 
-    fn text(t: &Lobes) -> Option<LocalText> {
+    fn text(t: &CosineLobes) -> Option<LocalText> {
         Some(shade::text(t))
     }
 }

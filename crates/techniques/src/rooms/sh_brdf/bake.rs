@@ -57,9 +57,7 @@ pub(super) fn views(m: &Material, p: &Params, task: &Task) -> Result<Views, Bake
     let (slug, size) = (ShBrdf::CARD.slug, [p.bands, p.size]);
     let Some(plane) = m.textures.get(PLANE) else {
         if p.widths.is_some() {
-            let why = format!(
-                "the file of {PLANE} was not read: single pictures, points and bakes have it read, comparisons not"
-            );
+            let why = format!("the file of {PLANE} was not read");
             return Err(BakeError::Material { slug, why });
         }
         return Views::bake(slug, m, size, p.halves, task);

@@ -1,12 +1,9 @@
-//! Saved bakes of techniques for local light: the textures that they were made of, from which they are made again, or tables of
-//! their own ([`super::TexturedTechnique::save`]).
+//! Textures as bakes keep them that are made again of them.
 
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use std::sync::Arc;
 use steradian_scene::surface::{Planes, Texture, Wrap};
 
-/// Before the names of textures.
-const PLANE: &str = "plane.";
 /// What lies beyond a texture, in its metadata.
 const WRAP: &str = "steradian.wrap.";
 
@@ -22,23 +19,23 @@ fn wrap(word: &str) -> Option<Wrap> {
     [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].into_iter().find(|w| self::word(*w) == word)
 }
 
-/// Writes the finest levels of textures.
-pub(super) fn put(to: &mut TensorFile, planes: &Planes) {
+/// Writes the finest levels of textures under their names with `prefix` before them.
+pub fn put(to: &mut TensorFile, prefix: &str, planes: &Planes) {
     for (name, t) in planes.iter() {
         let Some((width, height, texels)) = t.levels().next() else { continue };
         let data = texels.iter().flatten().copied().collect();
-        put_f32(to, format!("{PLANE}{name}"), vec![height, width, 3], data);
+        put_f32(to, format!("{prefix}{name}"), vec![height, width, 3], data);
         let [u, v] = t.wrap().map(word);
         to.metadata.insert(format!("{WRAP}{name}"), format!("{u} {v}"));
     }
 }
 
 /// The textures that [`put`] wrote.
-pub(super) fn planes(from: &TensorFile) -> Result<Planes, PartError> {
+pub fn planes(from: &TensorFile, prefix: &str) -> Result<Planes, PartError> {
     let mut out = Planes::default();
-    for key in from.tensors.keys().filter(|k| k.starts_with(PLANE)) {
+    for key in from.tensors.keys().filter(|k| k.starts_with(prefix)) {
         let unexpected = || PartError::Unexpected(key.clone());
-        let name = &key[PLANE.len()..];
+        let name = &key[prefix.len()..];
         let (shape, data) = get_f32(from, key, 3)?;
         let [height, width, 3] = shape[..] else { return Err(unexpected()) };
         let words = from.metadata.get(&format!("{WRAP}{name}")).ok_or_else(unexpected)?;
