@@ -1,4 +1,4 @@
-//! Parameters, and the transport of all sites.
+//! Parameters, and what is blocked from all sites.
 
 use super::HaarTransport;
 use super::light::transform;
@@ -22,7 +22,7 @@ params! {
         /// How they are chosen.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
         /// What is left out of each site's transport.
-        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.1, "part of the length of each site's transport vector that is left out"),
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.05, "part of the length of each site's transport vector (the cosine over the texels) that is left out of what is blocked"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
         /// Bands of what is reflected.
@@ -69,10 +69,11 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
                 continue;
             }
             let seed = (b * BLOCK + k) as u64;
-            pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
+            let whole =
+                pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
             transform(&mut all, side);
             squares.iter_mut().zip(&all).for_each(|(s, x)| *s += f64::from(*x).powi(2));
-            rows.push(Row::of(&all, side, p.precision));
+            rows.push(Row::of(&all, side, p.precision * p.precision * whole));
         }
         task.advance(sites.len() as u64);
         Ok((rows, squares))
@@ -86,7 +87,9 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
         squares.iter_mut().zip(s).for_each(|(a, b)| *a += b);
     }
     let norms = squares.iter().map(|s| s.sqrt() as f32).collect();
-    Ok(Transport::new(&rows, norms, side, reflected(g, m, p, task)?))
+    let normal = |s: &steradian_transfer::Site| if s.is_absent() { [0.0; 3] } else { s.n.to_array() };
+    let normals = sites.iter().map(normal).collect();
+    Ok(Transport::new(&rows, normals, norms, side, reflected(g, m, p, task)?))
 }
 
 /// What the mesh reflects to each site.

@@ -7,10 +7,15 @@ use super::light::{Light, transform};
 use super::transport::Transport;
 use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::geometry::transport;
+use crate::shared::light::sh_light;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
-use glam::Mat3;
+use glam::{DVec3, Mat3};
 use std::f64::consts::PI;
 use steradian_parallel::prelude::*;
+use steradian_prefilter::{Lobe, Zonal};
+use steradian_sphere::image::Filter;
+use steradian_sphere::sh::{self, ShRgb};
+use steradian_sphere::{Layout, SphereImage};
 
 /// What each site sends out in a frame.
 #[derive(Default)]
@@ -69,8 +74,8 @@ fn unturned(light: &Light, side: usize) -> [Vec<f32>; 3] {
     planes
 }
 
-/// What a frame leaves out of the light, and sites of their transport, as if coefficients were independent:
-/// √(Σ_left |L_k|² |T_k|² / Σ |L_k|² |T_k|²), over the lengths of the columns.
+/// What a frame leaves out of the light, as if coefficients were independent, over the radiance E of the sites of a white
+/// surface: √(Σ_left |L_k|² |B_k|² / Σ E²), over the lengths of the columns.
 pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
     if t.side == 0 {
         return 0.0;
@@ -80,12 +85,42 @@ pub(super) fn left_out(light: &Light, t: &Transport, p: &Params) -> f64 {
         let l: f64 = planes.iter().map(|p| f64::from(p[k]).powi(2)).sum();
         l * f64::from(t.norms[k]).powi(2)
     };
-    let all: f64 = (0..t.norms.len()).map(square).sum();
+    let mut left: f64 = (0..t.norms.len()).filter(|k| !k.is_multiple_of(t.side * t.side)).map(square).sum();
     let chosen = choose(&planes, t, p);
-    let others: f64 = chosen.others.iter().map(|(k, _)| square(*k as usize)).sum();
-    let face = t.side * t.side;
-    let scaling: f64 = (0..6).map(|f| square(f * face)).sum();
-    if all > 0.0 { ((all - others - scaling).max(0.0) / all).sqrt() } else { 0.0 }
+    left -= chosen.others.iter().map(|(k, _)| square(*k as usize)).sum::<f64>();
+    let radiance = arriving(&open(light, Mat3::IDENTITY), t, &chosen);
+    let all: f64 = radiance.as_flattened().iter().map(|l| f64::from(*l).powi(2)).sum();
+    if all > 0.0 { (left.max(0.0) / all).sqrt() } else { 0.0 }
+}
+
+/// Rows of the map of [`open`]: bilinear lookups in it err by 1e-4 of a sun's maximum.
+const OPEN_ROWS: usize = 128;
+
+/// What a white surface that sees all of the light would send out, by its normal: (1/π) ∫ L (n·w)₊ dw, up to band
+/// [`sh_light::ORDER`], where under a sun alone 0.6 % of its maximum are missing at the terminator.
+fn open(light: &Light, rotation: Mat3) -> SphereImage {
+    let k = Lobe::lambert().coefficients(sh_light::ORDER);
+    let turned = light.sh.turned(sh_light::ORDER + 1, rotation, [1.0; 3]);
+    let mut sh = ShRgb {
+        order: sh_light::ORDER,
+        c: std::array::from_fn(|c| turned.iter().map(|x| f64::from(x[c])).collect()),
+    };
+    sh.convolve(&k);
+    sh::synthesize(&sh, Layout::LatLong, 2 * OPEN_ROWS, OPEN_ROWS)
+}
+
+/// What white sites send out: as if all were open, less the light that is blocked. The sum of few wavelets may exceed what
+/// there is.
+fn arriving(open: &SphereImage, t: &Transport, chosen: &Chosen) -> Vec<[f32; 3]> {
+    let mut radiance = t.apply(&chosen.scaling, &chosen.others);
+    radiance.par_iter_mut().zip(t.normals.par_iter()).for_each(|(l, n)| {
+        let whole = match *n {
+            [0.0, 0.0, 0.0] => [0.0; 3],
+            n => open.lookup(Filter::Bilinear, DVec3::from(n.map(f64::from))),
+        };
+        (0..3).for_each(|c| l[c] = (whole[c] - l[c]).max(0.0));
+    });
+    radiance
 }
 
 impl Frame {
@@ -96,7 +131,7 @@ impl Frame {
         let mut planes = light.on_cube(&Level::new(t.side), v.light_rotation);
         planes.par_iter_mut().for_each(|plane| transform(plane, t.side));
         let chosen = choose(&planes, t, p);
-        let mut radiance = t.apply(&chosen.scaling, &chosen.others);
+        let mut radiance = arriving(&open(light, v.light_rotation), t, &chosen);
         let albedo32 = albedo.map(|a| a as f32);
         radiance.par_iter_mut().for_each(|l| (0..3).for_each(|c| l[c] *= albedo32[c]));
         if t.reflected.stride > 0 {

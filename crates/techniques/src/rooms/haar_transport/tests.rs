@@ -68,7 +68,7 @@ fn sums_over_wavelets_are_sums_over_texels() {
         Row::of(&row, SIDE, 0.0)
     };
     let rows: Vec<Row> = (0..3).map(row).collect();
-    let transport = Transport::new(&rows, vec![1.0; n], SIDE, PerSite::default());
+    let transport = Transport::new(&rows, vec![[0.0; 3]; 3], vec![1.0; n], SIDE, PerSite::default());
     let mut light = l.clone();
     transform(&mut light, SIDE);
     let planes = [light.clone(), light.clone(), light];
@@ -89,7 +89,7 @@ fn rows_keep_the_largest() {
     let length = |v: &mut dyn Iterator<Item = f32>| v.map(|x| f64::from(x).powi(2)).sum::<f64>();
     let whole = length(&mut all.iter().copied());
     for precision in [0.0, 0.05, 0.2] {
-        let row = Row::of(&all, SIDE, precision);
+        let row = Row::of(&all, SIDE, precision * precision * whole);
         let kept = length(&mut row.scaling.iter().copied().chain(row.kept.iter().map(|k| k.1)));
         assert!(whole - kept <= precision * precision * whole * (1.0 + 1e-9));
         let least = row.kept.iter().map(|k| k.1.abs()).fold(f32::INFINITY, f32::min);
@@ -102,7 +102,7 @@ fn rows_keep_the_largest() {
 /// A constant light has six coefficients; one texel has one and three a level.
 #[test]
 fn lights_have_few_wavelets() {
-    let transport = Transport::new(&[], vec![1.0; 6 * SIDE * SIDE], SIDE, PerSite::default());
+    let transport = Transport::new(&[], Vec::new(), vec![1.0; 6 * SIDE * SIDE], SIDE, PerSite::default());
     let mut constant = vec![2.0; 6 * SIDE * SIDE];
     transform(&mut constant, SIDE);
     let planes = [constant.clone(), constant.clone(), constant];

@@ -1,4 +1,4 @@
-//! Transport of all sites as sparse columns, one for each wavelet.
+//! What is blocked from all sites, as sparse columns, one for each wavelet.
 
 use crate::Part;
 use crate::shared::geometry::transport::PerSite;
@@ -9,7 +9,7 @@ use steradian_parallel::prelude::*;
 /// Sites that an entry can tell apart.
 pub const MOST_SITES: usize = 1 << 24;
 
-/// Transport matrix: a row for each site, a column for each wavelet.
+/// Transport of light that is blocked, B = H b: a row for each site, a column for each wavelet.
 ///
 /// The scaling coefficient of each face is held in full precision. Of the others a site keeps the largest, each as a
 /// multiple of 1/127 of the largest of its column.
@@ -19,13 +19,15 @@ pub struct Transport {
     pub side: usize,
     /// Number of sites.
     pub sites: usize,
+    /// Their unit normals; zero where there is no surface.
+    pub normals: Vec<[f32; 3]>,
     /// Scaling coefficients of the six faces, `sites` each.
     pub scaling: Vec<f32>,
     /// Where the entries of each column begin, and of the last one end.
     pub starts: Vec<u32>,
     /// What 1 stands for in each column.
     pub steps: Vec<f32>,
-    /// Length of each column over all sites, with what is not held: √Σ t².
+    /// Length of each column over all sites, with what is not held: √Σ b².
     pub norms: Vec<f32>,
     /// Entries of the columns, sites ascending: site · 256 + value + 128.
     pub entries: Vec<u32>,
@@ -33,7 +35,7 @@ pub struct Transport {
     pub reflected: PerSite,
 }
 
-/// A site's transport: coefficients that are kept, by number, beside the six of scaling.
+/// What is blocked from a site: coefficients that are kept, by number, beside the six of scaling.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     pub scaling: [f32; 6],
@@ -41,12 +43,10 @@ pub struct Row {
 }
 
 impl Row {
-    /// The largest of `all` (the transformed faces of a site) that leave at most `precision` of the vector's length.
-    pub fn of(all: &[f32], side: usize, precision: f64) -> Self {
+    /// The largest of `all` (the transformed faces of a site) that leave at most √`left` of the vector's length.
+    pub fn of(all: &[f32], side: usize, mut left: f64) -> Self {
         let face = side * side;
         let scaling = std::array::from_fn(|f| all[f * face]);
-        let total: f64 = all.iter().map(|x| f64::from(*x).powi(2)).sum();
-        let mut left = precision * precision * total;
         // From the smallest on, what fits is left out.
         let mut others: Vec<(u32, f32)> = (0u32..)
             .zip(all)
@@ -68,8 +68,14 @@ impl Row {
 }
 
 impl Transport {
-    /// From the rows of all sites.
-    pub fn new(rows: &[Row], norms: Vec<f32>, side: usize, reflected: PerSite) -> Self {
+    /// From the rows and normals of all sites.
+    pub fn new(
+        rows: &[Row],
+        normals: Vec<[f32; 3]>,
+        norms: Vec<f32>,
+        side: usize,
+        reflected: PerSite,
+    ) -> Self {
         let columns = 6 * side * side;
         let (mut counts, mut largest) = (vec![0u32; columns + 1], vec![0.0f32; columns]);
         for (k, x) in rows.iter().flat_map(|r| &r.kept) {
@@ -92,10 +98,10 @@ impl Transport {
             }
         }
         let scaling = (0..6).flat_map(|f| rows.iter().map(move |r| r.scaling[f])).collect();
-        Self { side, sites: rows.len(), scaling, starts, steps, norms, entries, reflected }
+        Self { side, sites: rows.len(), normals, scaling, starts, steps, norms, entries, reflected }
     }
 
-    /// Σ_k L_k T_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling coefficients of
+    /// Σ_k L_k B_k at every site over wavelets `chosen` (number and light, per channel) and the six scaling coefficients of
     /// `light`.
     pub fn apply(&self, scaling: &[[f32; 3]; 6], chosen: &[(u32, [f32; 3])]) -> Vec<[f32; 3]> {
         // Sites of a block stay in the cache while columns pass.
@@ -130,6 +136,7 @@ impl Part for Transport {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
         let name = |n: &str| format!("{prefix}.{n}");
         let columns = self.steps.len();
+        put_f32(to, name("normals"), vec![self.sites, 3], self.normals.concat());
         put_f32(to, name("scaling"), vec![6, self.sites], self.scaling.clone());
         put_f32(to, name("steps"), vec![columns], self.steps.clone());
         put_f32(to, name("norms"), vec![columns], self.norms.clone());
@@ -148,6 +155,7 @@ impl Part for Transport {
             _ => Err(unexpected(n)),
         };
         let (shape, scaling) = get_f32(from, &name("scaling"), 2)?;
+        let (_, normals) = get_f32(from, &name("normals"), 2)?;
         let (_, steps) = get_f32(from, &name("steps"), 1)?;
         let (_, norms) = get_f32(from, &name("norms"), 1)?;
         let (starts, entries) = (words("starts")?, words("entries")?);
@@ -156,6 +164,10 @@ impl Part for Transport {
         if shape[0] != 6 || columns > 0 && (6 * side * side != columns || !side.is_power_of_two()) {
             return Err(unexpected("scaling"));
         }
+        if normals.len() != 3 * sites {
+            return Err(unexpected("normals"));
+        }
+        let normals = normals.as_chunks::<3>().0.to_vec();
         let rising = starts.windows(2).all(|w| w[0] <= w[1]);
         let ends = starts.len() == columns + 1 && starts.last().is_some_and(|e| *e as usize == entries.len());
         if norms.len() != columns || !rising || !ends {
@@ -169,11 +181,15 @@ impl Part for Transport {
             }
         }
         let reflected = PerSite::load(from, &name("reflected"))?;
-        Ok(Self { side, sites, scaling, starts, steps, norms, entries, reflected })
+        Ok(Self { side, sites, normals, scaling, starts, steps, norms, entries, reflected })
     }
 
     fn bytes(&self) -> usize {
-        let numbers = self.scaling.len() + self.starts.len() + self.steps.len() + self.norms.len();
+        let numbers = 3 * self.normals.len()
+            + self.scaling.len()
+            + self.starts.len()
+            + self.steps.len()
+            + self.norms.len();
         4 * (numbers + self.entries.len()) + self.reflected.bytes()
     }
 }

@@ -1,4 +1,4 @@
-//! What a site sees of each texel of a cube: one ray for each texel of a coarse cube, and finer ones where neighbours
+//! What a site does not see of each texel of a cube: one ray for each texel of a coarse cube, and finer ones where neighbours
 //! differ.
 
 use super::cube::{Level, parent};
@@ -48,8 +48,17 @@ impl Pyramid {
         &self.levels[self.levels.len() - 1].0
     }
 
-    /// (1/π) ∫ V (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; the same for one seed.
-    pub fn look(&self, bvh: &Bvh, origin: Vec3, n: Vec3, seed: u64, scratch: &mut Scratch, out: &mut [f32]) {
+    /// (1/π) ∫ (1 − V) (n·w)₊ dw over each texel of the finest cube, for rays from `origin`; the same for one seed. Returns
+    /// Σ ((1/π) ∫ (n·w)₊ dw)², the square of what the vector's length would be if all were blocked.
+    pub fn look(
+        &self,
+        bvh: &Bvh,
+        origin: Vec3,
+        n: Vec3,
+        seed: u64,
+        scratch: &mut Scratch,
+        out: &mut [f32],
+    ) -> f64 {
         let Scratch { coarse, fine, cells, rays, hits, weights } = scratch;
         let mut random = Pcg32::new(seed, 0);
         let mut point = || [random.next_f64() as f32, random.next_f64() as f32];
@@ -119,8 +128,9 @@ impl Pyramid {
         let sum: f64 = weights.iter().map(|w| f64::from(*w)).sum();
         let scale = (1.0 / sum) as f32;
         for ((to, w), v) in out.iter_mut().zip(weights.iter()).zip(coarse.iter()) {
-            *to = w * v * scale;
+            *to = w * (1.0 - v) * scale;
         }
+        weights.iter().map(|w| f64::from(w * scale).powi(2)).sum()
     }
 }
 
@@ -150,8 +160,8 @@ mod tests {
         out.iter().map(|x| f64::from(*x)).sum()
     }
 
-    /// Above a plane, beside a wall of infinite height: form factor 1/2; under a disk that is seen under the angle θ:
-    /// 1 − sin²θ.
+    /// Above a plane, beside a wall of infinite height: form factor 1/2; under a ball that is seen under the angle θ:
+    /// sin²θ.
     #[test]
     fn walls_and_disks_block_their_form_factors() {
         let pyramid = Pyramid::new(64);
@@ -170,20 +180,24 @@ mod tests {
         let bvh = Bvh::build(&ball);
         for height in [1.5f32, 3.0, 6.0] {
             pyramid.look(&bvh, Vec3::new(0.0, -height, 0.0), Vec3::Y, 7, &mut scratch, &mut out);
-            let expected = 1.0 - f64::from(height).powi(-2);
+            let expected = f64::from(height).powi(-2);
             assert!((sum(&out) - expected).abs() < 2e-3, "{height}: {} {expected}", sum(&out));
         }
     }
 
-    /// Nothing in the way: each texel has its part of the cosine.
+    /// Nothing in the way blocks nothing; in a shell all is blocked, and each texel has its part of the cosine.
     #[test]
-    fn in_the_open_texels_have_the_cosine() {
+    fn blocked_are_nothing_in_the_open_and_the_cosine_in_a_shell() {
         let pyramid = Pyramid::new(32);
         let (mut scratch, mut out) = (Scratch::default(), vec![0.0; 6 * 32 * 32]);
         let bvh = Bvh::build(&shapes::icosphere(2));
         let n = Vec3::new(0.3, 0.8, -0.5).normalize();
-        pyramid.look(&bvh, n * 2.0, n, 1, &mut scratch, &mut out);
+        let open = pyramid.look(&bvh, n * 2.0, n, 1, &mut scratch, &mut out);
+        assert!(out.iter().all(|x| *x == 0.0));
+        let shut = pyramid.look(&bvh, Vec3::ZERO, n, 1, &mut scratch, &mut out);
         assert!((sum(&out) - 1.0).abs() < 1e-6);
+        assert_eq!(open, shut);
+        assert!((out.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>() / shut - 1.0).abs() < 1e-6);
         let level = pyramid.finest();
         for (k, t) in out.iter().enumerate() {
             let expected = level.centre[k].dot(n).max(0.0) * level.omega[k] / std::f32::consts::PI;
