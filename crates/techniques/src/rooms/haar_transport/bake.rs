@@ -22,7 +22,7 @@ params! {
         /// How they are chosen.
         pub choice: usize = ParamInfo::choice("choice", &["transport", "magnitude", "area"], "by what wavelets of the light are chosen: its coefficient times the length of the transport's column, the coefficient alone, or times the wavelet's area"),
         /// What is left out of each site's transport.
-        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.05, "part of the length of each site's transport vector (the cosine over the texels) that is left out of what is blocked"),
+        pub precision: f64 = ParamInfo::real("precision", [0.0, 0.5], 0.07, "part of each site's transport vector that is left out: of the geometric mean of the lengths of what is blocked and of the cosine over the texels"),
         /// Scattering events.
         pub bounces: usize = ParamInfo::whole("bounces", [1.0, 64.0], 1.0, "scattering events at surfaces: 1 is direct light alone; what is reflected is smooth, and held in spherical harmonics"),
         /// Bands of what is reflected.
@@ -73,7 +73,10 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
                 pyramid.look(&scene.bvh, site.p + site.n * offset, site.n, seed, &mut scratch, &mut all);
             transform(&mut all, side);
             squares.iter_mut().zip(&all).for_each(|(s, x)| *s += f64::from(*x).powi(2));
-            rows.push(Row::of(&all, side, p.precision * p.precision * whole));
+            // Shadows far from what throws them are narrow, but under a sun as dark as others: what is left out falls with
+            // what is blocked.
+            let own: f64 = all.iter().map(|x| f64::from(*x).powi(2)).sum();
+            rows.push(Row::of(&all, side, p.precision * p.precision * (own * whole).sqrt()));
         }
         task.advance(sites.len() as u64);
         Ok((rows, squares))
