@@ -13,6 +13,8 @@ pub struct Line {
     precise: Found,
     /// How uncertain the certificate is.
     uncertain: f64,
+    /// Noise that the certificate states as part of the error.
+    noise: f64,
 }
 
 /// Is the table recorded now?
@@ -30,12 +32,22 @@ impl Line {
         precise: impl FnOnce() -> Found,
     ) -> Self {
         let precise = if recording() { precise() } else { Found { error: found, sigma: 0.0 } };
-        Self { key: format!("{slug} | {spec} | {light}"), found, claimed, precise, uncertain: 5e-4 }
+        Self {
+            key: format!("{slug} | {spec} | {light}"),
+            found,
+            claimed,
+            precise,
+            uncertain: 5e-4,
+            noise: 0.0,
+        }
     }
 
-    /// Is its certificate measured beside paths? It then states their noise too.
-    pub fn beside_paths(self, yes: bool) -> Self {
-        if yes { Self { uncertain: 2e-3, ..self } } else { self }
+    /// A certificate that was measured beside paths states their noise too.
+    pub fn beside_paths(self, noise: Option<f64>) -> Self {
+        match noise {
+            Some(noise) => Self { uncertain: 2e-3, noise, ..self },
+            None => self,
+        }
     }
 
     fn text(&self) -> String {
@@ -55,7 +67,8 @@ impl Line {
         }
         // A certificate is honest where it is within a factor of two of what the reference finds.
         let noise = 3.0 * sigma + self.uncertain;
-        let honest = *error <= 2.0 * self.claimed + noise && error + noise >= 0.5 * self.claimed;
+        let beyond_paths = (self.claimed.powi(2) - self.noise.powi(2)).max(0.0).sqrt();
+        let honest = *error <= 2.0 * self.claimed + noise && error + noise >= 0.5 * beyond_paths;
         (!honest).then(|| format!("{}: {error:.5} ± {sigma:.5}, certificate {:.5}", self.key, self.claimed))
     }
 }
