@@ -2,7 +2,7 @@
 
 use super::say;
 use anyhow::Result;
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use steradian_formats::Limits;
 use steradian_scene::{Mesh, shapes};
 use steradian_testkit::data_dir;
@@ -32,4 +32,13 @@ pub fn bust() -> Result<Mesh> {
 pub fn bunny() -> Result<Mesh> {
     let knot = || Mesh::merged(&[shapes::knot(2, 3, 0.55, 0.25, 0.18, 160), shapes::plane(3.2, -0.62, 8)]);
     of("bunny_pedestal.ply", knot)
+}
+
+/// A mesh brushed along the projection of a constant vector.
+pub fn brushed(mut mesh: Mesh, along: Vec3) -> Mesh {
+    let tangent =
+        |n: &Vec3| (along - *n * n.dot(along)).try_normalize().unwrap_or(n.any_orthonormal_vector());
+    mesh.tangents = mesh.normals.iter().map(|n| tangent(n).extend(1.0)).collect();
+    mesh.materials.clear();
+    mesh
 }

@@ -3,7 +3,7 @@
 //! 2007 (`gkd07-…`), and of Kautz 2004, the survey (`star04-…`): ours beside the paper's.
 //!
 //! ```text
-//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
+//! cargo run --release -p steradian-xtask -- figures gallery|btf|5.1|5.2|5.4|5.6|5.7|5.8|5.9|elevations|gkd07-4|5|6|7|prt|ggx|kss02-2|3|4|5|6|7|8|k06|star04|star04-6|7|8|9|15|haar [-o DIR] [--light FILE|SKY]
 //!     [--brdf SPEC]… [--side N]
 //! ```
 //!
@@ -15,6 +15,7 @@ mod chart;
 mod elevations;
 mod energy;
 mod engines;
+mod frequencies;
 mod gallery;
 mod gaussians;
 mod grazing;
@@ -26,7 +27,9 @@ mod noise;
 mod occluded;
 mod picture;
 mod recovered;
+mod representations;
 mod sentences;
+mod showcase;
 mod statues;
 mod survey;
 mod transport;
@@ -48,7 +51,7 @@ struct Options {
     side: Option<usize>,
 }
 
-const USAGE: &str = "usage: figures gallery|btf|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-prt|gkd07-ggx|kss02-2|kss02-3|kss02-4|kss02-5|kss02-6|kss02-7|kss02-8|k06|star04|star04-6|star04-7|star04-8|star04-9|star04-15|star04-haar [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
+const USAGE: &str = "usage: figures gallery|btf|5.1|5.2|5.4|5.6|5.7|5.8|5.9|elevations|gkd07-4|gkd07-5|gkd07-6|gkd07-7|gkd07-prt|gkd07-ggx|kss02-2|kss02-3|kss02-4|kss02-5|kss02-6|kss02-7|kss02-8|k06|star04|star04-6|star04-7|star04-8|star04-9|star04-15|star04-haar [-o DIR] [--light FILE|SKY] [--brdf SPEC]… [--side N]";
 
 /// `figures NAME …`.
 pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
@@ -68,6 +71,9 @@ pub fn run(mut words: impl Iterator<Item = String>) -> Result<()> {
         }
     }
     match name.as_str() {
+        "5.1" => showcase::run(&o),
+        "5.2" => representations::run(&o),
+        "5.4" => frequencies::run(&o),
         "5.6" => microfacet::run(&o),
         "5.7" => energy::run(&o),
         "5.8" => velvet::run(&o),

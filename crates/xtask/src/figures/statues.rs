@@ -1,7 +1,8 @@
 //! Figures 3, 7 and 8 of Kautz, Sloan & Snyder 2002: brushed metal under several lights, shadows with anisotropic
 //! reflectance, and reflectance models beside each other, on meshes.
 
-use super::{Options, light, mesh, save, say};
+use super::mesh::{self, brushed};
+use super::{Options, light, save, say};
 use anyhow::{Context, Result, anyhow};
 use glam::{Affine3A, Vec3};
 use std::sync::Arc;
@@ -25,15 +26,6 @@ const OPEN: [(&str, f64); 2] = [("lights", 0.0), ("window", WINDOW)];
 /// Lights of figure 3, of the data folder; the built-in studio stands in where they are missing.
 const LIGHTS: [&str; 4] =
     ["probulator_grace.hdr", "probulator_uffizi.hdr", "probulator_ennis.hdr", "probulator_pisa.hdr"];
-
-/// A mesh brushed along the projection of a constant vector.
-fn brushed(mut mesh: Mesh, along: Vec3) -> Mesh {
-    let tangent =
-        |n: &Vec3| (along - *n * n.dot(along)).try_normalize().unwrap_or(n.any_orthonormal_vector());
-    mesh.tangents = mesh.normals.iter().map(|n| tangent(n).extend(1.0)).collect();
-    mesh.materials.clear();
-    mesh
-}
 
 fn baked(
     slug: &str,
