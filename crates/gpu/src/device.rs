@@ -51,7 +51,9 @@ impl Gpu {
         let optional = if portable {
             wgpu::Features::empty()
         } else {
-            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+            wgpu::Features::TIMESTAMP_QUERY
+                | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+                | wgpu::Features::DEPTH_CLIP_CONTROL
         };
         let floats = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float);
         let (device, queue) = adapter

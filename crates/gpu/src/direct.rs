@@ -15,6 +15,9 @@ use steradian_techniques::gpu::{Table, cells};
 
 /// Group 2: camera, lights, reflectance, what is measured of it.
 pub const SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture];
+/// The same, and what shadow volumes left of lights.
+pub const SHADOWED_SLOTS: [Slot; 5] =
+    [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture, Slot::Read];
 
 /// The lights on the device, and group 2 of every object.
 pub struct DirectLights {
@@ -26,11 +29,13 @@ pub struct DirectLights {
 }
 
 impl DirectLights {
-    /// Uploads the lights of `scene` and the reflectances of its objects. `layout` has [`SLOTS`].
+    /// Uploads the lights of `scene` and the reflectances of its objects. `layout` has [`SLOTS`], or, with `masks`,
+    /// [`SHADOWED_SLOTS`].
     pub fn new(
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         camera: &wgpu::Buffer,
+        masks: Option<&wgpu::Buffer>,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
         check(&scene.direct)?;
@@ -48,11 +53,10 @@ impl DirectLights {
                 let brdf = filled(gpu, "reflectance", wgpu::BufferUsages::UNIFORM, &bytes(parameters));
                 let [camera, lights, brdf] = [camera, lights, &brdf].map(wgpu::Buffer::as_entire_binding);
                 let cells = upload_table(gpu, measured).create_view(&wgpu::TextureViewDescriptor::default());
-                layout::group(
-                    gpu,
-                    layout,
-                    &[camera, lights, brdf, wgpu::BindingResource::TextureView(&cells)],
-                )
+                let cells = wgpu::BindingResource::TextureView(&cells);
+                let masks = masks.map(wgpu::Buffer::as_entire_binding);
+                let all: Vec<_> = [camera, lights, brdf, cells].into_iter().chain(masks).collect();
+                layout::group(gpu, layout, &all)
             };
             let of = |(o, measured): (&Object, &Option<Table>)| {
                 let parameters = o.brdf.as_ref().map_or(&[0.0; 4][..], |b| b.uniforms().as_flattened());

@@ -33,8 +33,10 @@ pub struct Program {
     pub mapped: bool,
     /// The text that defines `gpu_direct`.
     pub direct: String,
-    /// Do rays or maps shadow lights?
+    /// Do rays, maps or volumes shadow lights?
     pub shadowed: bool,
+    /// Do volumes?
+    pub volumes: bool,
     /// Do shaders turn surfaces into the frame of the light ([`Program::textured`])?
     pub turned: bool,
 }
@@ -48,6 +50,7 @@ impl Program {
             mapped: object.is_mapped(),
             direct: lights::source(object),
             shadowed: gpu::shadow::is_shadowed(&object.technique),
+            volumes: gpu::shadow::is_behind_volumes(&object.technique),
             turned: false,
         }
     }

@@ -2,6 +2,7 @@
 
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
+use steradian_scene::shadow::Volumes;
 use steradian_scene::surface::{SurfaceMaps, Texture};
 use steradian_scene::{Camera, Mesh};
 use steradian_techniques::GpuTechnique;
@@ -124,6 +125,9 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with the light.
     pub direct: Direct,
+    /// In world space, of the objects whose techniques are behind shadow volumes
+    /// ([`steradian_techniques::gpu::shadow::behind`]) of the same lights.
+    pub volumes: Option<Arc<Volumes>>,
     /// What lies behind them.
     pub backdrop: Backdrop,
     /// The camera.

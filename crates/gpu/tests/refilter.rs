@@ -284,6 +284,7 @@ fn captures_are_oriented() -> Result<(), Failed> {
     let scene = Scene {
         objects: Vec::new(),
         direct: Default::default(),
+        volumes: None,
         backdrop: Backdrop { image: Some(backdrop), ..Backdrop::default() },
         camera,
         light_rotation: Mat3::IDENTITY,
@@ -310,6 +311,7 @@ fn captures_are_oriented() -> Result<(), Failed> {
     let scene = Scene {
         objects: vec![],
         direct: Default::default(),
+        volumes: None,
         backdrop: Backdrop::default(),
         camera,
         light_rotation: Mat3::IDENTITY,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use steradian_gpu::scene::{self, Level, Object, Scene, Triangles};
 use steradian_reference::path::PathScene;
 use steradian_render::{Background, Stage};
+use steradian_scene::shadow::{Flat, Volumes};
 use steradian_sphere::SphereImage;
 use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::Direct;
@@ -37,7 +38,8 @@ pub fn unlit(baked: &[Prepared]) -> Option<String> {
     }
     if baked.iter().any(|b| b.blocker.as_ref().is_some_and(|s| !s.is_portable())) {
         return Some(
-            "shadow volumes, and more than 16 million triangles or texels that shadow, are for the CPU"
+            "more than 16 million triangles or texels that shadow, and shadow volumes of more than 64 lights, are for the \
+             CPU"
                 .into(),
         );
     }
@@ -59,6 +61,21 @@ pub fn technique(b: &Prepared) -> Option<GpuTechnique> {
     Some(varied.unwrap_or_else(|| bake.gpu()))
 }
 
+/// The shadow volumes of all surfaces, in place of those of each: they are drawn once, and surfaces that fold suns into their data are
+/// lit by fewer lights than others.
+fn volumes(flats: &mut [Option<Flat>]) -> Option<Arc<Volumes>> {
+    fn of(flat: &mut Option<Flat>) -> Option<&mut Arc<Volumes>> {
+        match flat {
+            Some(Flat::Volumes(v)) => Some(v),
+            _ => None,
+        }
+    }
+    let each: Vec<_> = flats.iter_mut().filter_map(of).map(|v| v.clone()).collect();
+    let all = each.into_iter().reduce(|all, v| all.joined(&v))?;
+    flats.iter_mut().filter_map(of).for_each(|v| *v = all.clone());
+    Some(all)
+}
+
 /// One object per material slot that has triangles.
 #[cfg(feature = "gpu")]
 pub fn scene(stage: &Stage<'_>, baked: &[Prepared]) -> Scene {
@@ -72,6 +89,9 @@ pub fn scene_by(
     technique: impl Fn(&Prepared) -> Option<GpuTechnique>,
 ) -> Scene {
     let (last, direct) = (baked.len().saturating_sub(1), lights(baked));
+    let flat = |b: &Prepared| b.blocker.as_ref().and_then(|blocker| blocker.flat());
+    let mut flats: Vec<Option<Flat>> = baked.iter().map(flat).collect();
+    let volumes = volumes(&mut flats);
     let object = |(k, b): (usize, &Prepared)| {
         let triangles = Triangles::of(stage.mesh, |slot| (slot as usize).min(last) == k);
         let technique = technique(b)?;
@@ -80,8 +100,8 @@ pub fn scene_by(
             Some(local) => beside(technique, local),
             None => technique,
         };
-        let technique = match b.blocker.as_ref().and_then(|blocker| blocker.flat()) {
-            Some(by) => shadow::behind(technique, &by, PathScene::OFFSET as f32),
+        let technique = match &flats[k] {
+            Some(by) => shadow::behind(technique, by, PathScene::OFFSET as f32),
             None => technique,
         };
         let triangles = Arc::new(triangles);
@@ -98,6 +118,7 @@ pub fn scene_by(
     Scene {
         objects: baked.iter().enumerate().filter_map(object).collect(),
         direct,
+        volumes,
         backdrop: backdrop(stage.background),
         camera: stage.camera,
         light_rotation: Mat3::IDENTITY,

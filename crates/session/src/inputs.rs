@@ -199,8 +199,18 @@ impl Method {
         if slug == "path" {
             return Ok(Self::Path);
         }
-        let found = steradian_techniques::find(slug).map(Self::Technique);
-        found.ok_or_else(|| Error::usage(unknown("technique", slug, &Self::slugs())))
+        if let Some(t) = steradian_techniques::find(slug) {
+            return Ok(Self::Technique(t));
+        }
+        // Other options take a technique with its parameters.
+        if let Some((name, params)) = slug.split_once(':')
+            && steradian_techniques::find(name).is_some()
+        {
+            let each = params.split(',').map(|p| format!(" --param {}", brief(p)));
+            let each: String = each.take(8).collect();
+            return Err(Error::usage(format!("parameters of {name} are given apart: {name}{each}")));
+        }
+        Err(Error::usage(unknown("technique", slug, &Self::slugs())))
     }
 
     /// Every slug, the references first.
@@ -511,5 +521,10 @@ mod tests {
         assert!(e.contains("did you mean 'teapot'") && e.contains("torus"), "{e}");
         assert!(check_light("skyy").is_err_and(|e| e.to_string().contains("did you mean 'sky'")));
         assert!(check_shape("none.obj").is_ok() && check_light("front,back").is_ok());
+        let why = |slug| Method::find(slug).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(why("split:taps=4").starts_with("unknown technique"));
+        let apart =
+            "parameters of split-sum are given apart: split-sum --param taps=4 --param multiscatter=on";
+        assert_eq!(why("split-sum:taps=4,multiscatter=on"), apart);
     }
 }

@@ -131,6 +131,7 @@ fn page() -> Page {
         let scene = Scene {
             objects: vec![object(bake(t, spec, &mesh).gpu(), &mesh)],
             direct: direct.clone(),
+            volumes: None,
             backdrop: Backdrop {
                 image: Some(Level { width: 16, height: 8, texels: vec![[0.5; 3]; 128] }),
                 ..Backdrop::default()

@@ -1,8 +1,8 @@
-//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, those of a local light, those of
+//! Milliseconds per technique at 1920 × 1080 beside the same device's fill and bandwidth roofs, those of a local light and its shadows, those of
 //! shadowed glossy reflections on meshes of 100 000 and 35 000 vertices, and frames per second at 512 × 512 under a turning light.
 //!
 //!     cargo bench -p steradian-gpu --bench techniques                 all
-//!     cargo bench -p steradian-gpu --bench techniques -- frame        the first: `frame`, `local`, `glossy`, `fps`
+//!     cargo bench -p steradian-gpu --bench techniques -- frame        the first: `frame`, `local`, `shadows`, `glossy`, `fps`
 //!     cargo bench -p steradian-gpu --bench techniques -- frame small  at 480 × 270, for software adapters
 //!
 //! Device times come from timestamps around the passes; the smallest of several frames is shown. Beside them stands the
@@ -15,6 +15,7 @@
 mod common;
 mod glossy;
 mod local;
+mod shadows;
 
 use common::{Case, SCENES, case, gpu, scene, view};
 use glam::Mat3;
@@ -49,10 +50,11 @@ fn main() {
     println!("{}{}", gpu.describe(), if gpu.is_software() { ", on the CPU" } else { "" });
     let asked = |what: &str| std::env::args().any(|a| a == what);
     let size = if asked("small") { (480, 270) } else { (1920, 1080) };
-    let all = !["frame", "local", "glossy", "fps"].iter().any(|part| asked(part));
-    let parts: [Part<'_>; 4] = [
+    let all = !["frame", "local", "shadows", "glossy", "fps"].iter().any(|part| asked(part));
+    let parts: [Part<'_>; 5] = [
         ("frame", &|| Ok(measure(gpu, size)?)),
         ("local", &|| local::measure(gpu, size)),
+        ("shadows", &|| shadows::measure(gpu, size)),
         ("glossy", &|| glossy::measure(gpu)),
         ("fps", &|| Ok(live(gpu)?)),
     ];
@@ -178,6 +180,7 @@ fn roofs(gpu: &Gpu, (width, height): (usize, usize)) -> Result<(), GpuError> {
         let scene = Scene {
             objects: Vec::new(),
             direct: Default::default(),
+            volumes: None,
             backdrop,
             camera,
             light_rotation: Mat3::IDENTITY,

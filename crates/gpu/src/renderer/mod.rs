@@ -12,6 +12,7 @@ mod object;
 mod passes;
 mod resolve;
 mod target;
+mod volumes;
 
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,7 @@ use steradian_techniques::GpuTechnique;
 use steradian_techniques::direct::Direct;
 use steradian_techniques::gpu::Uniform;
 use target::Target;
+use volumes::Volumes;
 
 /// A scene on the device, ready for one frame after another.
 pub struct Renderer {
@@ -45,6 +47,7 @@ pub struct Renderer {
     resolve: Resolve,
     camera: wgpu::Buffer,
     direct: DirectLights,
+    volumes: Option<Volumes>,
     jobs: Option<Jobs>,
     clock: Clock,
 }
@@ -53,7 +56,8 @@ impl Renderer {
     /// Uploads `scene` and makes its pipelines.
     pub fn new(gpu: &Gpu, scene: Scene, settings: &Settings) -> Result<Self, GpuError> {
         let target = Target::new(gpu, settings)?;
-        let mut passes = Passes::new(gpu, &target)?;
+        let masks = volumes::masks(gpu, &scene, &target)?;
+        let mut passes = Passes::new(gpu, &target, masks.is_some())?;
         let mut objects = Vec::new();
         let mut first = 0;
         for o in &scene.objects {
@@ -75,7 +79,11 @@ impl Renderer {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
             filled(gpu, "camera", usage, &camera::uniforms(&scene, settings))
         })?;
-        let direct = DirectLights::new(gpu, &passes.camera, &camera, &scene)?;
+        let direct = DirectLights::new(gpu, &passes.camera, &camera, masks.as_ref(), &scene)?;
+        let volumes = match (&scene.volumes, &masks) {
+            (Some(drawn), Some(masks)) => Some(Volumes::new(gpu, &passes, &target, drawn, masks)?),
+            _ => None,
+        };
         let clock = gpu.scoped("clock", || Clock::new(gpu))?;
         Ok(Self {
             scene,
@@ -88,6 +96,7 @@ impl Renderer {
             resolve,
             camera,
             direct,
+            volumes,
             jobs,
             clock,
         })
@@ -200,11 +209,21 @@ impl Renderer {
     }
 
     fn frame(&mut self, gpu: &Gpu, read: bool) -> Result<Timings, GpuError> {
+        if let Some(volumes) = &self.volumes {
+            volumes.check(&self.scene.camera)?;
+        }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let commands = gpu.scoped("frame", || {
             self.clock.restart();
             encoder.clear_buffer(&self.target.clipped, 0, None);
-            self.raster(&mut encoder);
+            // Volumes need the depths of all that is shaded after them.
+            if self.visibility.is_some() {
+                self.raster(&mut encoder);
+                self.shadow(&mut encoder);
+            } else {
+                self.shadow(&mut encoder);
+                self.raster(&mut encoder);
+            }
             self.compute(&mut encoder);
             if read {
                 let size = target::pixels(&self.target.settings);
@@ -219,6 +238,14 @@ impl Renderer {
         self.clock.read(gpu)
     }
 
+    /// What lights reach, where shadow volumes say it.
+    fn shadow(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(volumes) = &self.volumes {
+            let (target, camera) = (&self.target, &self.scene.camera);
+            volumes.encode(encoder, &mut self.clock, target, &self.direct, camera, &self.objects);
+        }
+    }
+
     /// The raster pass: shaded objects and the backdrop, or triangle ids.
     fn raster(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let name = if self.visibility.is_some() { "visibility" } else { "raster" };
@@ -226,7 +253,9 @@ impl Renderer {
             load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             store: wgpu::StoreOp::Store,
         };
-        let depth = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard };
+        let keep = self.visibility.is_some() && self.volumes.is_some();
+        let store = if keep { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+        let depth = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store };
         let view = self.target.ids.as_ref().unwrap_or(&self.target.colour);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(name),

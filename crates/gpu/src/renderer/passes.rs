@@ -10,7 +10,11 @@ use std::collections::HashMap;
 
 const BUFFERS: &str = include_str!("../shaders/geometry_buffers.wgsl");
 const RASTER: &str = include_str!("../shaders/raster.wgsl");
+const RASTER_PIXEL: &str = include_str!("../shaders/raster_pixel.wgsl");
+const RASTER_SAMPLE: &str = include_str!("../shaders/raster_sample.wgsl");
 const VISIBILITY: &str = include_str!("../shaders/visibility.wgsl");
+const MASKS: &str = include_str!("../shaders/shadow_masks.wgsl");
+const NO_MASKS: &str = include_str!("../shaders/shadow_masks_none.wgsl");
 const HEAD: &str = include_str!("../shaders/head.wgsl");
 const LIST: &str = include_str!("../shaders/list.wgsl");
 const COMPUTE: &str = include_str!("../shaders/compute.wgsl");
@@ -24,19 +28,25 @@ fn share(rate: Rate) -> String {
     format!("const GPU_SHARE: bool = {};\n", rate == Rate::Pixel)
 }
 
+/// What tells the technique's lights of shadow volumes.
+fn masks(program: &Program) -> &'static str {
+    if program.volumes { MASKS } else { NO_MASKS }
+}
+
 /// The raster path's module.
 pub fn raster_source(program: &Program, settings: &Settings) -> String {
-    let place = match settings.rate {
-        Rate::Pixel => "center",
-        Rate::Sample => "sample",
+    let (place, entry) = match settings.rate {
+        Rate::Pixel => ("center", RASTER_PIXEL),
+        Rate::Sample => ("sample", RASTER_SAMPLE),
     };
     let share = share(settings.rate);
-    [&surface(program), BUFFERS, &varying(place), program::RASTER_VERTEX, &share, RASTER].concat()
+    let vertex = program::RASTER_VERTEX;
+    [&surface(program), BUFFERS, &varying(place), vertex, &share, masks(program), RASTER, entry].concat()
 }
 
 /// The compute path's module.
 pub fn compute_source(program: &Program, format: wgpu::TextureFormat) -> String {
-    [&surface(program), BUFFERS, &compute_io(format), COMPUTE_OBJECT].concat()
+    [&surface(program), BUFFERS, &compute_io(format), masks(program), COMPUTE_OBJECT].concat()
 }
 
 /// The visibility pass.
@@ -81,10 +91,11 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// Layouts for `target`.
-    pub fn new(gpu: &Gpu, target: &Target) -> Result<Self, GpuError> {
+    /// Layouts for `target`, with shadow volumes or without.
+    pub fn new(gpu: &Gpu, target: &Target, volumes: bool) -> Result<Self, GpuError> {
+        let camera: &[Slot] = if volumes { &direct::SHADOWED_SLOTS } else { &direct::SLOTS };
         gpu.scoped("layouts", || Self {
-            camera: layout::layout(gpu, super::object::STAGES, &direct::SLOTS),
+            camera: layout::layout(gpu, super::object::STAGES, camera),
             object: layout::layout(gpu, super::object::STAGES, &super::object::SLOTS),
             io: layout::layout(
                 gpu,

@@ -67,6 +67,12 @@ impl Target {
         }
     }
 
+    /// A texture of as many samples as the depth has, to draw to and to read.
+    pub fn counts(&self, gpu: &Gpu, format: wgpu::TextureFormat) -> wgpu::TextureView {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        texture(gpu, &self.settings, format, self.samples(), usage)
+    }
+
     /// Samples of a texel.
     pub fn samples(&self) -> u32 {
         if self.ids.is_some() { 1 } else { MULTISAMPLES }

@@ -1,6 +1,6 @@
 //! Every shader of every registered technique validates, without any adapter.
 
-use super::{passes, resolve};
+use super::{passes, resolve, volumes};
 use crate::program::Program;
 use crate::scene::{Filter, Path, Rate, Settings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use steradian_base::{ParamValues, Task};
 use steradian_light::{Environment, Lights};
 use steradian_scene::Bvh;
-use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps};
+use steradian_scene::shadow::{Blocker, LightAt, MapOptions, ShadowMaps, ShadowVolumes};
 use steradian_sphere::{Layout, SphereImage};
 use steradian_techniques::gpu::{Buffer, Entry, shadow};
 use steradian_techniques::{AnyTechnique, Geometry, GpuTechnique, Material, Sites, registry};
@@ -59,7 +59,8 @@ fn techniques() -> Vec<GpuTechnique> {
     let bvh = Bvh::build(&geometry.mesh);
     let light = LightAt::Far(glam::Vec3::Y);
     let maps = ShadowMaps::new(&geometry.mesh, &bvh, &[light], MapOptions { size: 8, taps: 3 });
-    for by in [&bvh as &dyn Blocker, &maps] {
+    let volumes = ShadowVolumes::new(&geometry.mesh, &[light]);
+    for by in [&bvh as &dyn Blocker, &maps, &volumes] {
         let flat = by.flat().expect("a form for GPUs");
         techniques.push(shadow::behind(techniques[0].clone(), &flat, 1e-4));
     }
@@ -72,6 +73,10 @@ fn shaders_validate_without_an_adapter() {
     let settings = Settings { path: Path::Compute, ..Settings::new(8, 8) };
     valid("visibility", &passes::visibility_source());
     valid("backdrop", &passes::backdrop_source());
+    valid("shadow volumes", &volumes::draw_source());
+    for multi in [false, true] {
+        valid("shadow volumes", &volumes::keep_source(multi));
+    }
     for rate in [Rate::Pixel, Rate::Sample] {
         valid("list", &passes::list_source(rate));
     }
@@ -93,6 +98,7 @@ fn shaders_validate_without_an_adapter() {
                 mapped,
                 direct: crate::lights::NONE.into(),
                 shadowed: shadow::is_shadowed(&technique),
+                volumes: shadow::is_behind_volumes(&technique),
                 turned: false,
             };
             for rate in [Rate::Pixel, Rate::Sample] {

@@ -37,5 +37,6 @@ fn gpu_shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_
     let triangle = gpu_job_id(job) - 1u - gpu_object.counts.x;
     // The mean of a triangle's samples lies inside it.
     let ray = gpu_ray(gpu_job_centre(job) / gpu_camera.film.z);
+    gpu_shadows(job.corner / 2u, textureDimensions(gpu_ids) / 2u, job.samples);
     gpu_job_keep(job, vec4<f32>(gpu_radiance(gpu_at(triangle, ray)), 1.0));
 }

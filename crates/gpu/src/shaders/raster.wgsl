@@ -7,12 +7,8 @@ fn gpu_offset(mask: u32) -> vec2<f32> {
     return vec2<f32>(x, y) / max(dot(taken, vec4<f32>(1.0)), 1.0);
 }
 
-@fragment
-fn gpu_fragment(
-    v: GpuVarying,
-    @builtin(front_facing) front: bool,
-    @builtin(sample_mask) mask: u32,
-) -> @location(0) vec4<f32> {
+// What a fragment that stands for the samples in `mask` shows.
+fn gpu_shown(v: GpuVarying, front: bool, mask: u32) -> vec4<f32> {
     let outside = front != (gpu_object.counts.w > 0u);
     let side = select(-1.0, 1.0, outside);
     var s = GpuPoint(v.p, v.n, v.t, v.uv, v.plane, side, v.corners, v.weights, v.extra);
@@ -25,8 +21,16 @@ fn gpu_fragment(
         s.weights += o.x * dpdx(v.weights) + o.y * dpdy(v.weights);
     }
     if GPU_SHADOWED {
+        // Where the view ray through the samples meets the triangle: at single samples Mesa's software adapter interpolates in
+        // perspective as if they were at the pixel's centre.
+        let ray = gpu_ray((floor(v.position.xy) + 0.5 + gpu_offset(mask)) / gpu_camera.film.z);
+        let towards = dot(s.plane.xyz, ray.direction);
+        if abs(towards) > 1e-6 {
+            s.p = ray.origin + ray.direction * (dot(s.plane.xyz, gpu_position(s.corners.x) - ray.origin) / towards);
+        }
         // Interpolation leaves the triangle by more than what keeps rays off it.
         s.p -= s.plane.xyz * dot(s.plane.xyz, s.p - gpu_position(s.corners.x));
     }
+    gpu_shadows(vec2<u32>(v.position.xy), vec2<u32>(gpu_camera.film.xy * gpu_camera.film.z), mask);
     return vec4<f32>(gpu_radiance(s), 1.0);
 }

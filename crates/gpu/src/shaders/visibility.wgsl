@@ -1,6 +1,7 @@
 // The visibility buffer: which triangle each sample sees, 0 for none.
 struct GpuSeen {
-    @builtin(position) position: vec4<f32>,
+    // Shadow volumes are drawn to the same depths.
+    @builtin(position) @invariant position: vec4<f32>,
     @location(0) @interpolate(flat) id: u32,
 }
 

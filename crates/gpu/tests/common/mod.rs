@@ -139,6 +139,7 @@ pub fn scene(case: &Case, technique: GpuTechnique) -> Scene {
             transform: Affine3A::IDENTITY,
         }],
         direct: Default::default(),
+        volumes: None,
         backdrop: backdrop(&case.backdrop),
         camera: case.camera,
         light_rotation: Mat3::IDENTITY,

@@ -1,5 +1,8 @@
 //! Blockers as rows of numbers.
 
+use super::LightAt;
+use std::sync::Arc;
+
 /// What blocks light, as rows of numbers of single precision; rows and triangles are numbered in them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Flat {
@@ -22,6 +25,47 @@ pub enum Flat {
         /// Texels of a side of the square whose comparisons are averaged.
         taps: usize,
     },
+    /// Boundaries of what lights do not reach ([`super::ShadowVolumes`]), for devices that draw.
+    Volumes(Arc<Volumes>),
+}
+
+/// Shadow volumes as they are drawn: caps at what blocks, sides from there to infinitely far away from the light, and the caps again
+/// there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Volumes {
+    /// Corners.
+    pub positions: Vec<[f32; 3]>,
+    /// One a light.
+    pub lights: Vec<Boundary>,
+}
+
+/// The shadow volume of a light. A number behind corners says how many prisms the piece bounds, positive where its normal leads out of
+/// them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boundary {
+    /// The light.
+    pub light: LightAt,
+    /// Triangles that block, in the mesh's own order of corners, so that they are drawn to the same depths: three corners, number.
+    pub caps: Vec<([u32; 3], i32)>,
+    /// From p, q of an edge on to the same two infinitely far away, and to p there.
+    pub sides: Vec<([u32; 2], i32)>,
+}
+
+impl Volumes {
+    /// Lights at most.
+    pub const MOST: usize = 64;
+
+    /// These and those of `other`, of the same mesh, whose lights are not among them.
+    pub fn joined(self: Arc<Self>, other: &Self) -> Arc<Self> {
+        let unknown = |b: &&Boundary| self.lights.iter().all(|l| l.light != b.light);
+        let new: Vec<_> = other.lights.iter().filter(unknown).cloned().collect();
+        if new.is_empty() {
+            return self;
+        }
+        let mut all = Arc::unwrap_or_clone(self);
+        all.lights.extend(new);
+        Arc::new(all)
+    }
 }
 
 impl Flat {

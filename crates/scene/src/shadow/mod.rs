@@ -11,7 +11,7 @@ use crate::{Bvh, Ray};
 use glam::Vec3;
 use std::fmt::Debug;
 
-pub use flat::Flat;
+pub use flat::{Boundary, Flat, Volumes};
 pub use map::{MapOptions, ShadowMaps};
 pub use volume::ShadowVolumes;
 

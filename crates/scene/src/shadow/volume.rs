@@ -4,10 +4,11 @@
 //! Every triangle, turned to face the light, spawns a prism away from it, and sides between neighbours cancel (Kim, Kim & Oh 2008,
 //! *Shadow Volumes for General Polyhedra*), so that open meshes and edges of three triangles need no exception.
 
-use super::{Blocker, LightAt, meant};
+use super::{Blocker, Boundary, Flat, LightAt, Volumes, meant};
 use crate::{Bvh, Mesh, Ray};
 use glam::Vec3;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// How far sides reach away from the light, in diagonals of the mesh: further, and single precision blurs the edges of shadows.
 const REACH: f32 = 10.0;
@@ -21,6 +22,8 @@ const CLEAR: f32 = 0.12;
 #[derive(Debug, Clone)]
 pub struct ShadowVolumes {
     volumes: Vec<(LightAt, Volume)>,
+    /// Positions of the mesh, the first ones of each volume.
+    places: usize,
 }
 
 /// The boundary of what one light does not reach.
@@ -30,6 +33,8 @@ struct Volume {
     mesh: Mesh,
     /// For each triangle of the boundary how many prisms it bounds, positive where its normal leads out of them.
     count: Vec<i32>,
+    /// How many of them are caps; behind these lie two a side.
+    caps: usize,
     /// Where rays go, and how many prisms of a near light hold what is infinitely far there.
     outwards: (Vec3, i32),
     /// How far they go, metres.
@@ -40,7 +45,8 @@ impl ShadowVolumes {
     /// The volumes of `lights` behind `mesh`.
     pub fn new(mesh: &Mesh, lights: &[LightAt]) -> Self {
         let welded = Welded::new(mesh);
-        Self { volumes: lights.iter().map(|l| (*l, welded.volume(*l))).collect() }
+        let volumes = lights.iter().map(|l| (*l, welded.volume(*l))).collect();
+        Self { volumes, places: welded.positions.len() }
     }
 
     /// Triangles of all boundaries.
@@ -87,7 +93,8 @@ impl Welded {
             LightAt::Near(l) => l - p,
         };
         let at = |i: u32| self.positions[i as usize];
-        let (mut caps, mut edges): (Vec<[u32; 3]>, HashMap<[u32; 2], i32>) = (Vec::new(), HashMap::new());
+        let (mut caps, mut count) = (Vec::new(), Vec::new());
+        let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
         for &[a, b, c] in &self.triangles {
             let normal = (at(b) - at(a)).as_dvec3().cross((at(c) - at(a)).as_dvec3());
             let facing = normal.dot(to_light(at(a)).as_dvec3());
@@ -95,7 +102,8 @@ impl Welded {
                 continue;
             }
             let t = if facing > 0.0 { [a, b, c] } else { [a, c, b] };
-            caps.push(t);
+            caps.push([a, b, c]);
+            count.push(if facing > 0.0 { 1 } else { -1 });
             for k in 0..3 {
                 let (p, q) = (t[k], t[(k + 1) % 3]);
                 *edges.entry([p.min(q), p.max(q)]).or_default() += if p < q { 1 } else { -1 };
@@ -105,7 +113,6 @@ impl Welded {
         let mut edges: Vec<([u32; 2], i32)> = edges.into_iter().filter(|e| e.1 != 0).collect();
         edges.sort_unstable();
         let mut mesh = Mesh { positions: self.positions.clone(), triangles: caps, ..Mesh::default() };
-        let mut count = vec![1; mesh.triangles.len()];
         let caps = count.len();
         let away = |p: Vec3| p - REACH * self.diagonal.max(1e-3) * to_light(p).normalize_or_zero();
         for ([p, q], n) in edges {
@@ -115,13 +122,13 @@ impl Welded {
             mesh.triangles.extend([[q, p, base], [q, base, base + 1]]);
             count.extend([n, n]);
         }
-        let caps = Mesh {
+        let blocking = Mesh {
             positions: self.positions.clone(),
             triangles: mesh.triangles[..caps].to_vec(),
             ..Mesh::default()
         };
         let far = 2.0 * REACH * self.diagonal.max(1e-3);
-        Volume { bvh: Bvh::build(&mesh), mesh, count, outwards: outwards(light, &caps), far }
+        Volume { bvh: Bvh::build(&mesh), mesh, count, caps, outwards: outwards(light, &blocking), far }
     }
 }
 
@@ -173,11 +180,33 @@ impl Volume {
         };
         beyond + hits.into_iter().map(leaves).sum::<i32>()
     }
+
+    fn boundary(&self, light: LightAt) -> Boundary {
+        let (caps, sides) = self.mesh.triangles.split_at(self.caps);
+        let (cap_count, side_count) = self.count.split_at(self.caps);
+        let sides = sides.iter().zip(side_count).step_by(2).map(|([q, p, _], n)| ([*p, *q], *n));
+        Boundary {
+            light,
+            caps: caps.iter().copied().zip(cap_count.iter().copied()).collect(),
+            sides: sides.collect(),
+        }
+    }
 }
 
 impl Blocker for ShadowVolumes {
     fn arriving(&self, ray: &Ray, _: Vec3, distance: f32) -> f32 {
         let blocked = meant(&self.volumes, ray, distance).is_some_and(|(_, v)| v.prisms(ray.origin) > 0);
         f32::from(u8::from(!blocked))
+    }
+
+    fn is_portable(&self) -> bool {
+        self.volumes.len() <= Volumes::MOST
+    }
+
+    fn flat(&self) -> Option<Flat> {
+        let (_, first) = self.volumes.first()?;
+        let positions = first.mesh.positions[..self.places].iter().map(|p| p.to_array()).collect();
+        let lights = self.volumes.iter().map(|(light, v)| v.boundary(*light)).collect();
+        self.is_portable().then_some(Flat::Volumes(Arc::new(Volumes { positions, lights })))
     }
 }

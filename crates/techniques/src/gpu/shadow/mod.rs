@@ -2,13 +2,14 @@
 //! light in unit direction d, `distance` away (3e38 for distant ones), at a point p of unit normal n.
 
 use super::{Buffer, GpuTechnique, Uniform, Value};
-use steradian_scene::shadow::Flat;
+use steradian_scene::shadow::{Flat, LightAt};
 
 /// Nothing blocks.
 pub(crate) const OPEN: &str = include_str!("open.wgsl");
 const ROWS: &str = include_str!("row.wgsl");
 const RAYS: &str = include_str!("rays.wgsl");
 const MAPS: &str = include_str!("maps.wgsl");
+const VOLUMES: &str = include_str!("volumes.wgsl");
 
 /// Numbers a row.
 const ROW: usize = 4;
@@ -37,6 +38,14 @@ pub fn behind(technique: GpuTechnique, by: &Flat, offset: f32) -> GpuTechnique {
             rows.extend(depths.iter().map(|d| d.clamp(f32::MIN, f32::MAX)));
             (MAPS, rows, vec![("shadow_lights", lights.len() as f32), ("shadow_taps", *taps as f32)])
         }
+        Flat::Volumes(volumes) => {
+            let place = |light: LightAt| match light {
+                LightAt::Far(d) => d.extend(0.0).to_array(),
+                LightAt::Near(p) => p.extend(1.0).to_array(),
+            };
+            let rows = volumes.lights.iter().flat_map(|v| place(v.light)).collect();
+            (VOLUMES, rows, vec![("shadow_lights", volumes.lights.len() as f32)])
+        }
     };
     rows.resize(rows.len().next_multiple_of(ROW).max(ROW), 0.0);
     out.modules.extend([ROWS.into(), module.into()]);
@@ -48,5 +57,11 @@ pub fn behind(technique: GpuTechnique, by: &Flat, offset: f32) -> GpuTechnique {
 
 /// Has it been put [`behind`] something?
 pub fn is_shadowed(technique: &GpuTechnique) -> bool {
-    technique.modules.iter().any(|m| m == RAYS || m == MAPS)
+    technique.modules.iter().any(|m| m == RAYS || m == MAPS || m == VOLUMES)
+}
+
+/// Is it [`behind`] shadow volumes? Then whoever shades has drawn them, and says in `shadow_blocked` and `shadow_samples` which lights
+/// the point's samples lack.
+pub fn is_behind_volumes(technique: &GpuTechnique) -> bool {
+    technique.modules.iter().any(|m| m == VOLUMES)
 }

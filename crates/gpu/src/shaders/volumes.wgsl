@@ -1,0 +1,9 @@
+// The shadow volume of a light.
+struct GpuVolume {
+    // Unit direction or position of the light; w: 1 for a position.
+    light: vec4<f32>,
+    // Caps, sides, number of the light, unused.
+    counts: vec4<u32>,
+    // x: w of what is far away from parallel rays, which would see what is infinitely far as nothing.
+    far: vec4<f32>,
+}
