@@ -1,14 +1,17 @@
 //! Figure 11's columns, tried: a claim counts where it was seen to hold.
 
 use super::{COLUMNS, Chapter, GLOSSY, MATTE, Plan, Row, Stage, shadowing, takes, usual_specimen};
-use crate::compare::Plan as Comparison;
+use crate::compare::{Answer, Plan as Comparison};
 use crate::{Error, Method, Paths, Renderer, Session};
 use glam::{DVec3, Vec2, Vec3};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
-use steradian_base::{ParamValues, Task};
+use steradian_base::{Cancelled, ParamValues, Task};
 use steradian_brdf::{Domain, SharedBrdf, parse};
+use steradian_parallel::prelude::*;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
 use steradian_sphere::Frame;
@@ -97,14 +100,18 @@ impl Session {
     /// Every column of every technique.
     pub(super) fn tried(&mut self, plan: &Plan, chapters: &[Chapter]) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
+        let mut bounced = self.bounces(plan)?;
+        let mut truths = Truths::default();
         for t in registry().iter().copied().filter(|t| plan.has(t.card())) {
             let mut outcomes = reflectances(t.card());
             let shaded = Shaded::new(t, &self.task)?;
             outcomes.extend([
                 shaded.varying(&self.task)?,
-                shaded.bumped(&self.task)?,
+                shaded.bumped(&mut truths, &self.task)?,
                 self.shadows(plan, t, chapters)?,
-                self.bounces(plan, t)?,
+                bounced
+                    .remove(t.card().slug)
+                    .unwrap_or_else(|| Outcome::Untried("no parameter for it".into())),
                 shaded.relit(&self.task)?,
                 moved(t),
             ]);
@@ -160,27 +167,42 @@ impl Session {
         Ok([error(1), error(2)])
     }
 
-    /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events?
-    fn bounces(&mut self, plan: &Plan, t: &'static dyn AnyTechnique) -> Result<Outcome, Error> {
-        let card = t.card();
-        if !card.capabilities.interreflections || !t.params().iter().any(|p| p.name == "bounces") {
-            return Ok(Outcome::Untried("no parameter for it".into()));
+    /// Light from surface to surface: does it bring a technique nearer to paths of several scattering events? Techniques of one
+    /// reflectance share the paths.
+    fn bounces(&mut self, plan: &Plan) -> Result<BTreeMap<&'static str, Outcome>, Error> {
+        let has = |t: &&'static dyn AnyTechnique| {
+            let scatters = t.card().capabilities.interreflections;
+            plan.has(t.card()) && scatters && t.params().iter().any(|p| p.name == "bounces")
+        };
+        let mut groups: BTreeMap<&str, Vec<&'static dyn AnyTechnique>> = BTreeMap::new();
+        for t in registry().iter().copied().filter(has) {
+            let spec = if takes(t.card(), MATTE) { MATTE } else { usual_specimen(t.card()) };
+            groups.entry(spec).or_default().push(t);
         }
-        let spec = if takes(card, MATTE) { MATTE } else { usual_specimen(card) };
         let small = Plan { size: SMALL, ..plan.clone() };
-        let mut scene = self.knot(&small, spec)?;
-        self.paths = Paths { bounces: BOUNCES, noise: plan.noise };
         let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
-        let mut errors = [f64::NAN; 2];
-        for (error, bounces) in errors.iter_mut().zip([1.0, f64::from(BOUNCES)]) {
-            scene.materials[0].params = [("bounces", bounces)].into_iter().collect();
-            let answers = self.compared(&scene, &[Method::Technique(t)], &[Renderer::Cpu], &comparison)?;
-            let found = answers.get(1).and_then(|a| a.rendering()?.errors.as_ref().map(|e| e.0.relative_rms));
-            *error = found.unwrap_or(f64::NAN);
+        let mut out = BTreeMap::new();
+        for (spec, techniques) in groups {
+            let mut scene = self.knot(&small, spec)?;
+            self.paths = Paths { bounces: BOUNCES, noise: plan.noise };
+            let methods: Vec<Method> = techniques.iter().map(|t| Method::Technique(*t)).collect();
+            let mut pictures = Vec::new();
+            for bounces in [1.0, f64::from(BOUNCES)] {
+                scene.materials[0].params = [("bounces", bounces)].into_iter().collect();
+                pictures.push(self.compared(&scene, &methods, &[Renderer::Cpu], &comparison)?);
+            }
+            for (k, t) in techniques.iter().enumerate() {
+                let error = |all: &Vec<Answer>| {
+                    let found = all.get(k + 1).and_then(|a| a.rendering()?.errors.as_ref());
+                    found.map_or(f64::NAN, |e| 100.0 * e.0.relative_rms)
+                };
+                let [direct, bounced] = [0, 1].map(|i| error(&pictures[i]));
+                let text = format!("{direct:.1} % off without, {bounced:.1} % with");
+                let held = if bounced < direct { Outcome::Holds(text) } else { Outcome::Fails(text) };
+                out.insert(t.card().slug, held);
+            }
         }
-        let [direct, bounced] = errors.map(|e| 100.0 * e);
-        let text = format!("{direct:.1} % off without, {bounced:.1} % with");
-        Ok(if bounced < direct { Outcome::Holds(text) } else { Outcome::Fails(text) })
+        Ok(out)
     }
 }
 
@@ -272,6 +294,9 @@ fn near(t: &'static dyn AnyLocal, chapters: &[Chapter]) -> Vec<Outcome> {
     ]
 }
 
+/// The reference of each reflectance at the points, with the surface's normals and with turned ones.
+type Truths = BTreeMap<String, [Vec<[f64; 3]>; 2]>;
+
 /// A bake, and points at which it shades: in the open, so that nothing is in the way.
 struct Shaded {
     technique: &'static dyn AnyTechnique,
@@ -308,15 +333,22 @@ impl Shaded {
     }
 
     /// Normals that are not the surface's.
-    fn bumped(&self, task: &Task) -> Result<Outcome, Error> {
+    fn bumped(&self, truths: &mut Truths, task: &Task) -> Result<Outcome, Error> {
         let tilted: Vec<ReferencePoint> = self.points.iter().map(tilted).collect();
-        let reference = Reference::new(&lights::studio(), Lookup::Constant, task)?;
-        let mut errors = [0.0; 2];
-        for (error, points) in errors.iter_mut().zip([&self.points, &tilted]) {
-            let truth = reference.radiance_batch(&*self.brdf, points, TOLERANCE, task)?;
-            let truth: Vec<[f64; 3]> = truth.iter().map(|e| e.rgb).collect();
-            *error = difference(&shade(&*self.bake, points, None), &truth);
-        }
+        let truth = match truths.entry(self.brdf.spec()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let reference = Reference::new(&lights::studio(), Lookup::Constant, task)?;
+                let of = |points: &[ReferencePoint]| -> Result<Vec<[f64; 3]>, Error> {
+                    let all = reference.radiance_batch(&*self.brdf, points, TOLERANCE, task)?;
+                    Ok(all.iter().map(|e| e.rgb).collect())
+                };
+                new.insert([of(&self.points)?, of(&tilted)?])
+            }
+        };
+        let error =
+            |points: &[ReferencePoint], k: usize| difference(&shade(&*self.bake, points, None), &truth[k]);
+        let errors = [error(&self.points, 0), error(&tilted, 1)];
         let [plain, turned] = errors;
         let text = format!("{:.1} % off, {:.1} % with turned normals", 100.0 * plain, 100.0 * turned);
         let holds = turned < BUMPED[0] * plain + BUMPED[1];
@@ -360,12 +392,16 @@ impl Shaded {
         let reference = Reference::new(&light, Lookup::Constant, task)?;
         let uv =
             |k: usize| [0.754_877_666, 0.569_840_291].map(|by: f64| ((k as f64 + 0.5) * by).fract() as f32);
-        let (mut own, mut plain) = (Vec::new(), Vec::new());
-        for (k, p) in self.points.iter().enumerate() {
-            let one = |f: &SharedBrdf| reference.radiance_batch(&**f, &[*p], TOLERANCE, task);
-            own.extend(one(&texels.at(uv(k)))?.iter().map(|e| e.rgb));
-            plain.extend(one(&self.brdf)?.iter().map(|e| e.rgb));
-        }
+        let of = |brdf: &SharedBrdf, p: &ReferencePoint| {
+            reference.radiance(&**brdf, &p.frame, p.wo, p.position, TOLERANCE).rgb
+        };
+        let both = |k: usize| -> Result<[[f64; 3]; 2], Cancelled> {
+            task.check()?;
+            Ok([of(&texels.at(uv(k)), &self.points[k]), of(&self.brdf, &self.points[k])])
+        };
+        let both: Vec<_> =
+            (0..self.points.len()).into_par_iter().with_max_len(1).map(both).collect::<Result<_, _>>()?;
+        let [own, plain] = [0, 1].map(|i| both.iter().map(|b| b[i]).collect::<Vec<_>>());
         let found = shade_at(&*bake, &self.points, None, |k| uv(k).into());
         let [error, usual] =
             [difference(&found, &own), difference(&shade(&*self.bake, &self.points, None), &plain)];
