@@ -399,6 +399,26 @@ mod tests {
         assert!(told.contains("not measured in this picture (its sample knows no shadows)"), "{told}");
     }
 
+    #[test]
+    fn shadows_of_lights_beside_the_data_are_no_error_of_the_technique() {
+        let mut session = Session::new();
+        let mut scene = scene(&mut session, "lambert:albedo=0.6");
+        session.suns = steradian_techniques::direct::Suns::Exact;
+        // The knot shadows itself.
+        scene.mesh = session.mesh("knot").expect("a shape");
+        scene.lights.directionals = crate::atlas::three_lights().directionals;
+        scene.materials[0].method = Some(Method::find("diffuse_map").expect("a technique"));
+        let mut of = |shadows: Shadows| {
+            session.shadows = shadows;
+            let (picture, _) = session.render(&scene).expect("a picture").even_if_missed();
+            (picture.materials[0].picture_error.expect("it is measured"), picture.film)
+        };
+        let (open, bright) = of(Shadows::Off);
+        let (shadowed, dark) = of(Shadows::Ray);
+        assert!(bright != dark && open > 0.0 && open < 0.01, "{open}");
+        assert_eq!(open, shadowed);
+    }
+
     /// Silhouettes are warned of where grazing views err by far more than the others.
     #[test]
     fn large_errors_of_grazing_views_are_said() {

@@ -30,6 +30,11 @@ pub trait Shader: Send + Sync {
         None
     }
 
+    /// The same without what shadows the lights that are shaded one by one; `None` where nothing does.
+    fn unshadowed(&self) -> Option<Arc<dyn Shader>> {
+        None
+    }
+
     /// The largest difference that counts as none where radiance is interpolated, relative to the largest channel, and what it
     /// is relative to where that channel is below. Half a step of an 8-bit display at mid-grey, and above what the reference's
     /// own error leaves between neighbours.
@@ -98,6 +103,13 @@ impl Shader for DirectShader {
 
     fn is_textured(&self) -> bool {
         self.bake.is_textured() || self.local.as_ref().is_some_and(|l| l.is_textured())
+    }
+
+    fn unshadowed(&self) -> Option<Arc<dyn Shader>> {
+        self.shadows.as_ref()?;
+        let (bake, direct) = (self.bake.clone(), self.direct.clone());
+        let (brdf, local) = (self.brdf.clone(), self.local.clone());
+        Some(Arc::new(Self { bake, direct, brdf, local, shadows: None }))
     }
 
     fn lights_seen(&self, q: &Points<'_>) -> Vec<u64> {
