@@ -1,9 +1,9 @@
-//! Generates the pages of the book that come from the code, checks that they are fresh, repeats published figures, and
-//! says what a clean build costs.
+//! Generates the pages of the book that come from the code, checks that they are fresh and that no files of a technique import
+//! each other in a circle, repeats published figures, and says what a clean build costs.
 //!
 //! ```text
 //! cargo run -p steradian-xtask -- pages                   writes docs/
-//! cargo run -p steradian-xtask -- check                   fails where a page is stale
+//! cargo run -p steradian-xtask -- check                   fails where a page is stale or imports go in a circle
 //! cargo run --release -p steradian-xtask -- figures 5.7   a figure of RH02, ours beside the paper's
 //! cargo run -p steradian-xtask -- build-times             what a clean build of the command costs, crate by crate
 //! ```
@@ -14,6 +14,7 @@ mod chapters;
 mod commands;
 mod figures;
 mod gallery;
+mod imports;
 mod techniques;
 
 use anyhow::{Context, Result, bail};
@@ -57,6 +58,9 @@ fn main() -> Result<()> {
         "build-times" => return build_times::run(&root),
         _ => bail!("usage: cargo run -p steradian-xtask -- pages | check | figures NAME | build-times"),
     };
+    if !write {
+        imports::check(&root)?;
+    }
     let mut stale = Vec::new();
     for page in pages(&root)? {
         let path = root.join(&page.path);

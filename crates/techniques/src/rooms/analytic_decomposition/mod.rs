@@ -18,13 +18,15 @@
 
 mod bake;
 mod shade;
+mod tables;
 #[cfg(test)]
 mod tests;
 
 use crate::local::{self, LocalTechnique, LocalText, far, near};
 use crate::{BakeError, Capabilities, Card, Material};
-use bake::{Params, Tables};
+use bake::Params;
 use steradian_base::Task;
+use tables::Tables;
 
 /// The technique.
 pub struct AnalyticDecomposition;
@@ -37,7 +39,7 @@ impl LocalTechnique for AnalyticDecomposition {
                    Factorization of the Ashikhmin BRDF for Real-Time Rendering; STAR04 6.2.2, eq. 12",
         equation: "L_o = Σ_l E_l T1(h·l, n·h) T2(n·l, n·v), T1 = F D/4, T2 = G/(n·v)",
         reflectance: "ggx of one alpha, cook-torrance with g=smith, ashikhmin-shirley, linear between entries of tables",
-        materials: bake::materials,
+        materials: tables::materials,
         specimens: &[
             "ggx:alpha=0.2,f0=0.9/0.6/0.3",
             "cook-torrance:m=0.3,f0=0.5,g=smith",

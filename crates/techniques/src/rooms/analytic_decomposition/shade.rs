@@ -1,6 +1,6 @@
 //! Two or three lookups for each light; `shade.wgsl` and `three.wgsl` have the same functions.
 
-use super::bake::Tables;
+use super::tables::Tables;
 use crate::local::LocalText;
 use crate::shared::maths::angle::angle;
 use std::f32::consts::FRAC_2_PI;

@@ -1,5 +1,5 @@
-use super::bake::{Model, Tables, materials, model};
 use super::shade;
+use super::tables::{Model, Tables, materials, model};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use steradian_brdf::{Brdf, parse};

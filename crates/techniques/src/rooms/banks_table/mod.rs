@@ -14,15 +14,17 @@
 
 mod bake;
 mod shade;
+mod table;
 #[cfg(test)]
 mod tests;
 
 use crate::local::{self, FCos, LocalTechnique, LocalText, far, near};
 use crate::{BakeError, Capabilities, Card, Material};
-use bake::{Params, Table};
+use bake::Params;
 use steradian_base::Task;
 use steradian_brdf::model::strand::Kind;
 use steradian_brdf::{Brdf, Form};
+use table::Table;
 
 /// The technique.
 pub struct BanksTable;

@@ -1,6 +1,6 @@
 //! One lookup for each light; `shade.wgsl` has the same functions.
 
-use super::bake::Table;
+use super::table::Table;
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
 use crate::shared::maths::angle::angle;

@@ -1,5 +1,5 @@
-use super::bake::{Model, Table};
 use super::shade;
+use super::table::{Model, Table};
 use crate::Material;
 use crate::local::{LocalTechnique, find_local};
 use glam::DVec3;

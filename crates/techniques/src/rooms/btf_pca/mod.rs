@@ -18,6 +18,7 @@
 //! in W sr⁻¹ m⁻². Refused: nothing.
 
 mod bake;
+mod error;
 mod saved;
 mod shade;
 #[cfg(test)]
@@ -101,11 +102,11 @@ impl TexturedTechnique for BtfPca {
     }
 
     fn bytes(t: &Tables) -> usize {
-        bake::bytes(t)
+        shade::bytes(t)
     }
 
     fn error(t: &Tables, m: &Material) -> f64 {
-        bake::error(t, m)
+        error::error(t, m)
     }
 
     fn texel(t: &Tables, at: Place, wo: [f32; 3]) -> shade::Texel {

@@ -208,6 +208,12 @@ pub(super) fn halves(model: &Model) -> [std::borrow::Cow<'_, [f32]>; 2] {
     }
 }
 
+/// Bytes on a GPU.
+pub(super) fn bytes(t: &Tables) -> usize {
+    2 * halves(&t.small.model).iter().map(|h| h.len()).sum::<usize>()
+        + 4 * singles(t).iter().map(Vec::len).sum::<usize>()
+}
+
 pub(super) fn text(t: &Tables) -> LocalText {
     let levels = &t.small.levels;
     let (width, height, _) = levels.level(0);

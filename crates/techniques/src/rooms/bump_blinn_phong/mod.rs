@@ -21,6 +21,7 @@
 //! `blinn-phong-gl`, radiance in W sr⁻¹ m⁻². Refused: other models than `blinn-phong-gl` and `lambert`.
 
 mod bake;
+mod error;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -95,7 +96,7 @@ impl TexturedTechnique for BumpBlinnPhong {
     }
 
     fn details(t: &Bumped) -> Vec<(&'static str, f64)> {
-        bake::details(t)
+        error::details(t)
     }
 
     fn bytes(t: &Bumped) -> usize {
@@ -107,7 +108,7 @@ impl TexturedTechnique for BumpBlinnPhong {
     }
 
     fn error(t: &Bumped, m: &Material) -> f64 {
-        bake::error(t, m)
+        error::error(t, m)
     }
 
     #[inline(always)]

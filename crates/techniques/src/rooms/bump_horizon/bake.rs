@@ -1,8 +1,7 @@
 //! Normals and horizons.
 
-use super::scatter::{self, Scatter};
-use super::shade;
-use crate::local::{FileName, error_at, error_of, texel, texel_at};
+use super::links::Scatter;
+use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
 use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
@@ -10,7 +9,7 @@ use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, Task, params};
 use steradian_brdf::SharedBrdf;
-use steradian_relight::height::{Caster, Ellipses, HeightField, Horizons};
+use steradian_relight::height::{Ellipses, HeightField, Horizons};
 use steradian_scene::surface::Texture;
 
 params! {
@@ -104,7 +103,7 @@ fn ellipses(f: &HeightField, task: &Task) -> Result<Texels, BakeError> {
 
 impl Relief {
     /// Texels a row and rows.
-    fn size(&self) -> (usize, usize) {
+    pub(super) fn size(&self) -> (usize, usize) {
         match (self.kept, self.normals.size()) {
             // A flat normal map over heights.
             (Kept::Azimuths(_) | Kept::Ellipse, (1, 1)) => self.horizons.size(),
@@ -113,7 +112,7 @@ impl Relief {
     }
 
     /// Does a ray over the heights reach the light?
-    fn sees(&self, [i, j]: [usize; 2], wi: DVec3) -> bool {
+    pub(super) fn sees(&self, [i, j]: [usize; 2], wi: DVec3) -> bool {
         match self.bumps.as_ref().and_then(|b| b.field.as_deref()) {
             Some(f) if self.kept != Kept::Open => f.sees(i % f.width(), j % f.height(), wi),
             _ => true,
@@ -121,7 +120,7 @@ impl Relief {
     }
 
     /// The equation at a texel.
-    fn exact(&self, texel: [usize; 2], wi: DVec3, wo: DVec3) -> [f64; 3] {
+    pub(super) fn exact(&self, texel: [usize; 2], wi: DVec3, wo: DVec3) -> [f64; 3] {
         if wi.z <= 0.0 || wo.z <= 0.0 || !self.sees(texel, wi) {
             return [0.0; 3];
         }
@@ -131,49 +130,4 @@ impl Relief {
         let local = |w: DVec3| DVec3::new(w.dot(t), w.dot(b), w.dot(n)).normalize_or_zero();
         self.brdf.f_cos(local(wi), local(wo))
     }
-}
-
-/// Against the equation at the texels themselves, with rays over the heights.
-pub(super) fn error(t: &Relief, m: &Material) -> f64 {
-    let size = t.size();
-    let shaded = |at, wi, wo| shade::f_cos(t, &shade::texel(t, at, wo), wi, wo);
-    let direct = |at, wi, wo| t.exact(texel_at(at, size), wi, wo);
-    let (Some(s), Some(f)) = (&t.scatter, t.bumps.as_ref().and_then(|b| b.field.as_deref())) else {
-        return error_at(&*m.brdf, |k| texel(k, size).0, direct, shaded);
-    };
-    let caster = Caster::new(f);
-    let exact = |at, wi: DVec3, wo: DVec3| {
-        let direct = direct(at, wi, wo);
-        if wi.z <= 0.0 || wo.z <= 0.0 {
-            return direct;
-        }
-        let [i, j] = texel_at(at, size);
-        let bounced = scatter::exact(t, &caster, s, [i % f.width(), j % f.height()], [wi, wo]);
-        std::array::from_fn(|c| direct[c] + bounced[c])
-    };
-    error_of(scatter::pairs(m), |k| texel(k, size).0, exact, shaded)
-}
-
-/// The part of texels and directions, uniform over the hemisphere, that are lit and should not be, or the other way round.
-pub(super) fn details(t: &Relief) -> Vec<(&'static str, f64)> {
-    const TRIED: u32 = 4096;
-    let met = t.scatter.as_ref().map(|s| ("directions that meet bumps", s.links.met()));
-    if t.kept == Kept::Open {
-        return met.into_iter().collect();
-    }
-    let size = t.size();
-    let wrong = (0..TRIED).filter(|k| {
-        let (at, texel) = texel(*k, size);
-        let (z, phi) = ((f64::from(*k) + 0.5) / f64::from(TRIED), f64::from(*k) * 2.399_963_229_728_653);
-        let s = (1.0 - z * z).sqrt();
-        let wi = DVec3::new(s * phi.cos(), s * phi.sin(), z);
-        let seen = shade::seen(t, at, wi.as_vec3().to_array());
-        (seen > 0.5) != t.sees(texel, wi)
-    });
-    let mut out = vec![("lit wrongly", wrong.count() as f64 / f64::from(TRIED))];
-    if let Kept::Azimuths(n) = t.kept {
-        out.push(("azimuths", n as f64));
-    }
-    out.extend(met);
-    out
 }

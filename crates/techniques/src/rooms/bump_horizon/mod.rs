@@ -24,6 +24,9 @@
 //! Units: radiance in W sr⁻¹ m⁻². The height map repeats, and its texels count as squares on the surface.
 
 mod bake;
+mod error;
+mod horizon;
+mod links;
 mod scatter;
 mod shade;
 #[cfg(test)]
@@ -33,7 +36,7 @@ use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::{surface::bumps, trials::lights};
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::{Params, Relief};
-use shade::Texel;
+use horizon::Texel;
 use std::sync::Arc;
 use steradian_base::Task;
 use steradian_brdf::Brdf;
@@ -94,7 +97,7 @@ impl TexturedTechnique for BumpHorizon {
     }
 
     fn details(t: &Relief) -> Vec<(&'static str, f64)> {
-        bake::details(t)
+        error::details(t)
     }
 
     fn bytes(t: &Relief) -> usize {
@@ -106,11 +109,11 @@ impl TexturedTechnique for BumpHorizon {
     }
 
     fn error(t: &Relief, m: &Material) -> f64 {
-        bake::error(t, m)
+        error::error(t, m)
     }
 
     fn texel(t: &Relief, at: Place, wo: [f32; 3]) -> Texel {
-        shade::texel(t, at, wo)
+        horizon::texel(t, at, wo)
     }
 
     fn f_cos(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {

@@ -1,37 +1,19 @@
-//! The factors: parameters, gauge, halves, certificate.
+//! The factors: gauge, halves, certificate.
 
 use super::FactoredLighting;
 use super::fit::{Fit, LINE, Layout, PER_UNKNOWN, Samples, fit};
 use super::maps::CubeGrid;
+use super::params::Params;
 use crate::certify::Report;
 use crate::shared::light::distant::DistantLight;
 use crate::shared::material::views::Seen;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Material, Part, Technique};
 use half::f16;
-use steradian_base::{ParamInfo, Task, params};
+use steradian_base::Task;
 use steradian_formats::{Tensor, TensorData};
 use steradian_numerics::lsqr::Rgb;
 use steradian_prefilter::EdgeCube;
-
-params! {
-    /// The parameters.
-    #[derive(Debug, Clone, PartialEq)]
-    pub struct Params {
-        /// A factor over n?
-        pub n: bool = ParamInfo::switch("normal", true, "a factor over n"),
-        /// A factor over r?
-        pub r: bool = ParamInfo::switch("mirror", true, "a factor over r"),
-        /// A factor over n·wo?
-        pub line: bool = ParamInfo::switch("elevation", true, "a factor over n·wo"),
-        /// A factor over wo?
-        pub wo: bool = ParamInfo::switch("viewer", false, "a factor over wo, with a quarter of the others' size"),
-        /// Intervals per cube edge; what the reflectance needs where `None`.
-        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 128.0], 0.0, "intervals per cube edge of the factors over n and r; auto: 16 or 24, as fine as the reflectance needs").auto(0.0).unit("texels"),
-        /// Power of the radiance by which errors of its logarithm count.
-        pub weight: f64 = ParamInfo::real("weight", [0.0, 1.0], 0.5, "what the fit minimises: 1 the absolute error of the radiance, which suns and grazing views rule, 0 its relative error, which the dark parts rule"),
-    }
-}
 
 /// Tolerance of the samples where the user gives none.
 const TOLERANCE: f64 = 0.01;

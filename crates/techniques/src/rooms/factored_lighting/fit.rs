@@ -1,7 +1,7 @@
 //! The factors by least squares in the logarithm over samples of the exact radiance.
 
-use super::bake::Params;
 use super::maps::{CubeGrid, Tap, line_taps};
+use super::params::Params;
 use crate::shared::material::views::{Slices, ViewImage};
 use glam::DVec3;
 use std::f64::consts::PI;

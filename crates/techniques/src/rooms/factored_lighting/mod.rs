@@ -19,6 +19,7 @@
 mod bake;
 mod fit;
 mod maps;
+mod params;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -33,7 +34,8 @@ use crate::{
     Bake, BakeError, Capabilities, Card, Check, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts,
     Points, Radiance, Technique, View,
 };
-use bake::{Factors, ORDER, Params};
+use bake::{Factors, ORDER};
+use params::Params;
 use steradian_base::Task;
 use steradian_light::Lights;
 

@@ -1,70 +1,22 @@
-//! The material's factor, the fit; and what of it shading reads for the levels of a chain.
+//! The material's factor, the fit; and what of it shading reads.
 
 use super::light::Light;
-use super::visibility::{self, Blocked, MOST};
+use super::looks;
+use super::params::Params;
+use super::views::Views;
+use super::visibility::{Blocked, MOST};
 use crate::certify::Report;
 use crate::shared::material::reflectance;
-use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
+use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part};
 use std::f64::consts::PI;
-use steradian_base::{ParamInfo, Task, params};
+use steradian_base::Task;
 use steradian_brdf::fit::gaussian::{
     GaussianFit, GaussianLobe, LAST, MAX_LOBES, Objective, Plan, Shape, mean_cosine,
 };
 use steradian_brdf::model::lobes;
 use steradian_brdf::{Brdf, Form, SharedBrdf};
 use steradian_sphere::sh::zonal;
-
-params! {
-    /// The parameters.
-    #[derive(Debug, Clone, PartialEq)]
-    pub struct Params {
-        /// K.
-        pub lobes: usize = ParamInfo::whole("lobes", [1.0, 4.0], 3.0, "K, Gaussians of every view (a fit from a file keeps its own)"),
-        /// N.
-        pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
-        /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
-        pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
-        /// M.
-        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 24.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
-        /// What the fit's lobes may be: 0 round, 1 stretched.
-        pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own; those of anisotropic reflectance are stretched, along any direction)").preset("round"),
-        /// Lookups of a lobe at most.
-        pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
-        /// What stands in the way of light, as one of [`VISIBILITY`].
-        pub visibility: usize = ParamInfo::choice("visibility", &VISIBILITY, "what a mesh blocks of its own light, by spherical harmonics at its vertices: nothing; the unblocked fraction of the hemisphere; visibility at each lobe's mean (eq. 7); or its mean over the lobe"),
-        /// Bands of visibility.
-        pub visibility_bands: usize = ParamInfo::whole("visibility_bands", [2.0, 4.0], 4.0, "bands of spherical harmonics of visibility"),
-        /// Absolute error of the coefficients of transfer.
-        pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of the coefficients of transfer, with visibility"),
-        /// σ of level 1, degrees.
-        pub sigma: f64 = ParamInfo::real("sigma", [0.25, 30.0], 1.0, "width of the first filtered map; level 0 is the light itself").unit("degrees"),
-        /// Intervals per cube edge of level 0; the environment's own where `None`.
-        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
-    }
-}
-
-/// Most lookups of a lobe.
-pub(super) const MAX_TAPS: f64 = 64.0;
-/// Words of `visibility`.
-const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
-
-impl Params {
-    /// Does anything block light?
-    pub(super) fn is_shadowed(&self) -> bool {
-        self.visibility > 0
-    }
-
-    /// Bands of visibility: the fraction of the hemisphere is one.
-    pub(super) fn bands(&self) -> usize {
-        if self.visibility == 1 { 1 } else { self.visibility_bands }
-    }
-
-    /// Is visibility convolved with the lobe?
-    fn is_convolved(&self) -> bool {
-        self.visibility == 3
-    }
-}
 
 /// Rows of the table from one view of the fit to the next: enough for logarithms of σ to become levels.
 const FINER: usize = 8;
@@ -121,44 +73,6 @@ impl Part for Fitted {
 
     fn kept_reflectance(&self) -> Option<&dyn Brdf> {
         self.brdf.as_deref()
-    }
-}
-
-/// What shading reads for a view, by θ_o from 0 to [`LAST`], lobe after lobe; where reflectance is anisotropic each row goes once around by the
-/// azimuth of the view.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Views {
-    /// Angle of the mean, level of the chain, standard deviation of the angles at which it is looked up, their number; of anisotropic
-    /// reflectance the mean's angles in the plane of incidence and out of it, level and number.
-    pub means: Vec<[f32; 4]>,
-    /// Of anisotropic reflectance that deviation squared, times cosine and sine of twice the angle from the plane to the sweep; 0, 0.
-    pub sweeps: Vec<[f32; 4]>,
-    /// Columns of a row: 1, or those by the azimuth.
-    pub columns: usize,
-    /// Weights, 0.
-    pub weights: Vec<[f32; 4]>,
-    /// A_1, A_2, A_3 of the Gaussian that is looked up, 0; empty where visibility is not convolved with it.
-    pub zonal: Vec<[f32; 4]>,
-    /// Lobes.
-    pub lobes: usize,
-    /// ρ_d.
-    pub diffuse: [f32; 3],
-}
-
-impl Views {
-    /// Views of each lobe.
-    pub fn count(&self) -> usize {
-        self.means.len() / self.lobes
-    }
-
-    /// Does the azimuth of the view count?
-    pub(super) fn is_turned(&self) -> bool {
-        self.columns > 1
-    }
-
-    /// Is there a diffuse part?
-    pub(super) fn is_diffuse(&self) -> bool {
-        self.diffuse.iter().any(|d| *d > 0.0)
     }
 }
 
@@ -233,7 +147,7 @@ pub(super) fn link(light: &Light, m: &Fitted, blocked: &Blocked, p: &Params) -> 
         lobes,
         diffuse: fit.diffuse.map(|d| d as f32),
     };
-    let report = visibility::report(blocked, &views, report(light, fit, p));
+    let report = looks::report(blocked, &views, report(light, fit, p));
     let looked = |t: &[f32; 4]| f64::from(t[3]).ceil();
     let most = views.means.iter().map(looked).fold(0.0, f64::max);
     let mean = views.means.iter().map(looked).sum::<f64>() / views.count() as f64;
@@ -275,70 +189,4 @@ fn report(light: &Light, fit: &GaussianFit, p: &Params) -> Report {
             .detail("views whose fit did not converge", failed as f64);
     }
     report
-}
-
-impl Part for Views {
-    fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let shape = || match self.columns {
-            1 => vec![self.lobes, self.count(), 4],
-            columns => vec![self.lobes, self.count() / columns, columns, 4],
-        };
-        put_f32(to, format!("{prefix}.means"), shape(), self.means.concat());
-        put_f32(to, format!("{prefix}.weights"), shape(), self.weights.concat());
-        put_f32(to, format!("{prefix}.diffuse"), vec![3], self.diffuse.to_vec());
-        if self.is_turned() {
-            put_f32(to, format!("{prefix}.sweeps"), shape(), self.sweeps.concat());
-        }
-        if !self.zonal.is_empty() {
-            put_f32(to, format!("{prefix}.zonal"), shape(), self.zonal.concat());
-        }
-    }
-
-    fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
-        let sweeps = format!("{prefix}.sweeps");
-        let turned = from.tensors.contains_key(&sweeps);
-        // Lobes, columns, numbers.
-        let table = |name: String| -> Result<([usize; 2], Vec<[f32; 4]>), PartError> {
-            let (shape, v) = get_f32(from, &name, if turned { 4 } else { 3 })?;
-            let columns = if turned { shape[2] } else { 1 };
-            let valid = (1..=MAX_LOBES).contains(&shape[0])
-                && shape[1] >= 2
-                && shape[shape.len() - 1] == 4
-                && (!turned || columns >= 2);
-            if !valid {
-                return Err(PartError::Unexpected(name));
-            }
-            Ok(([shape[0], columns], v.as_chunks().0.to_vec()))
-        };
-        let name = format!("{prefix}.means");
-        let (size, means) = table(name.clone())?;
-        let [lobes, columns] = size;
-        // Shading looks up as often as the fourth says.
-        if means.iter().any(|m| !(0.0..=MAX_TAPS as f32).contains(&m[3])) {
-            return Err(PartError::Unexpected(name));
-        }
-        let name = format!("{prefix}.weights");
-        let (other, weights) = table(name.clone())?;
-        if other != size || weights.len() != means.len() {
-            return Err(PartError::Unexpected(name));
-        }
-        let name = sweeps;
-        let (other, sweeps) = if turned { table(name.clone())? } else { (size, Vec::new()) };
-        if other != size || ![0, means.len()].contains(&sweeps.len()) {
-            return Err(PartError::Unexpected(name));
-        }
-        let name = format!("{prefix}.diffuse");
-        let (_, diffuse) = get_f32(from, &name, 1)?;
-        let diffuse = diffuse[..].try_into().map_err(|_| PartError::Unexpected(name))?;
-        let name = format!("{prefix}.zonal");
-        let zonal = if from.tensors.contains_key(&name) { table(name.clone())?.1 } else { Vec::new() };
-        if ![0, means.len()].contains(&zonal.len()) {
-            return Err(PartError::Unexpected(name));
-        }
-        Ok(Self { means, sweeps, columns, weights, zonal, lobes, diffuse })
-    }
-
-    fn bytes(&self) -> usize {
-        16 * (2 * self.means.len() + self.sweeps.len() + self.zonal.len()) + 12
-    }
 }

@@ -1,7 +1,7 @@
 //! The light's factor: the chain of Gaussian-filtered maps, and E/π. No material is known here.
 
 use super::GaussianLobes;
-use super::bake::Params;
+use super::params::Params;
 use crate::gpu::{Kernel, LightCube, LightTables};
 use crate::shared::light::distant::DistantLight;
 use crate::shared::light::sh_light::ShLight;

@@ -19,12 +19,17 @@
 mod bake;
 #[cfg(test)]
 mod cost;
+mod frame;
 mod light;
+mod looks;
+mod lookups;
 mod normals;
+mod params;
 mod shade;
 #[cfg(test)]
 mod tests;
 mod turned;
+mod views;
 mod visibility;
 
 use crate::certify::Report;
@@ -34,11 +39,13 @@ use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, Varies, View,
 };
-use bake::{Fitted, Params, Views};
+use bake::Fitted;
+use frame::Frame;
 use light::Light;
-use shade::Frame;
+use params::Params;
 use steradian_base::Task;
 use steradian_light::Lights;
+use views::Views;
 use visibility::Blocked;
 
 /// The technique.

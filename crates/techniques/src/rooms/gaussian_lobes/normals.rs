@@ -2,8 +2,10 @@
 //! along one direction more than across it, lookups lie along that one. `normals.wgsl` has the same functions.
 
 use super::GaussianLobes;
+use super::frame::Frame;
 use super::light::{Light, moment};
-use super::shade::{self, Frame, TAPS, elevation, mean, number, row};
+use super::lookups::{TAPS, elevation, mean, number, row};
+use super::shade;
 use crate::gpu::{Entry, Uniform, Value};
 use crate::shared::surface::lobe::{self, Taps};
 use crate::{Bake, GpuTechnique, PointLobe, Points, Radiance};

@@ -1,130 +1,22 @@
 //! Per lobe two lookups in tables of views and one in the chain, times what is seen there; the `.wgsl` files have the same
 //! functions.
 
-use super::bake::{MAX_TAPS, Views};
+use super::GaussianLobes;
+use super::frame::Frame;
 use super::light::Light;
+use super::lookups::{SCALE, TAPS, elevation, mean, number, row};
+use super::views::Views;
 use super::visibility::{self, Blocked, DIFFUSE, MOST};
-use super::{GaussianLobes, turned};
 use crate::gpu::{Buffer, Entry, Format, Level, Shape, Table, Uniform, Value};
 use crate::shared::light::light_rotation::LightRotation;
-use crate::shared::maths::angle::{angle, sin_cos};
-use crate::shared::maths::vector::tangent;
 use crate::shared::points::batch::{self, Block, BlockShader, Lanes, WIDTH};
 use crate::shared::points::central;
 use crate::shared::tables::chain::Chain;
 use crate::shared::tables::{cube_table, texel_bytes};
 use crate::shared::{light::sh_light, maths::harmonics};
-use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
-use glam::DVec3;
-use std::f64::consts::PI;
-use std::sync::LazyLock;
-use steradian_brdf::fit::gaussian::LAST;
-use steradian_parallel::prelude::*;
+use crate::{Bake, GpuTechnique, Points, Radiance, Technique};
 use steradian_prefilter::EdgeCube;
 use steradian_prefilter::lookup::Places;
-
-/// 1 over the last elevation.
-const SCALE: f32 = (1.0 / LAST) as f32;
-
-/// Row `i` + x · (rows − 1) of a table, linear.
-#[inline(always)]
-pub(super) fn row(table: &[[f32; 4]], first: usize, count: usize, x: f32) -> [f32; 4] {
-    let at = x.clamp(0.0, 1.0) * (count - 1) as f32;
-    let k = (at as usize).min(count - 2);
-    let w = at - k as f32;
-    let (a, b) = (table[first + k], table[first + k + 1]);
-    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * w)
-}
-
-/// r turned by `angle` away from n in the plane of both: cos a r + sin a (cos θ r − n)/sin θ.
-#[inline(always)]
-pub(super) fn mean(n: [f32; 3], r: [f32; 3], [sine, cos_o]: [f32; 2], angle: f32) -> [f32; 3] {
-    let [s, c] = sin_cos(angle);
-    let s = s / sine.max(1e-4);
-    std::array::from_fn(|k| (c + s * cos_o) * r[k] - s * n[k])
-}
-
-/// Lookups: one, or three at least.
-#[inline(always)]
-pub(super) fn number(taps: f32) -> usize {
-    if taps > 1.001 { (taps - 1e-3).ceil().max(3.0) as usize } else { 1 }
-}
-
-/// The lookups of a stretched lobe by their number: where each lies in standard deviations of the sweep, and its weight of 1.
-pub(super) static TAPS: LazyLock<Vec<Vec<[f32; 2]>>> =
-    LazyLock::new(|| (0..=MAX_TAPS as usize).map(taps).collect());
-
-/// Normal weights at even places out to two standard deviations, stretched so that their variance is 1.
-fn taps(count: usize) -> Vec<[f32; 2]> {
-    let place = |k: usize| (2 * k + 1) as f32 / count as f32 - 1.0;
-    let weighed: Vec<[f32; 2]> = (0..count).map(|k| [place(k), (-2.0 * place(k).powi(2)).exp()]).collect();
-    let all: f32 = weighed.iter().map(|[_, w]| w).sum();
-    let square: f32 = weighed.iter().map(|[at, w]| at * at * w).sum();
-    let scale = (all / square.max(1e-6)).sqrt();
-    weighed.iter().map(|[at, w]| [at * scale, w / all]).collect()
-}
-
-/// The sine of θ_o, and θ_o over the last elevation.
-#[inline(always)]
-pub(super) fn elevation(cos_o: f32) -> [f32; 2] {
-    let cosine = cos_o.min(1.0);
-    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    [sine, angle(sine, cosine) * SCALE]
-}
-
-/// The state of a frame.
-#[derive(Default)]
-pub struct Frame {
-    pub(super) turn: LightRotation,
-    /// ρ_d/π L_i, turned; empty where nothing is blocked or nothing diffuse.
-    light: Vec<[f32; 3]>,
-    /// Of each site, what of the diffuse part is blocked.
-    blocked: Vec<[f32; 3]>,
-}
-
-impl Frame {
-    pub(super) fn new(b: &Bake<GaussianLobes>, v: &View) -> Self {
-        let mut out = Self { turn: LightRotation::new(v.light_rotation), ..Self::default() };
-        let irradiance = &b.transfer.irradiance;
-        let Some(light) = b.light.sh.as_ref().filter(|_| b.linked.is_diffuse() && irradiance.stride > 0)
-        else {
-            return out;
-        };
-        let factor = b.linked.diffuse.map(|d| f64::from(d) / PI);
-        out.light = light.turned(DIFFUSE, v.light_rotation, factor);
-        let site = |t: &[f32]| {
-            let mut sum = [0.0; 3];
-            for (l, t) in out.light.iter().zip(t) {
-                (0..3).for_each(|c| sum[c] += l[c] * t);
-            }
-            sum
-        };
-        out.blocked = irradiance.data.par_chunks_exact(irradiance.stride).map(site).collect();
-        out
-    }
-
-    /// What of the diffuse part is blocked at point `i`.
-    #[inline(always)]
-    pub(super) fn blocked(&self, q: &Points<'_>, i: usize) -> [f32; 3] {
-        let mut sum = [0.0; 3];
-        let unknown = q.site.index.iter().any(|s| s.is_empty()) || q.site.weight.iter().any(|s| s.is_empty());
-        if self.blocked.is_empty() || unknown {
-            return sum;
-        }
-        let [u, v] = q.site.weight.map(|w| w[i]);
-        for (index, w) in q.site.index.iter().zip([1.0 - u - v, u, v]) {
-            let site = self.blocked.get(index[i] as usize).copied().unwrap_or_default();
-            (0..3).for_each(|c| sum[c] += w * site[c]);
-        }
-        sum
-    }
-
-    pub(super) fn uniforms(&self) -> Vec<Uniform> {
-        let mut all = vec![self.turn.uniform()];
-        all.extend(sh_light::uniforms(&self.light));
-        all
-    }
-}
 
 pub(super) fn shade(b: &Bake<GaussianLobes>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     match b.transfer.bands() {
@@ -281,27 +173,6 @@ impl<const BANDS: usize> BlockShader for Shader<'_, BANDS> {
         }
         sum
     }
-}
-
-/// Of each lobe towards `wo`: the direction of its mean, the zonal coefficients of visibility there, and its weight.
-pub(super) fn looks(v: &Views, n: DVec3, wo: DVec3) -> Vec<([f32; 3], [f32; 4], f64)> {
-    let to = |v: DVec3| v.as_vec3().to_array();
-    if v.is_turned() {
-        let n = to(n);
-        let place = turned::Place::new(v, n, tangent(n), to(wo));
-        let lobes = (0..v.lobes).map(|i| place.lobe(v, i));
-        return lobes.map(|l| (l.mean, l.zonal, l.weight.iter().map(|w| f64::from(*w)).sum())).collect();
-    }
-    let r = to(2.0 * n.dot(wo) * n - wo);
-    let cos_o = n.dot(wo) as f32;
-    let (n, [sine, x], count) = (n.as_vec3().to_array(), elevation(cos_o), v.count());
-    let lobe = |i: usize| {
-        let [angle, ..] = row(&v.means, i * count, count, x);
-        let weight = row(&v.weights, i * count, count, x);
-        let zonal = if v.zonal.is_empty() { [1.0; 4] } else { row(&v.zonal, i * count, count, x) };
-        (mean(n, r, [sine, cos_o], angle), zonal, weight.iter().map(|w| f64::from(*w)).sum())
-    };
-    (0..v.lobes).map(lobe).collect()
 }
 
 /// `fn hidden(b, zonal, d)`: Σ A_l b_lm y_lm(d), written out for as many bands.

@@ -2,9 +2,10 @@
 //! of its own. `turned.wgsl` has the same functions.
 
 use super::GaussianLobes;
-use super::bake::Views;
+use super::frame::Frame;
 use super::light::Light;
-use super::shade::{Frame, TAPS, elevation, number};
+use super::lookups::{TAPS, elevation, number};
+use super::views::Views;
 use super::visibility::{self, Blocked, MOST};
 use crate::shared::maths::angle::sin_cos;
 use crate::shared::maths::vector::{cross, dot};

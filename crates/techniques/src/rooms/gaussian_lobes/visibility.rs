@@ -13,16 +13,12 @@
 //! V is not defined, it is read at the horizon above; the denominator is ½ there and more elsewhere.
 
 use super::GaussianLobes;
-use super::bake::{Params, Views};
-use super::shade;
-use crate::certify::Report;
+use super::params::Params;
 use crate::shared::geometry::transport::{self, PerSite};
 use crate::shared::points::batch::{Lanes, WIDTH};
 use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part, Points, Technique};
 use steradian_base::Task;
-use steradian_prefilter::probe;
-use steradian_sphere::Frame;
 use steradian_sphere::sh;
 use steradian_transfer::Settings;
 
@@ -192,48 +188,4 @@ pub(super) fn ratio<const BANDS: usize>(
     let d: [f32; 3] = std::array::from_fn(|k| d[k] - below * n[k]);
     let scale = 1.0 / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).max(1e-12).sqrt();
     1.0 - sum::<BANDS>(b, zonal, d.map(|x| scale * x)) / open::<BANDS>(zonal, scale * c.max(0.0))
-}
-
-/// Sites that [`report`] looks at, at most, and views of each.
-const SITES: usize = 512;
-const VIEWS: usize = 16;
-
-/// How much of the lobes' weight had a visibility below 0 or above 1 before it was cut.
-pub(super) fn report(blocked: &Blocked, v: &Views, mut report: Report) -> Report {
-    let bands = blocked.bands();
-    let count = blocked.normals.data.len() / 3;
-    if bands == 0 || count == 0 {
-        return report;
-    }
-    let (mut all, mut below, mut above, mut seen) = (0.0, 0.0, 0.0, 0.0);
-    for k in 0..count.min(SITES) {
-        let site = (k * count / count.min(SITES)) as u32;
-        let (Some(n), Some(row)) = (blocked.normals.at(site), blocked.visibility.at(site)) else { continue };
-        let n = [n[0], n[1], n[2]];
-        let mut b = [0.0; MOST * MOST];
-        b[..row.len().min(MOST * MOST)].copy_from_slice(&row[..row.len().min(MOST * MOST)]);
-        let frame = Frame::from_normal(glam::Vec3::from_array(n).as_dvec3().normalize_or(glam::DVec3::Z));
-        for view in 0..VIEWS {
-            // Half of a spiral over the sphere: uniform over the hemisphere.
-            let local = probe::direction(view, 2 * VIEWS);
-            let wo = frame.to_world(glam::DVec3::new(local.x, local.z, local.y.abs()));
-            for (d, zonal, weight) in shade::looks(v, frame.n, wo) {
-                let value = match bands {
-                    1 => ratio::<1>(&b, n, zonal, d),
-                    2 => ratio::<2>(&b, n, zonal, d),
-                    3 => ratio::<3>(&b, n, zonal, d),
-                    _ => ratio::<4>(&b, n, zonal, d),
-                };
-                all += weight;
-                below += if value < 0.0 { weight } else { 0.0 };
-                above += if value > 1.0 { weight } else { 0.0 };
-                seen += weight * f64::from(value.clamp(0.0, 1.0));
-            }
-        }
-    }
-    let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
-    report = report.detail("visibility of lobes, mean", share(seen));
-    report
-        .detail("weight whose visibility was below 0 and is cut", share(below))
-        .detail("weight whose visibility was above 1 and is cut", share(above))
 }

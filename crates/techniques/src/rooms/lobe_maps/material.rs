@@ -1,7 +1,7 @@
 //! The reflectance's factor: its radially symmetric lobes.
 
 use super::LobeMaps;
-use super::bake::Params;
+use super::params::Params;
 use crate::shared::material::reflectance;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};

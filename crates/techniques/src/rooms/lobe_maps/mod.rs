@@ -20,6 +20,7 @@
 
 mod bake;
 mod material;
+mod params;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -33,8 +34,9 @@ use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
     Radiance, Technique, View,
 };
-use bake::{LobeChains, Params};
+use bake::LobeChains;
 use material::Fitted;
+use params::Params;
 use steradian_base::Task;
 use steradian_light::Lights;
 

@@ -1,7 +1,6 @@
 //! The coefficients: of a map, or of a reflectance.
 
-use super::shade;
-use crate::local::{FileName, Place, error_at, texel};
+use crate::local::FileName;
 use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
 use glam::DVec3;
@@ -9,7 +8,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, params};
 use steradian_brdf::Brdf;
-use steradian_relight::polynomial::{Basis, Fit, evaluate};
+use steradian_relight::polynomial::{Basis, Fit};
 use steradian_scene::surface::Texture;
 
 /// The plane of polynomials.
@@ -78,28 +77,4 @@ fn fitted<const N: usize>(brdf: &dyn Brdf) -> Vec<[f64; 3]> {
     let values: Vec<[f64; 3]> = lights.iter().map(|l| brdf.f_cos(*l, DVec3::Z).map(|x| PI * x)).collect();
     let of = [0, 1, 2].map(|c| fit.coefficients(values.iter().map(|v| v[c])));
     (0..N).map(|k| [0, 1, 2].map(|c| of[c][k])).collect()
-}
-
-/// The sum at a texel in double precision.
-fn summed<const N: usize>(t: &Polynomials, at: Place, wi: DVec3) -> [f64; 3] {
-    let all: [[f32; 3]; N] = std::array::from_fn(|k| t.texels.sample(k, at.uv, 0.0));
-    [0, 1, 2].map(|c| evaluate(&all.map(|a| f64::from(a[c])), wi))
-}
-
-pub(super) fn error(t: &Polynomials, m: &Material) -> f64 {
-    let size = t.texels.size();
-    let shaded = |at, wi, _: [f32; 3]| shade::f_cos(t, &shade::texel(t, at), wi);
-    let place = |k| texel(k, size).0;
-    if !t.mapped {
-        return error_at(&*m.brdf, place, |_, wi, wo| m.brdf.f_cos(wi, wo), shaded);
-    }
-    let exact = |at: Place, wi: DVec3, _: DVec3| {
-        let value = match t.basis {
-            Basis::Biquadratic => summed::<6>(t, at, wi),
-            Basis::Harmonics9 => summed::<9>(t, at, wi),
-            Basis::Harmonics16 => summed::<16>(t, at, wi),
-        };
-        value.map(|v| v.max(0.0) / PI)
-    };
-    error_at(&*m.brdf, place, exact, shaded)
 }

@@ -19,6 +19,7 @@
 //! of its RMS. Units: radiance in W sr⁻¹ m⁻². Refused: nothing.
 
 mod bake;
+mod error;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -83,7 +84,7 @@ impl TexturedTechnique for PolynomialTextureMap {
     }
 
     fn error(t: &Polynomials, m: &Material) -> f64 {
-        bake::error(t, m)
+        error::error(t, m)
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! What the vertices of a mesh see of it.
 
 use super::shade;
+use super::tables::{Emitter, Params, Seen, Tables};
 use crate::certify::{Report, sites::Paths};
 use crate::local::{LocalLights, error};
 use crate::shared::trials::lights::three_directionals;
@@ -8,9 +9,8 @@ use crate::{BakeError, Geometry, Material, View};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::PI;
-use steradian_base::{ParamInfo, Task, params};
-use steradian_brdf::SharedBrdf;
-use steradian_scene::{Bvh, Mesh};
+use steradian_base::Task;
+use steradian_scene::Mesh;
 use steradian_sphere::Frame;
 use steradian_sphere::quadrature::fibonacci;
 use steradian_transfer::{Link, Links, Scene, Site, TransferError};
@@ -22,76 +22,6 @@ const MOST: usize = 1 << 25;
 const OFFSET: f32 = 1e-5;
 /// How far sites on the border of a wall move from their vertex into a triangle, over the way to its middle.
 const INSIDE: f32 = 1e-2;
-
-params! {
-    /// The parameters.
-    #[derive(Debug, Clone, PartialEq)]
-    pub struct Params {
-        /// Reflections between surfaces.
-        pub bounces: usize = ParamInfo::whole("bounces", [0.0, 8.0], 1.0, "reflections from surface to surface that light takes before the last one, beside direct light"),
-        /// Directions of the sphere.
-        pub directions: usize = ParamInfo::whole("directions", [8.0, 512.0], 128.0, "directions of the sphere along which vertices see the mesh, half of them above any of them"),
-        /// Where links end.
-        pub hits: usize = ParamInfo::choice("hits", &["barycentric", "vertex"], "where links end: in triangles, between whose corners light is interpolated, or at the nearest corner").numbered(0.0),
-        /// What surfaces hide of the lights.
-        pub shadow: usize = ParamInfo::choice("shadow", &["vertex", "none"], "what the mesh hides of the lights: tried by a ray at each vertex, or nothing").numbered(0.0),
-    }
-}
-
-impl Params {
-    /// Is each point shaded by itself?
-    pub(super) fn alone(&self) -> bool {
-        self.bounces == 0 && !self.shadowed()
-    }
-
-    pub(super) fn shadowed(&self) -> bool {
-        self.shadow == 0
-    }
-}
-
-/// A reflectance, and what the mesh adds.
-pub struct Tables {
-    pub brdf: SharedBrdf,
-    pub seen: Option<Seen>,
-    /// The error and the noise in it.
-    measured: Option<[f64; 2]>,
-}
-
-/// A vertex as part of the triangles of one material.
-#[derive(Debug, Clone, Copy)]
-pub struct Emitter {
-    pub vertex: u32,
-    slot: u32,
-}
-
-/// What vertices see.
-pub struct Seen {
-    pub bvh: Bvh,
-    /// Where the rays of each vertex start.
-    pub origins: Vec<Vec3>,
-    pub frames: Vec<Frame>,
-    /// w of each vertex: π over the sum of the cosines of the directions above it.
-    pub weights: Vec<f64>,
-    pub directions: Vec<DVec3>,
-    /// Vertex by vertex, direction by direction.
-    pub links: Vec<Link>,
-    pub emitters: Vec<Emitter>,
-    /// The emitters at the corners of each triangle.
-    pub corners: Vec<[u32; 3]>,
-    slots: Vec<SharedBrdf>,
-    own: SharedBrdf,
-}
-
-impl Seen {
-    /// The reflectance of an emitter.
-    pub fn brdf(&self, e: Emitter) -> &SharedBrdf {
-        self.slots.get(e.slot as usize).unwrap_or(&self.own)
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of::<Link>() * self.links.len() + self.bvh.bytes()
-    }
-}
 
 pub(super) fn bake(m: &Material) -> Tables {
     Tables { brdf: m.brdf.clone(), seen: None, measured: None }

@@ -21,15 +21,16 @@
 
 mod bake;
 mod shade;
+mod tables;
 #[cfg(test)]
 mod tests;
 
 use crate::local::{self, LocalBaked, LocalFrame, LocalShading, LocalText, Place, Plane, TexturedTechnique};
 use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Geometry, Material, Needs};
-use bake::{Params, Tables};
 use steradian_base::Task;
 use steradian_brdf::Brdf;
+use tables::{Params, Tables};
 
 const SLUG: &str = "precomputed_visibility";
 

@@ -1,7 +1,7 @@
 //! The light that arrives at the vertices of a frame along their links, and what points reflect of it; `shade.wgsl` has the latter.
 
 use super::PrecomputedVisibility;
-use super::bake::{Emitter, Params, Seen, Tables};
+use super::tables::{Emitter, Params, Seen, Tables};
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Uniform, Value};
 use crate::local::{self, Light, LocalBaked, LocalFrame, LocalShading, LocalText, PerPoint, arriving};

@@ -1,7 +1,6 @@
 //! Slopes, covariances, factors and albedo by texel.
 
-use super::shade;
-use crate::local::{FileName, Place, error_at, texel};
+use crate::local::FileName;
 use crate::shared::surface::bumps::{self, Bumps, exact_facing, exact_frame};
 use crate::shared::surface::texels::Texels;
 use crate::{BakeError, Material};
@@ -9,9 +8,9 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use steradian_base::{ParamInfo, params};
+use steradian_brdf::Form;
 use steradian_brdf::model::lafortune::Lafortune;
 use steradian_brdf::model::ward::Variant;
-use steradian_brdf::{Brdf, Form};
 use steradian_scene::surface::{Texture, Wrap};
 
 /// Smallest width.
@@ -220,7 +219,7 @@ impl Varied {
     }
 
     /// The model of a texel by its own formula, turned to the texel's tangent.
-    fn exact(&self, uv: [f32; 2], wi: DVec3, wo: DVec3) -> [f64; 3] {
+    pub(super) fn exact(&self, uv: [f32; 2], wi: DVec3, wo: DVec3) -> [f64; 3] {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return [0.0; 3];
         }
@@ -251,12 +250,4 @@ impl Varied {
         let lobe = steradian_brdf::parse(&name).map_or([0.0; 3], |f| f.f_cos(wi, wo));
         std::array::from_fn(|c| self.scale[c] * lobe[c] + albedo[c] / PI * wi.z)
     }
-}
-
-/// Against the models of the reflectance crate at the texels themselves.
-pub(super) fn error(t: &Varied, m: &Material) -> f64 {
-    let brdf: &dyn Brdf = &*m.brdf;
-    let size = t.texels.size();
-    let exact = |at: Place, wi, wo| t.exact(at.uv, wi, wo);
-    error_at(brdf, |k| texel(k, size).0, exact, |at, wi, wo| shade::f_cos(t, &shade::texel(t, at, wo), wi))
 }

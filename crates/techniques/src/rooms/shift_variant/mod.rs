@@ -20,6 +20,7 @@
 //! `ggx`, `blinn-phong-gl` and `lafortune` of one lobe whose C and n are those of all channels.
 
 mod bake;
+mod error;
 mod shade;
 #[cfg(test)]
 mod tests;
@@ -119,7 +120,7 @@ impl TexturedTechnique for ShiftVariant {
     }
 
     fn error(t: &Varied, m: &Material) -> f64 {
-        bake::error(t, m)
+        error::error(t, m)
     }
 
     #[inline(always)]

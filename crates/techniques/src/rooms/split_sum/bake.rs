@@ -1,8 +1,8 @@
 //! The chain of the light; albedo table and roughness of the material.
 
+use super::SplitSum;
 use super::stretched::Stretched;
-use super::{SplitSum, shade};
-use crate::certify::{Model, Report, Target};
+use crate::certify::Report;
 use crate::shared::light::distant::{DistantLight, ORDER};
 use crate::shared::material::reflectance::Reflectance;
 use crate::shared::maths::quadric::Quadric;
@@ -11,7 +11,7 @@ use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Part, Technique};
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, Task, params};
-use steradian_brdf::{Brdf, Form, dfg};
+use steradian_brdf::{Form, dfg};
 use steradian_light::{Environment, Lights};
 use steradian_prefilter::{Cosine, EdgeCube, GgxMirror, SmallLight, Source, Tree, Zonal, filter};
 use steradian_sphere::{Layout, SphereImage};
@@ -179,20 +179,6 @@ pub fn link(light: &Light, m: &Reflectance, p: &Params) -> (Specular, Report) {
         .detail("level", f64::from(specular.level))
         .detail("size", light.chain.levels()[0].size() as f64);
     (specular, report)
-}
-
-/// With `multiscatter` the model plus the diffuse term as Fdez-Agüera defines it.
-pub fn target<'a>(specular: &'a Specular, brdf: &'a dyn Brdf) -> Target<'a> {
-    let mut model = Model::of(brdf);
-    if specular.multiscatter > 0.0 {
-        model.f_cos = Box::new(move |wi, wo| {
-            let mut f = brdf.f_cos(wi, wo);
-            let ms = shade::multiscatter(specular.multiscatter, specular.f0, specular.albedo_at(wo.z as f32));
-            (0..3).for_each(|c| f[c] += f64::from(specular.scale[c] * ms[c]) / PI * wi.z.max(0.0));
-            f
-        });
-    }
-    Target::Integral(model)
 }
 
 impl Specular {

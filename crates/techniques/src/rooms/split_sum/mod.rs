@@ -19,6 +19,7 @@
 mod bake;
 mod shade;
 mod stretched;
+mod target;
 #[cfg(test)]
 mod tests;
 
@@ -129,7 +130,7 @@ impl Technique for SplitSum {
     }
 
     fn target<'a>(b: &'a Bake<Self>, brdf: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
-        Some(bake::target(&b.linked, brdf?))
+        Some(target::target(&b.linked, brdf?))
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut (LightRotation, Quadric)) {

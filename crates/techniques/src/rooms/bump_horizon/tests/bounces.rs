@@ -3,7 +3,7 @@
 use super::{bake, single};
 use crate::Material;
 use crate::local::{LocalBake, Place, find_local, texel};
-use crate::rooms::bump_horizon::scatter::directions;
+use crate::rooms::bump_horizon::links::directions;
 use crate::shared::surface::bumps::HEIGHT;
 use crate::shared::trials::specimens;
 use glam::{DVec3, Vec3};

@@ -1,0 +1,54 @@
+//! The parameters.
+
+use steradian_base::{ParamInfo, params};
+
+params! {
+    /// The parameters.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Params {
+        /// K.
+        pub lobes: usize = ParamInfo::whole("lobes", [1.0, 4.0], 3.0, "K, Gaussians of every view (a fit from a file keeps its own)"),
+        /// N.
+        pub views: usize = ParamInfo::whole("views", [2.0, 64.0], 15.0, "N, elevations of the view, equally spaced from 0 to 89 degrees (a fit from a file keeps its own)"),
+        /// What the fit minimises: 0 with the albedo kept, 1 eq. 8.
+        pub objective: usize = ParamInfo::choice("objective", &["energy", "published"], "least squares with the albedo of each view kept, or without that condition (eq. 8)").preset("energy"),
+        /// M.
+        pub azimuths: usize = ParamInfo::whole("azimuths", [4.0, 64.0], 24.0, "M, azimuths of the view where reflectance is anisotropic (a fit from a file keeps its own)"),
+        /// What the fit's lobes may be: 0 round, 1 stretched.
+        pub shape: usize = ParamInfo::choice("shape", &["round", "stretched"], "round lobes as the paper's, or each swept along the plane of incidence by its own angle: more lookups, far closer at grazing views (a fit from a file keeps its own; those of anisotropic reflectance are stretched, along any direction)").preset("round"),
+        /// Lookups of a lobe at most.
+        pub taps: usize = ParamInfo::whole("taps", [1.0, MAX_TAPS], 16.0, "lookups of the most stretched lobe; beyond it lookups widen"),
+        /// What stands in the way of light, as one of [`VISIBILITY`].
+        pub visibility: usize = ParamInfo::choice("visibility", &VISIBILITY, "what a mesh blocks of its own light, by spherical harmonics at its vertices: nothing; the unblocked fraction of the hemisphere; visibility at each lobe's mean (eq. 7); or its mean over the lobe"),
+        /// Bands of visibility.
+        pub visibility_bands: usize = ParamInfo::whole("visibility_bands", [2.0, 4.0], 4.0, "bands of spherical harmonics of visibility"),
+        /// Absolute error of the coefficients of transfer.
+        pub precision: f64 = ParamInfo::real("precision", [1e-4, 0.1], 5e-3, "absolute error of the coefficients of transfer, with visibility"),
+        /// σ of level 1, degrees.
+        pub sigma: f64 = ParamInfo::real("sigma", [0.25, 30.0], 1.0, "width of the first filtered map; level 0 is the light itself").unit("degrees"),
+        /// Intervals per cube edge of level 0; the environment's own where `None`.
+        pub size: Option<usize> = ParamInfo::whole("size", [1.0, 1024.0], 0.0, "intervals per cube edge; auto: as fine as the environment, at most 256").auto(0.0).unit("texels"),
+    }
+}
+
+/// Most lookups of a lobe.
+pub(super) const MAX_TAPS: f64 = 64.0;
+/// Words of `visibility`.
+const VISIBILITY: [&str; 4] = ["none", "ambient", "published", "convolved"];
+
+impl Params {
+    /// Does anything block light?
+    pub(super) fn is_shadowed(&self) -> bool {
+        self.visibility > 0
+    }
+
+    /// Bands of visibility: the fraction of the hemisphere is one.
+    pub(super) fn bands(&self) -> usize {
+        if self.visibility == 1 { 1 } else { self.visibility_bands }
+    }
+
+    /// Is visibility convolved with the lobe?
+    pub(super) fn is_convolved(&self) -> bool {
+        self.visibility == 3
+    }
+}
