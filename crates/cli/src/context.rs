@@ -4,13 +4,13 @@ use crate::failure::{Failure, Outcome};
 use crate::progress::Bars;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal, Read, Write};
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use steradian_base::Task;
-use steradian_formats::write_atomic;
+use steradian_formats::{CsvTable, decode_csv, read_csv, write_atomic};
 use steradian_light::load;
 use steradian_session::{self as session, Session};
 
@@ -207,6 +207,18 @@ impl Context {
         self.print(&self.json_text(document))
     }
 
+    /// What was done: with `--json` the document, else lines on standard error.
+    pub fn report<L>(&self, document: impl FnOnce() -> Value, lines: impl FnOnce() -> L) -> Outcome
+    where
+        L: IntoIterator<Item: std::fmt::Display>,
+    {
+        if self.common.json {
+            return self.print_json(document());
+        }
+        lines().into_iter().for_each(|line| self.say(line));
+        Ok(())
+    }
+
     /// A JSON document with its provenance, as text.
     pub fn json_text(&self, mut document: Value) -> String {
         if let Value::Object(map) = &mut document {
@@ -216,6 +228,22 @@ impl Context {
         let mut text = serde_json::to_string_pretty(&document).unwrap_or_default();
         text.push('\n');
         text
+    }
+
+    /// Reads the table `path`, an input; `-` is standard input.
+    pub fn read_table(&mut self, path: &Path) -> Result<CsvTable, Failure> {
+        let limits = self.limits();
+        if path != Path::new("-") {
+            let table = read_csv(path, &limits)?;
+            self.note_input(path);
+            return Ok(table);
+        }
+        let mut bytes = Vec::new();
+        let name = Path::new("standard input");
+        let read = io::stdin().take(limits.max_memory.saturating_add(1)).read_to_end(&mut bytes);
+        read.map_err(|e| Failure::input(format!("standard input: {e}")))?;
+        limits.memory(name, bytes.len() as u128, bytes.len() as u64)?;
+        Ok(decode_csv(name, &bytes, &limits)?)
     }
 
     /// Text to a file, or to standard output for `None` and `-`.

@@ -169,17 +169,7 @@ impl LocalArg {
 /// Writes the file of suns that were taken out of a light, and says what was found.
 pub fn write_suns(taken: &Taken, path: &Path, context: &Context) -> Outcome {
     context.write_text(Some(path), &context.json_text(taken.json()))?;
-    if taken.suns.is_empty() {
-        context.say("no sun found: nothing in the light is small, round and bright enough");
-    }
-    for (d, share) in taken.suns.iter().zip(&taken.shares) {
-        let [x, y, z] = d.direction.to_array();
-        context.say(format_args!(
-            "sun at ({x:.4}, {y:.4}, {z:.4}), angular radius {:.3} degrees, {:.1} % of the flux",
-            d.angular_radius.to_degrees(),
-            100.0 * share
-        ));
-    }
+    taken.lines().iter().for_each(|line| context.say(line));
     Ok(())
 }
 

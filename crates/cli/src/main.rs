@@ -5,12 +5,10 @@
 
 mod commands;
 mod context;
-mod csv;
 mod failure;
 mod inputs;
 mod names;
 mod progress;
-mod report;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
 use context::{Common, Context};

@@ -1,5 +1,6 @@
 //! Names of registries in help texts, so that they are written in one place.
 
+use steradian_brdf::dfg::Layout;
 use steradian_engines::{ENGINES, KERNELS, kernels_with};
 use steradian_formats::TexelFormat;
 use steradian_light::load::PROFILES;
@@ -27,6 +28,12 @@ pub fn engines() -> String {
 /// Conventions of files.
 pub fn profiles() -> String {
     listed(&PROFILES.iter().map(|p| p.name).collect::<Vec<_>>())
+}
+
+/// Tables of the split sum, with their channels.
+pub fn tables() -> String {
+    let one = |l: Layout| format!("{} ({})", l.name(), l.channels().join("; "));
+    listed(&Layout::ALL.map(one).each_ref().map(String::as_str))
 }
 
 /// Kernels of filtered maps.

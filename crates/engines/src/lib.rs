@@ -14,6 +14,7 @@ mod packing;
 mod plan;
 mod profile;
 mod range;
+mod report;
 mod request;
 mod snippet;
 mod sun;

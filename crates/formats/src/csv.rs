@@ -217,6 +217,14 @@ impl CsvTable {
         }
     }
 
+    /// The table as text.
+    pub fn text(&self) -> String {
+        let mut bytes = Vec::new();
+        // Writing to memory cannot fail, and what was read as UTF-8 stays it.
+        let _ = self.encode(&mut bytes);
+        String::from_utf8(bytes).unwrap_or_default()
+    }
+
     /// Writes the table.
     pub fn encode(&self, w: &mut dyn Write) -> io::Result<()> {
         std::iter::once(&self.header).chain(&self.rows).try_for_each(|row| {

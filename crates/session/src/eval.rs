@@ -1,13 +1,17 @@
 //! Radiance at points.
 
+use crate::columns::{optional, optional_unit, unit};
 use crate::material::ONE_REFLECTANCE;
 use crate::paths;
+use crate::report::points_json;
 use crate::saved::for_any_mesh;
 use crate::{Error, Local, Method, Outcome, Session};
 use glam::{DVec3, Vec3};
+use serde_json::{Value, json};
 use std::sync::Arc;
 use steradian_base::{Certificate, ParamValues, Task};
 use steradian_brdf::SharedBrdf;
+use steradian_formats::CsvTable;
 use steradian_light::{Lights, Probes};
 use steradian_reference::path::PathScene;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
@@ -107,6 +111,21 @@ impl Points {
         Self { n, wo, t, p: None, uv: None }
     }
 
+    /// Points of a table: nx,ny,nz and vx,vy,vz, and where there are such columns tx,ty,tz, px,py,pz and u,v.
+    pub fn of_table(table: &CsvTable) -> Result<Self, Error> {
+        let n = unit(table, ["nx", "ny", "nz"])?;
+        let wo = unit(table, ["vx", "vy", "vz"])?;
+        let t = match optional_unit(table, ["tx", "ty", "tz"])? {
+            Some(t) => n.iter().zip(t).map(|(n, t)| Frame::from_normal_tangent(*n, t).t).collect(),
+            None => n.iter().map(|n| Frame::from_normal(*n).t).collect(),
+        };
+        let uv = match table.column("u").or(table.column("v")) {
+            Some(_) => Some(table.vectors(["u", "v"])?.into_iter().map(|uv| uv.map(|x| x as f32)).collect()),
+            None => None,
+        };
+        Ok(Self { n, wo, t, p: optional(table, ["px", "py", "pz"])?, uv })
+    }
+
     /// Some of them.
     pub(crate) fn some(&self, which: impl Iterator<Item = usize> + Clone) -> Self {
         let of = |v: &[DVec3]| which.clone().map(|i| v[i]).collect();
@@ -117,6 +136,34 @@ impl Points {
             p: self.p.as_deref().map(of),
             uv: self.uv.as_ref().map(|uv| which.clone().map(|i| uv[i]).collect()),
         }
+    }
+}
+
+impl Answers {
+    /// The first point whose answer is not finite.
+    pub fn not_finite(&self) -> Option<usize> {
+        self.rows.iter().position(|(rgb, err)| err.is_nan() || !rgb.iter().all(|x| x.is_finite()))
+    }
+
+    /// Adds the columns r, g, b and err to the table of the points.
+    pub fn add_columns(&self, table: &mut CsvTable) {
+        for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
+            table.set_column(name, self.rows.iter().map(|a| a.0[c]));
+        }
+        table.set_column("err", self.rows.iter().map(|a| a.1));
+    }
+
+    /// As JSON: the points with their radiance, or their number alone.
+    pub fn document(&self, radiance: bool) -> Value {
+        let points = match radiance {
+            true => self.rows.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect(),
+            false => json!(self.rows.len()),
+        };
+        let certificate = self.certificate.as_ref().map(|c| -> Value {
+            json!({"error": c.error, "known": c.known.word(), "metric": c.metric, "points": points_json(c)})
+        });
+        let worst = self.rows.iter().map(|a| a.1).fold(0.0, f64::max);
+        json!({"points": points, "max_err": worst, "certificate": certificate})
     }
 }
 

@@ -1,6 +1,9 @@
 //! Reflectances as Gaussian lobes, one or many.
 
 mod report;
+mod words;
+
+pub use words::table;
 
 use crate::{Error, Session};
 use std::path::{Path, PathBuf};

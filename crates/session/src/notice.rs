@@ -34,6 +34,9 @@ pub enum Notice {
         /// What it lost.
         report: WriteReport,
     },
+    /// A sky's sun was drawn into an image.
+    #[error("the sun is part of the image now: a disk of texels")]
+    SunDrawn,
     /// Samples of a GPU's picture were clipped.
     #[error("{samples} samples are beyond the GPU's 16-bit range and were clipped")]
     Clipped {
@@ -71,6 +74,13 @@ pub enum Notice {
 impl Notice {
     /// Does the output suffer, or may it?
     pub fn is_warning(&self) -> bool {
-        matches!(self, Self::Input { .. } | Self::NotBaked { .. } | Self::Lost { .. } | Self::Clipped { .. })
+        matches!(
+            self,
+            Self::Input { .. }
+                | Self::NotBaked { .. }
+                | Self::Lost { .. }
+                | Self::SunDrawn
+                | Self::Clipped { .. }
+        )
     }
 }

@@ -6,7 +6,7 @@ use steradian_formats::{
     Container, Raster, TexelFormat, TextureLevels, WriteOptions, WriteReport, write_atomic, write_image,
 };
 use steradian_render::plot::Drawing;
-use steradian_render::{Develop, Display, Film};
+use steradian_render::{Develop, Display, Film, ToneMapper};
 use steradian_sphere::SphereImage;
 
 /// Extensions of image files that are written.
@@ -18,9 +18,14 @@ pub const ANIMATION: &str = "apng";
 /// Frames a second of turntables.
 pub const FRAME_RATE: u16 = 24;
 
+/// Is the extension of a name one of `known`, which are in small letters?
+pub fn has_extension(path: &Path, known: &[&str]) -> bool {
+    path.extension().is_some_and(|e| known.iter().any(|k| e.eq_ignore_ascii_case(k)))
+}
+
 /// Does a name end in [`ANIMATION`]?
 pub fn is_animation(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ANIMATION))
+    has_extension(path, &[ANIMATION])
 }
 
 /// A number of bytes for people: "12 bytes", "12.3 kB", "12.3 MB" (powers of ten).
@@ -32,13 +37,18 @@ pub fn size_in_words(bytes: u64) -> String {
     }
 }
 
+/// A name without its folders.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.to_string_lossy(), |n| n.to_string_lossy()).into_owned()
+}
+
 /// Refuses an output whose extension is none of `known`, and one whose folder is missing: asked before the work, so that
 /// it is not done in vain.
 pub fn check_output(path: &Path, known: &[&str]) -> Result<(), Error> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    if extension.as_deref().is_some_and(|e| known.contains(&e)) {
+    if has_extension(path, known) {
         return Destinations::default().file("--output", path);
     }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let there_are: Vec<String> = known.iter().map(|k| format!(".{k}")).collect();
     let what = match extension {
         Some(e) => format!("cannot write '.{e}' files"),
@@ -84,10 +94,10 @@ impl Session {
             let why = format!("pixel ({x}, {y}) is not finite: scale the light down");
             return Err(Error::failed(format!("{}: {why}", path.display())));
         }
-        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        if !has_extension(path, &["png"]) {
             // OpenEXR's alpha is associated; the other formats have none, and keep the background.
-            let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-            let raster = if exr { film.into_associated() } else { film.into_raster() };
+            let raster =
+                if has_extension(path, &["exr"]) { film.into_associated() } else { film.into_raster() };
             return self.write_image(path, &raster, WriteOptions::default()).map(|_| ());
         }
         let metadata = vec![
@@ -108,6 +118,23 @@ impl Session {
         let raster = Raster::rgb(picture.width, picture.height, [plane(0), plane(1), plane(2)]);
         let options = WriteOptions { metadata, already_encoded: true, ..WriteOptions::default() };
         self.write_image(path, &raster, options).map(|_| ())
+    }
+
+    /// An image to a file; a PNG through `mapper` where one is given.
+    pub fn write_toned(
+        &self,
+        path: &Path,
+        raster: Raster,
+        mapper: Option<ToneMapper>,
+        mut options: WriteOptions,
+    ) -> Result<WriteReport, Error> {
+        let Some(mapper) = mapper.filter(|_| has_extension(path, &["png"])) else {
+            return self.write_image(path, &raster, options);
+        };
+        let film = Film::from_raster(raster).ok_or_else(|| Error::failed("the image has no colour"))?;
+        options.metadata.push(("steradian.tone_mapper".into(), mapper.name().into()));
+        self.write_display(path, &Develop { ev: 0.0, mapper }.film(&film), options.metadata)?;
+        Ok(WriteReport::default())
     }
 
     /// Pictures of one size as an animated PNG that repeats for ever, of `per_second` frames.

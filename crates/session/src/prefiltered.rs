@@ -1,5 +1,8 @@
 //! Prefiltered files of any tool: their levels over our world, and what they really hold.
 
+mod report;
+mod words;
+
 use crate::{Adjust, Error, Kind, Outcome, Session, inputs};
 use serde_json::Value;
 use std::path::{Component, Path, PathBuf};
@@ -65,6 +68,10 @@ pub struct Request {
 pub struct Verified {
     /// Its name without folders.
     pub file: Option<String>,
+    /// Whose file it should be.
+    pub profile: &'static str,
+    /// The largest relative RMS error that was asked for.
+    pub tolerance: Option<f64>,
     /// Level by level, with faults.
     pub report: Report,
     /// Of irradiance coefficients beside the levels.
@@ -124,7 +131,8 @@ impl Session {
             Coefficients::compare(sh, &if gltf { irradiance(&light) } else { filament_irradiance(&light) })
         });
         let file = Path::new(&r.file).file_name().map(|n| n.to_string_lossy().into_owned());
-        let verified = Verified { file, report, irradiance };
+        let (profile, tolerance) = (r.consumer.name, r.tolerance);
+        let verified = Verified { file, profile, tolerance, report, irradiance };
         let worst = verified.report.worst();
         Ok(Outcome::new(verified, r.tolerance, worst))
     }

@@ -2,7 +2,7 @@
 
 use crate::inputs::{self, Adjust, Method};
 use crate::model::{complete, make_tangents};
-use crate::{Error, Kind, Local, Material, Scene, Session};
+use crate::{Error, Kind, Local, Material, Scene, Session, has_extension};
 use glam::Affine3A;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,6 +27,11 @@ pub struct SceneOverrides {
     pub method: Option<Method>,
     /// A technique for directional and point lights for every material; `Some(None)` shades them exactly.
     pub local: Option<Option<Local>>,
+}
+
+/// Is this the name of a scene file?
+pub fn is_scene_file(input: &str) -> bool {
+    has_extension(Path::new(input), &["toml"])
 }
 
 impl Session {

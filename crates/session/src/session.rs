@@ -235,6 +235,11 @@ impl Session {
         pairs
     }
 
+    /// The same line by line, for the comment above a text.
+    pub fn provenance_lines(&self) -> Vec<String> {
+        self.provenance_pairs().into_iter().map(|(k, v)| format!("{k}: {v}")).collect()
+    }
+
     /// Fails once the caller has asked to stop.
     pub fn check(&self) -> Result<(), Error> {
         Ok(self.task.check()?)

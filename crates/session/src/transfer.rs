@@ -1,12 +1,15 @@
 //! Transfer: a mesh, and what each of its sites sees and is lit by.
 
+use crate::columns::unit;
 use crate::inputs::is_shape;
 use crate::{Error, Outcome, Session};
+use glam::DVec3;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use steradian_engines::{VertexNumbers, glb};
 use steradian_formats::{
-    TensorFile, TensorParts, read_tensors, write_atomic, write_tensors, write_tensors_with,
+    CsvTable, TensorFile, TensorParts, read_tensors, write_atomic, write_tensors, write_tensors_with,
 };
 use steradian_scene::Mesh;
 use steradian_transfer::{
@@ -57,6 +60,57 @@ pub struct Done {
     /// Blocks that an interrupted computation had left.
     pub resumed: usize,
     store: Option<Store>,
+}
+
+impl Places {
+    /// The points of a table with the columns px,py,pz and nx,ny,nz.
+    pub fn of_table(table: &CsvTable) -> Result<Self, Error> {
+        let n = unit(table, ["nx", "ny", "nz"])?;
+        let p = table.vectors(["px", "py", "pz"])?;
+        let site = |(p, n): ([f64; 3], DVec3)| Site { p: p.map(|x| x as f32).into(), n: n.as_vec3() };
+        Ok(Self::Points(p.into_iter().zip(n).map(site).collect()))
+    }
+}
+
+impl Done {
+    /// Adds ao, t0 …, v0 … and perhaps h0 … to the table of the points; of reflections in colour t is tr0 …, tg0 …, tb0 ….
+    pub fn add_columns(&self, table: &mut CsvTable) {
+        let x = &self.saved.transfer;
+        let (sites, n) = (0..x.len(), x.bands.pow(2));
+        table.set_column("ao", x.ao.iter().map(|a| f64::from(*a)));
+        for c in 0..x.channels {
+            let name = if x.channels == 1 { "t" } else { ["tr", "tg", "tb"][c] };
+            for i in 0..n {
+                table.set_column(&format!("{name}{i}"), sites.clone().map(|k| f64::from(x.vector(k, c)[i])));
+            }
+        }
+        for i in 0..n {
+            table.set_column(&format!("v{i}"), sites.clone().map(|k| f64::from(x.visibility(k)[i])));
+        }
+        for (i, h) in self.saved.hemisphere.iter().flat_map(|h| (0..n).map(move |i| (i, h))) {
+            table.set_column(&format!("h{i}"), sites.clone().map(|k| f64::from(h[k * n + i])));
+        }
+    }
+
+    /// What is said of it as JSON.
+    pub fn document(&self) -> Value {
+        let x = &self.saved.transfer;
+        let [t, v] = x.worst_error();
+        json!({
+            "sites": x.len(),
+            "places": self.saved.sites,
+            "bands": x.bands,
+            "channels": x.channels,
+            "bounces": x.bounces,
+            "mesh_digest": self.saved.mesh,
+            "rays": x.rays,
+            "enclosed": x.enclosed.len(),
+            "error_t": t,
+            "error_v": v,
+            "resumed_blocks": self.resumed,
+            "seconds": self.seconds,
+        })
+    }
 }
 
 impl From<TransferError> for Error {

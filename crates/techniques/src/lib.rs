@@ -4,6 +4,7 @@
 //! points. [`registry`] lists all techniques without their types ([`AnyTechnique`], [`AnyBake`]); commands and
 //! windows know no technique by name.
 
+mod bibliography;
 pub mod certify;
 pub mod direct;
 pub mod gpu;
@@ -15,6 +16,7 @@ mod saved;
 pub mod shared;
 pub mod tensors;
 
+pub use bibliography::{bibtex, cards};
 pub use certify::{Estimate, Model, Report, Target};
 pub use gpu::GpuTechnique;
 pub use interface::{

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use steradian_render::ToneMapper;
 use steradian_render::scenefile::SceneFile;
+use steradian_session::is_scene_file;
 
 /// Reflectance of a ground.
 pub const GROUND: &str = "lambert:albedo=0.4";
@@ -68,7 +69,7 @@ impl Default for Wish {
 impl Wish {
     /// `input` as its file says, under a light where it is not a scene file.
     pub fn of(input: &str) -> Self {
-        let scene = is_scene(input);
+        let scene = is_scene_file(input);
         let plain = Self { input: input.into(), ..Self::default() };
         match scene {
             true => {
@@ -92,7 +93,7 @@ impl Wish {
 
     /// Is the input a scene file?
     pub fn is_scene(&self) -> bool {
-        is_scene(&self.input)
+        is_scene_file(&self.input)
     }
 
     /// The parameters of a technique, as a spec has them behind its name.
@@ -245,10 +246,6 @@ fn developed(file: &Path) -> (Option<f32>, ToneMapper) {
     let is_text = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() <= MOST_BYTES);
     let text = is_text.then(|| std::fs::read_to_string(file).ok()).flatten();
     text.and_then(|text| SceneFile::developed_by(&text)).unwrap_or_default()
-}
-
-fn is_scene(input: &str) -> bool {
-    Path::new(input).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 /// A word for a POSIX shell.

@@ -1,17 +1,13 @@
 //! `steradian bake`: a technique's precomputed data for a light, a reflectance and, where it bakes on one, a mesh.
 
-mod report;
-
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs};
-use crate::report::params_json;
 use clap::Args;
-use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use steradian_session::bake::{Accuracy, Output, Request};
-use steradian_session::{Local, LocalRequest, Method, size_in_words};
+use steradian_session::{Local, LocalRequest, Method};
 
 /// Options of `steradian bake`.
 #[derive(Debug, Args)]
@@ -83,7 +79,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let (done, missed) = context.bake(&request)?.even_if_missed();
     let start = Instant::now();
     let files = done.write(&output, context)?;
-    report::say(&o, &done, &files, start.elapsed().as_secs_f64(), context)?;
+    let writing = start.elapsed().as_secs_f64();
+    context.report(|| done.document(&files, writing, o.energy_epsilon), || done.lines(&files, writing))?;
     missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m}; the output is marked"))))
 }
 
@@ -99,20 +96,7 @@ fn local(o: &Options, spec: &str, context: &mut Context) -> Outcome {
     let request = LocalRequest { local, brdf: o.brdf.clone(), tolerance: o.tolerance };
     let (done, missed) = context.baked_local(&request)?.even_if_missed();
     let bytes = done.write(&path, context)?;
-    let (c, slug) = (done.bake.certificate(), done.bake.card().slug);
-    if context.common.json {
-        let details: serde_json::Map<String, serde_json::Value> =
-            c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
-        context.print_json(json!({
-            "technique": slug, "brdf": done.brdf, "parameters": params_json(&done.bake.params()),
-            "bytes": done.bake.bytes(), "error": c.error, "error_known": c.known.word(), "metric": c.metric,
-            "details": details, "tolerance": o.tolerance, "tolerance_met": o.tolerance.map(|_| missed.is_none()),
-            "bake_seconds": done.seconds, "file_bytes": bytes,
-        }))?;
-    } else {
-        let [shading, written] = [done.bake.bytes() as u64, bytes].map(size_in_words);
-        context.say(format_args!("{slug} of {}: shading reads {shading}, {written} written", done.brdf));
-        context.say(format_args!("{} {:.2e} ({})", c.metric, c.error, c.known.word()));
-    }
+    let met = missed.is_none();
+    context.report(|| done.document(bytes, o.tolerance, met), || done.lines(bytes))?;
     missed.map_or(Ok(()), |m| Err(Failure::missed(m.to_string())))
 }

@@ -9,18 +9,16 @@ use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use steradian_brdf::spec_without_folders;
-use steradian_formats::{Container, ExrSamples, Raster, TexelFormat, WriteOptions, WriteReport};
-use steradian_light::adjust;
-use steradian_light::load::{Arrangement, arrangement};
-use steradian_render::{Develop, Film, ToneMapper};
-use steradian_session::Basis;
+use steradian_formats::{Container, ExrSamples, TexelFormat, WriteOptions};
+use steradian_light::load::Arrangement;
+use steradian_render::ToneMapper;
 use steradian_session::btf::MOST_LOBES;
-use steradian_session::inspect::is_lp;
+use steradian_session::convert::{Request, files};
+use steradian_session::inspect::{is_lp, is_ptm};
 use steradian_session::{
-    Adjust, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
-    PolynomialPart, check_format, check_output, is_sky,
+    Basis, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
+    PolynomialPart, check_format, check_output, file_name, has_extension,
 };
-use steradian_sphere::SphereImage;
 
 /// Options of `steradian convert`.
 #[derive(Debug, Args)]
@@ -80,7 +78,7 @@ pub struct Options {
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
-    let map = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("ptm"));
+    let map = is_ptm(&o.input);
     if o.map.is_some() && !map && !is_lp(&o.input) {
         let why = "--map belongs to a polynomial texture map (.ptm) or a list of lights (.lp)";
         return Err(Failure::usage(format!("{}: {why}", o.input)));
@@ -102,109 +100,75 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     check_output(&o.output, &[IMAGES.as_slice(), &Container::EXTENSIONS].concat())?;
     check_format(o.format, &o.output)?;
-    let texture = Container::of_name(&o.output).is_some();
-    let six = o.output.file_name().is_some_and(|n| n.to_string_lossy().contains("{}"));
     let mut places = Destinations::default();
-    for path in if six { faces(&o.output) } else { vec![o.output.clone()] } {
+    for path in files(&o.output) {
         places.file("--output", &path)?;
     }
     if let Some(path) = &o.extract_sun {
         places.file("--extract-sun", path)?;
     }
-    let image = match &o.extract_sun {
-        Some(path) => sunless(&o, path, context)?,
-        None => {
-            let mut image = source(&o, context)?;
-            adjust::scale(&mut image, o.adjust.get().gain());
-            image
-        }
-    };
-    let cube = six || texture;
-    let target = o.to.unwrap_or(if cube { Arrangement::Cube } else { Arrangement::of(image.layout) });
-    if cube && target != Arrangement::Cube {
-        return Err(Failure::usage(format!(
-            "{}: holds cube faces; --to is another layout",
-            o.output.display()
-        )));
+    let done = context.convert(&Request {
+        input: o.input,
+        adjust: o.adjust.get(),
+        level: o.level,
+        extract_suns: o.extract_sun.is_some(),
+        to: o.to,
+        size: o.size,
+        output: o.output.clone(),
+        format: o.format,
+        half: o.half,
+        tone_mapper: o.tone_mapper,
+    })?;
+    if let (Some(path), Some(taken)) = (&o.extract_sun, &done.suns) {
+        inputs::write_suns(taken, path, context)?;
     }
-    context.task.check()?;
-    let image = target.shaped(image, o.size.map(|s| inputs::side(s, target)).transpose()?);
-    let ((w, h), report) = if texture {
-        write_texture(&o, image, context)?
-    } else if six {
-        write_faces(&o, &image, context)?
-    } else {
-        let raster = target.arranged(image);
-        ((raster.width, raster.height), write(&o, &o.output, raster, target, context)?)
-    };
-    if context.common.json {
-        let name = o.output.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({
-            "output": name, "layout": target.name(), "width": w, "height": h,
-            "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
-        }));
-    }
-    context.say(format_args!("{}: {} {w} x {h}", o.output.display(), target.name()));
-    Ok(())
+    let ((w, h), layout, report) = (done.size, done.layout.name(), done.report);
+    context.report(
+        || {
+            json!({
+                "output": file_name(&o.output), "layout": layout, "width": w, "height": h,
+                "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
+            })
+        },
+        || [format!("{}: {layout} {w} x {h}", o.output.display())],
+    )
 }
 
 /// A reflectance as a table of measurements.
 fn tabulated(spec: &str, path: &Path, context: &mut Context) -> Outcome {
     check_output(path, &MEASUREMENTS)?;
     context.tabulate(spec, path)?;
-    if context.common.json {
-        let name = path.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({"output": name, "brdf": spec_without_folders(spec)}));
-    }
-    context.say(format_args!("{}: {spec}, 90 x 90 x 180 cells", path.display()));
-    Ok(())
+    context.report(
+        || json!({"output": file_name(path), "brdf": spec_without_folders(spec)}),
+        || [format!("{}: {spec}, 90 x 90 x 180 cells", path.display())],
+    )
 }
 
 /// Pictures from many views under many lights as lobes by texel.
 fn lobes(o: &Options, count: usize, context: &mut Context) -> Outcome {
-    let csv = Path::new(&o.input).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if !csv {
+    if !has_extension(Path::new(&o.input), &["csv"]) {
         let why = "--lobes are fitted to pictures that a .csv lists, as capture writes them";
         return Err(Failure::usage(format!("{}: {why}", o.input)));
     }
     let x = context.fit_lobes(Path::new(&o.input), count, &o.output)?;
-    if context.common.json {
-        return context.print_json(json!({
-            "files": x.files, "width": x.width, "height": x.height, "pictures": x.pictures, "error": x.error,
-        }));
-    }
-    context.say(format_args!(
-        "{}: {} x {} texels of {} pictures, {:.2} % off: {}",
-        o.output.display(),
-        x.width,
-        x.height,
-        x.pictures,
-        100.0 * x.error,
-        x.files.join(", ")
-    ));
-    Ok(())
+    let (output, names, percent) = (o.output.display(), x.files.join(", "), 100.0 * x.error);
+    let (w, h, n) = (x.width, x.height, x.pictures);
+    context.report(
+        || json!({"files": x.files, "width": w, "height": h, "pictures": n, "error": x.error}),
+        || [format!("{output}: {w} x {h} texels of {n} pictures, {percent:.2} % off: {names}")],
+    )
 }
 
 /// Photographs under known lights as a polynomial texture map.
 fn polynomials(o: &Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &POLYNOMIALS)?;
     let x = context.fit_polynomials(Path::new(&o.input), &o.output)?;
-    if context.common.json {
-        let name = o.output.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({
-            "output": name, "width": x.width, "height": x.height, "photographs": x.photographs,
-            "condition": x.condition,
-        }));
-    }
-    context.say(format_args!(
-        "{}: {} x {} polynomials of {} photographs, condition number {:.2}",
-        o.output.display(),
-        x.width,
-        x.height,
-        x.photographs,
-        x.condition
-    ));
-    Ok(())
+    let (output, name) = (o.output.display(), file_name(&o.output));
+    let (w, h, n, c) = (x.width, x.height, x.photographs, x.condition);
+    context.report(
+        || json!({"output": name, "width": w, "height": h, "photographs": n, "condition": c}),
+        || [format!("{output}: {w} x {h} polynomials of {n} photographs, condition number {c:.2}")],
+    )
 }
 
 fn polynomial_part(text: &str) -> Result<PolynomialPart, String> {
@@ -232,15 +196,16 @@ fn part(o: &Options, context: &mut Context) -> Outcome {
         options.exr_samples = ExrSamples::Half;
     }
     let report = context.write_image(&o.output, &raster, options)?;
-    if context.common.json {
-        let file = o.output.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({
-            "output": file, "map": name, "width": raster.width, "height": raster.height,
-            "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
-        }));
-    }
-    context.say(format_args!("{}: {name}, {} x {}", o.output.display(), raster.width, raster.height));
-    Ok(())
+    let (w, h) = (raster.width, raster.height);
+    context.report(
+        || {
+            json!({
+                "output": file_name(&o.output), "map": name, "width": w, "height": h,
+                "clipped": report.clipped, "vanished": report.vanished, "lost": report.lost,
+            })
+        },
+        || [format!("{}: {name}, {w} x {h}", o.output.display())],
+    )
 }
 
 fn horizon_form(text: &str) -> Result<HorizonForm, String> {
@@ -265,96 +230,18 @@ fn horizons(o: &Options, form: HorizonForm, context: &mut Context) -> Outcome {
     let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
     let output = (o.output.as_path(), o.format.unwrap_or(usual));
     let x = context.horizons((Path::new(&o.input), o.relief), form, output)?;
-    if context.common.json {
-        let name = o.output.file_name().map(|n| n.to_string_lossy());
-        return context.print_json(json!({
-            "output": name, "width": x.width, "height": x.height, "layers": x.layers, "open": x.open,
-            "clipped": x.written.clipped, "vanished": x.written.vanished, "lost": x.written.lost,
-        }));
-    }
-    context.say(format_args!(
-        "{}: {} x {} texels, {} layers; {:.1} % of the light of an even sky is left by the bumps",
-        o.output.display(),
-        x.width,
-        x.height,
-        x.layers,
-        100.0 * x.open
-    ));
-    Ok(())
-}
-
-/// The input, turned and scaled, without its suns, whose file is written.
-fn sunless(o: &Options, path: &Path, context: &mut Context) -> Result<SphereImage, Failure> {
-    if o.level > 0 {
-        return Err(Failure::usage("--extract-sun takes level 0"));
-    }
-    let mut lights = context.light(&o.input, &o.adjust.get())?;
-    let taken = steradian_light::suns::take(&mut lights);
-    inputs::write_suns(&taken, path, context)?;
-    context.note(taken.metadata());
-    Ok(lights.into_image())
-}
-
-/// The input, turned.
-fn source(o: &Options, context: &mut Context) -> Result<SphereImage, Failure> {
-    if is_sky(&o.input) {
-        let still = Adjust { light_exposure: 0.0, ..o.adjust.get() };
-        let lights = context.light(&o.input, &still)?;
-        if !lights.disks.is_empty() {
-            context.warn("the sun is part of the image now: a disk of texels");
-        }
-        return Ok(lights.with_disks_drawn());
-    }
-    let image = context.map(&o.input, &o.adjust.get(), o.level)?.image;
-    if o.adjust.rotate == 0.0 {
-        return Ok(image);
-    }
-    Ok(adjust::turned_about_y(&image, o.adjust.rotate))
-}
-
-/// Size of a face or of the whole image, and what the file could not hold.
-type Done = ((usize, usize), WriteReport);
-
-fn write(
-    o: &Options,
-    path: &Path,
-    raster: Raster,
-    target: Arrangement,
-    context: &Context,
-) -> Result<WriteReport, Failure> {
-    let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if let (true, Some(mapper)) = (png, o.tone_mapper) {
-        let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the image has no colour"))?;
-        let metadata = vec![("steradian.tone_mapper".to_string(), mapper.name().to_string())];
-        context.write_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata)?;
-        return Ok(WriteReport::default());
-    }
-    let mut options = WriteOptions { metadata: target.metadata(), ..WriteOptions::default() };
-    if o.half {
-        options.exr_samples = ExrSamples::Half;
-    }
-    Ok(context.write_image(path, &raster, options)?)
-}
-
-/// The files of the six faces.
-fn faces(output: &Path) -> Vec<PathBuf> {
-    let name = output.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let parts = ["px", "nx", "py", "ny", "pz", "nz"];
-    parts.map(|part| output.with_file_name(name.replacen("{}", part, 1))).into()
-}
-
-fn write_faces(o: &Options, image: &SphereImage, context: &Context) -> Result<Done, Failure> {
-    let mut all = WriteReport::default();
-    for (face, path) in faces(&o.output).into_iter().enumerate() {
-        let r = write(o, &path, arrangement::face(image, face), Arrangement::Cube, context)?;
-        all.merge(r);
-    }
-    Ok(((image.width, image.height), all))
-}
-
-fn write_texture(o: &Options, image: SphereImage, context: &Context) -> Result<Done, Failure> {
-    let usual = if o.half { TexelFormat::Rgba16f } else { TexelFormat::Rgba32f };
-    let format = o.format.unwrap_or(usual);
-    let report = context.write_cube(&o.output, &image, format, Vec::new())?;
-    Ok(((image.width, image.height), report))
+    let (output, percent) = (o.output.display(), 100.0 * x.open);
+    let (w, h, n, lost) = (x.width, x.height, x.layers, x.written);
+    context.report(
+        || {
+            json!({
+                "output": file_name(&o.output), "width": w, "height": h, "layers": n, "open": x.open,
+                "clipped": lost.clipped, "vanished": lost.vanished, "lost": lost.lost,
+            })
+        },
+        || {
+            let left = format!("{percent:.1} % of the light of an even sky is left by the bumps");
+            [format!("{output}: {w} x {h} texels, {n} layers; {left}")]
+        },
+    )
 }

@@ -1,12 +1,9 @@
 //! `steradian eval`: CSV of points in, CSV of radiance out.
 
 use crate::context::Context;
-use crate::csv;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs, ExtraLights, LocalArg, PathArgs, ShadowArg};
-use crate::report::points_json;
 use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use steradian_formats::CsvTable;
@@ -14,7 +11,6 @@ use steradian_light::Lights;
 use steradian_reference::Lookup;
 use steradian_session::eval::{Answers, Points, Request};
 use steradian_session::{Method, Shadows};
-use steradian_sphere::Frame;
 
 /// Options of `steradian eval`.
 #[derive(Debug, Args)]
@@ -87,9 +83,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     inputs::check_text(o.output.as_deref())?;
     context.suns = o.lights.suns();
     let request = request(&o, context)?;
-    let table = csv::read(&o.points, &context.limits())?;
-    context.note_input(&o.points);
-    let points = points(&table)?;
+    let table = context.read_table(&o.points)?;
+    let points = Points::of_table(&table)?;
     let name = o.points.display();
     if points.p.is_none() && !request.lights.points.is_empty() {
         return Err(Failure::input(format!("{name}: point lights need the columns px,py,pz")));
@@ -150,24 +145,9 @@ fn request(o: &Options, context: &mut Context) -> Result<Request, Failure> {
     Ok(Request { planes: context.planes(&request)?, ..request })
 }
 
-fn points(table: &CsvTable) -> Result<Points, Failure> {
-    let n = csv::unit(table, ["nx", "ny", "nz"])?;
-    let wo = csv::unit(table, ["vx", "vy", "vz"])?;
-    let t = match csv::optional_unit(table, ["tx", "ty", "tz"])? {
-        Some(t) => n.iter().zip(t).map(|(n, t)| Frame::from_normal_tangent(*n, t).t).collect(),
-        None => n.iter().map(|n| Frame::from_normal(*n).t).collect(),
-    };
-    let uv = match table.column("u").or(table.column("v")) {
-        Some(_) => Some(table.vectors(["u", "v"])?.into_iter().map(|uv| uv.map(|x| x as f32)).collect()),
-        None => None,
-    };
-    Ok(Points { n, wo, t, p: csv::optional(table, ["px", "py", "pz"])?, uv })
-}
-
 fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Context) -> Outcome {
-    let rows = &answers.rows;
     // The last guard: light and reflectance are finite when they are read.
-    if let Some(k) = rows.iter().position(|(rgb, err)| err.is_nan() || !rgb.iter().all(|x| x.is_finite())) {
+    if let Some(k) = answers.not_finite() {
         let (name, k) = (o.points.display(), k + 1);
         return Err(match &o.bake {
             Some(bake) => Failure::input(format!(
@@ -179,22 +159,10 @@ fn write(o: &Options, mut table: CsvTable, answers: &Answers, context: &mut Cont
             )),
         });
     }
-    let worst = rows.iter().map(|a| a.1).fold(0.0, f64::max);
-    let certificate = answers.certificate.as_ref().map(|c| -> Value {
-        json!({"error": c.error, "known": c.known.word(), "metric": c.metric, "points": points_json(c)})
-    });
     if context.common.json && o.output.is_none() {
-        let points: Vec<_> = rows.iter().map(|(rgb, err)| json!({"rgb": rgb, "err": err})).collect();
-        return context.print_json(json!({"points": points, "max_err": worst, "certificate": certificate}));
+        return context.print_json(answers.document(true));
     }
-    for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
-        table.set_column(name, rows.iter().map(|a| a.0[c]));
-    }
-    table.set_column("err", rows.iter().map(|a| a.1));
-    context.write_text(o.output.as_deref(), &csv::text(&table))?;
-    if context.common.json {
-        return context
-            .print_json(json!({"points": rows.len(), "max_err": worst, "certificate": certificate}));
-    }
-    Ok(())
+    answers.add_columns(&mut table);
+    context.write_text(o.output.as_deref(), &table.text())?;
+    if context.common.json { context.print_json(answers.document(false)) } else { Ok(()) }
 }

@@ -1,23 +1,19 @@
 //! `steradian irradiance`: SH coefficients of radiance and irradiance, or a diffuse map.
 
-mod shape;
-
 use crate::commands::render::{size, tone_mapper};
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs};
 use clap::Args;
-use serde_json::{Value, json};
-use shape::WindowSpec;
 use std::path::{Path, PathBuf};
 use steradian_brdf::dfg::text::Language;
 use steradian_engines::irradiance_source;
 use steradian_formats::{TexelFormat, WriteOptions};
 use steradian_light::load::Arrangement;
-use steradian_render::{Develop, Film, ToneMapper};
-use steradian_session::{IMAGES, check_output, cosine};
-use steradian_sphere::sh::{Dering, ShRgb};
-use steradian_sphere::{Layout, SphereImage};
+use steradian_render::ToneMapper;
+use steradian_session::irradiance::{Request, WindowSpec};
+use steradian_session::{IMAGES, check_output, has_extension};
+use steradian_sphere::Layout;
 
 /// Options of `steradian irradiance`.
 #[derive(Debug, Args)]
@@ -71,7 +67,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         Some(path) if path.extension().is_none() => None,
         Some(path) => {
             check_output(path, &[TEXTS.as_slice(), &IMAGES, &["ktx2"]].concat())?;
-            (!is(path, &TEXTS)).then_some(path)
+            (!has_extension(path, &TEXTS)).then_some(path)
         }
     };
     if map.is_none() && (o.to.is_some() || o.size.is_some() || o.tone_mapper.is_some()) {
@@ -86,7 +82,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
                 .say("the map is of the whole light; --bands, --window, --dering concern the coefficients");
         }
     }
-    let json = context.common.json || o.output.as_deref().is_some_and(|p| is(p, &["json"]));
+    let json = context.common.json || o.output.as_deref().is_some_and(|p| has_extension(p, &["json"]));
     if o.zh3 && !json {
         return Err(Failure::usage("--zh3 belongs to a JSON document: give --json or -o FILE.json"));
     }
@@ -96,77 +92,32 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     if language.is_some() && o.bands() != 3 {
         return Err(Failure::usage("shader text is of 9 coefficients: leave --bands out"));
     }
-    let c = coefficients(&o, context)?;
-    if let Some(source) = language.and_then(|l| irradiance_source(&c.radiance, l, &notes(context))) {
-        return context.write_text(o.output.as_deref(), &source);
-    }
-    let text = if json { context.json_text(c.json(&o)) } else { table(&c.radiance, &c.irradiance) };
-    context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
-}
-
-/// What made a text, for the comment above it.
-fn notes(context: &Context) -> Vec<String> {
-    context.provenance_pairs().into_iter().map(|(k, v)| format!("{k}: {v}")).collect()
-}
-
-/// What is written as numbers.
-struct Coefficients {
-    radiance: ShRgb,
-    irradiance: ShRgb,
-    dering: Option<Dering>,
-    zh3: Option<Value>,
-}
-
-fn coefficients(o: &Options, context: &mut Context) -> Result<Coefficients, Failure> {
-    let bands = usize::from(o.bands());
-    let order = if o.zh3 { shape::ZH3_ORDER.max(bands - 1) } else { bands - 1 };
-    let light = context.light_coefficients(&o.environment, &o.adjust.get(), order)?;
-    let zh3 = o.zh3.then(|| shape::zh3_json(&light));
-    let mut radiance = shape::truncated(&light, bands - 1);
-    if let Some(w) = o.window {
-        radiance.window(w.window(bands));
-    }
-    let cosine = cosine(bands);
-    let dering = o.dering.then(|| radiance.dering(&cosine));
-    if let Some(d) = &dering {
+    let c = context.irradiance(&Request {
+        environment: o.environment.clone(),
+        adjust: o.adjust.get(),
+        bands: o.bands().into(),
+        window: o.window,
+        dering: o.dering,
+        zh3: o.zh3,
+    })?;
+    if let Some(d) = &c.dering {
         let change = d.change.iter().fold(0.0, |m: f64, c| m.max(*c));
         context.say(format_args!("deringed: irradiance changed by {:.2} % (rms)", 100.0 * change));
         if d.minimum.iter().any(|m| *m < 0.0) {
             context.warn("the mean of a channel is negative: its irradiance stays so");
         }
     }
-    let mut irradiance = radiance.clone();
-    irradiance.convolve(&cosine);
-    Ok(Coefficients { radiance, irradiance, dering, zh3 })
-}
-
-impl Coefficients {
-    fn json(&self, o: &Options) -> Value {
-        let mut document = json!({
-            "bands": o.bands(),
-            "order": o.bands() - 1,
-            "radiance": rows(&self.radiance),
-            "irradiance": rows(&self.irradiance),
-        });
-        if let Some(w) = o.window {
-            document["window"] = json!(w.window(o.bands().into()).factors(usize::from(o.bands()) - 1));
-        }
-        if let Some(d) = &self.dering {
-            document["dering"] = shape::dering_json(d);
-        }
-        if let Some(z) = &self.zh3 {
-            document["zh3"] = z.clone();
-        }
-        document
+    if let Some(source) =
+        language.and_then(|l| irradiance_source(&c.radiance, l, &context.provenance_lines()))
+    {
+        return context.write_text(o.output.as_deref(), &source);
     }
-}
-
-fn is(path: &Path, extensions: &[&str]) -> bool {
-    path.extension().is_some_and(|e| extensions.contains(&e.to_string_lossy().to_lowercase().as_str()))
+    let text = if json { context.json_text(c.document()) } else { c.table() };
+    context.write_text(if map.is_some() { None } else { o.output.as_deref() }, &text)
 }
 
 fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
-    let texture = is(path, &["ktx2"]);
+    let texture = has_extension(path, &["ktx2"]);
     let target = o.to.unwrap_or(if texture { Arrangement::Cube } else { Arrangement::LatLong });
     if texture && target != Arrangement::Cube {
         return Err(Failure::usage(format!("{}: holds cube faces; --to is another layout", path.display())));
@@ -179,45 +130,10 @@ fn write_map(o: &Options, path: &Path, context: &mut Context) -> Outcome {
     if texture {
         context.write_cube(path, &image, TexelFormat::Rgba32f, vec![quantity])?;
     } else {
-        write_image(o, path, image, target, quantity, context)?;
+        let mut options = WriteOptions { metadata: target.metadata(), ..WriteOptions::default() };
+        options.metadata.push(quantity);
+        context.write_toned(path, target.arranged(image), o.tone_mapper, options)?;
     }
     context.say(format_args!("{}: irradiance E in W m⁻², {} {w} x {h}", path.display(), target.name()));
     Ok(())
-}
-
-fn write_image(
-    o: &Options,
-    path: &Path,
-    image: SphereImage,
-    target: Arrangement,
-    quantity: (String, String),
-    context: &Context,
-) -> Outcome {
-    let raster = target.arranged(image);
-    let mut metadata = target.metadata();
-    metadata.push(quantity);
-    if let (true, Some(mapper)) = (is(path, &["png"]), o.tone_mapper) {
-        let film = Film::from_raster(raster).ok_or_else(|| Failure::failed("the map has no colour"))?;
-        metadata.push(("steradian.tone_mapper".into(), mapper.name().into()));
-        return Ok(context.write_display(path, &Develop { ev: 0.0, mapper }.film(&film), metadata)?);
-    }
-    context.write_image(path, &raster, WriteOptions { metadata, ..WriteOptions::default() })?;
-    Ok(())
-}
-
-fn rows(sh: &ShRgb) -> Vec<[f64; 3]> {
-    (0..sh.c[0].len()).map(|i| std::array::from_fn(|k| sh.c[k][i])).collect()
-}
-
-fn table(radiance: &ShRgb, irradiance: &ShRgb) -> String {
-    let mut out =
-        String::from("l,m,radiance_r,radiance_g,radiance_b,irradiance_r,irradiance_g,irradiance_b\n");
-    let all = rows(radiance).into_iter().zip(rows(irradiance)).enumerate();
-    for (i, (a, b)) in all {
-        let l = i.isqrt();
-        let m = i as i64 - (l * l + l) as i64;
-        let numbers: Vec<String> = a.iter().chain(&b).map(|v| format!("{v:.9}")).collect();
-        out.push_str(&format!("{l},{m},{}\n", numbers.join(",")));
-    }
-    out
 }

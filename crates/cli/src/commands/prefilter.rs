@@ -1,18 +1,16 @@
 //! `steradian prefilter`: an environment convolved with a kernel, as one map, a chain of levels, or an engine's files.
 
-mod report;
-
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::{inputs, names};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
-use steradian_engines::{Engine, Filtered, MethodChoice, Request, kernel_name};
+use steradian_engines::{Engine, MethodChoice, Request, kernel_name};
 use steradian_formats::TexelFormat;
 use steradian_light::load::{FileLayout, Profile};
-use steradian_session::{Adjust, Destinations, LIGHT_KEY, check_replaced, expand_lights, is_sky, light_mark};
+use steradian_session::prefilter;
+use steradian_session::{Adjust, Destinations, check_replaced, expand_lights, is_sky, light_mark};
 
 /// Options of `steradian prefilter`.
 #[derive(Debug, Args)]
@@ -225,9 +223,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
 
 /// Makes and writes one output; its report, and the miss where its tolerance was missed.
 fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<String>), Failure> {
-    let start = Instant::now();
     context.begin_output();
-    let mut request = request(o, job, context)?;
+    let map = request(o, job, context)?;
     if let Some(folder) = job.output.parent().filter(|_| job.engine.is_some() && o.profile.len() > 1) {
         std::fs::create_dir_all(folder)
             .map_err(|e| Failure::failed(format!("{}: cannot write: {e}", folder.display())))?;
@@ -238,51 +235,21 @@ fn one(o: &Options, job: &Job, context: &mut Context) -> Result<(Value, Option<S
         rotate: o.rotate,
         light_exposure: o.light_exposure,
     };
-    let mut lights = context.light(&job.environment, &adjust)?;
-    let suns = o.extract_sun.as_ref().map(|_| steradian_light::suns::take(&mut lights));
-    if let Some(taken) = &suns {
-        context.note(taken.metadata());
-        request.suns = taken.suns.clone();
-    }
-    let mut clock = report::Clock::new(start, "reading");
-    let (mut made, missed) = Filtered::new(request, lights, &context.task)?.even_if_missed();
-    let worst = made.error();
-    let how = if o.check > 0 { "measured" } else { "bound" };
-    let packing = match made.format_error() {
-        e if e > 0.0 => format!(", {e:.2e} of the texels' format"),
-        _ => String::new(),
-    };
-    context.note_error(format!("relative RMS error {worst:.2e} ({how}{packing})"));
-    clock.parts(&made.seconds);
-    if let Some(beyond) = &made.beyond {
-        context.warn(report::beyond(&made, beyond));
-    }
-    let mut metadata = context.provenance_pairs();
-    metadata.push((LIGHT_KEY.into(), light_mark(&job.environment)));
-    let written = made.write(&metadata)?;
-    written.iter().for_each(|w| context.tell_lost(Path::new(&w.name), w.report));
-    clock.lap("writing");
-    if let Some(folder) = &o.dump_levels {
-        made.dump(folder, &metadata, &context.task)?;
-        clock.lap("dumping");
-    }
-    let snippet = made.snippet();
-    let mut document = report::report(&made, &written, clock, snippet.as_deref());
-    if let (Some(path), Some(taken)) = (&o.extract_sun, &suns) {
+    let (environment, extract_suns) = (job.environment.clone(), o.extract_sun.is_some());
+    let asked = prefilter::Request { environment, adjust, map, extract_suns, dump: o.dump_levels.clone() };
+    let (done, missed) = context.prefilter(asked)?.even_if_missed();
+    if let (Some(path), Some(taken)) = (&o.extract_sun, &done.suns) {
         inputs::write_suns(taken, path, context)?;
-        document["suns"] = taken.json();
     }
     if !context.common.json {
-        report::say(&made, &written, context);
-        if let Some(s) = snippet {
+        done.lines().iter().for_each(|line| context.say(line));
+        if let Some(s) = done.made.snippet() {
             context.print(&s)?;
         }
     }
     // A tolerance that nobody named is an aim.
-    let missed = missed
-        .filter(|_| o.tolerance.is_some())
-        .map(|m| format!("relative RMS error {:.2e} is above {:.2e} ({how}{packing})", m.reached, m.asked));
-    Ok((document, missed))
+    let missed = missed.filter(|_| o.tolerance.is_some()).map(|m| done.missed(m));
+    Ok((done.document(), missed))
 }
 
 /// A name without folders, extensions and odd characters.

@@ -2,15 +2,14 @@
 
 use super::render;
 use crate::context::Context;
-use crate::csv;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::{self, AdjustArgs, ExtraLights};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use std::path::PathBuf;
-use steradian_session::check_output;
 use steradian_session::probes::{Request, Where};
+use steradian_session::{check_output, file_name};
 
 /// Options of `steradian probes`.
 #[derive(Debug, Args)]
@@ -81,8 +80,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let at = match (o.grid, &o.at) {
         (Some(n), _) => Where::Grid(n, o.bounds),
         (None, Some(path)) => {
-            let table = csv::read(path, &context.limits())?;
-            context.note_input(path);
+            let table = context.read_table(path)?;
             let p = table.vectors(["px", "py", "pz"])?;
             if p.is_empty() {
                 return Err(Failure::input(format!("{}: has no points", path.display())));
@@ -115,24 +113,27 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let (noise, image_noise, paths, seconds) = (done.noise, done.image_noise, done.paths, done.seconds);
     let resumed = done.resumed;
     context.write_probes(done, &o.output)?;
-    if context.common.json {
-        context.print_json(json!({
-            "output": o.output.file_name().map(|n| n.to_string_lossy()),
-            "probes": n,
-            "inside": inside,
-            "bands": request.bands,
-            "noise": noise,
-            "image_noise": image_noise,
-            "paths": paths,
-            "resumed_parts": resumed,
-            "seconds": seconds,
-        }))?;
-    } else {
-        let (path, noise) = (o.output.display(), 100.0 * noise);
-        let images = image_noise.map_or(String::new(), |n| format!(" (of images {:.1} %)", 100.0 * n));
-        context.say(format_args!(
-            "{path}: {n} probes, {inside} inside solids, noise at most {noise:.2} %{images}, {seconds:.2} s"
-        ));
-    }
+    context.report(
+        || {
+            json!({
+                "output": file_name(&o.output),
+                "probes": n,
+                "inside": inside,
+                "bands": request.bands,
+                "noise": noise,
+                "image_noise": image_noise,
+                "paths": paths,
+                "resumed_parts": resumed,
+                "seconds": seconds,
+            })
+        },
+        || {
+            let (path, noise) = (o.output.display(), 100.0 * noise);
+            let images = image_noise.map_or(String::new(), |n| format!(" (of images {:.1} %)", 100.0 * n));
+            [format!(
+                "{path}: {n} probes, {inside} inside solids, noise at most {noise:.2} %{images}, {seconds:.2} s"
+            )]
+        },
+    )?;
     missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m} (the noisiest probe)"))))
 }

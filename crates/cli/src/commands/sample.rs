@@ -1,12 +1,12 @@
 //! `steradian sample`: values of a map along directions.
 
 use crate::context::Context;
-use crate::csv;
 use crate::failure::Outcome;
 use crate::inputs::{self, AdjustArgs};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
+use steradian_session::columns::unit;
 use steradian_session::eval::shortest;
 use steradian_sphere::image::Filter;
 
@@ -34,10 +34,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     let adjust = o.adjust.get();
     let mut image = context.map(&o.map, &adjust, o.level)?.image;
     steradian_light::adjust::scale(&mut image, adjust.gain());
-    context.note_input(&o.directions);
-    let mut table = csv::read(&o.directions, &context.limits())?;
+    let mut table = context.read_table(&o.directions)?;
     let back = adjust.rotation().transpose();
-    let directions: Vec<_> = csv::unit(&table, ["x", "y", "z"])?.into_iter().map(|d| back * d).collect();
+    let directions: Vec<_> = unit(&table, ["x", "y", "z"])?.into_iter().map(|d| back * d).collect();
     let values = image.lookup_many(Filter::CatmullRom, &directions);
     if context.common.json && o.output.is_none() {
         return context.print_json(json!({ "rgb": values }));
@@ -45,7 +44,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     for (c, name) in ["r", "g", "b"].into_iter().enumerate() {
         table.set_column(name, values.iter().map(|v| shortest(v[c])));
     }
-    context.write_text(o.output.as_deref(), &csv::text(&table))?;
+    context.write_text(o.output.as_deref(), &table.text())?;
     if context.common.json {
         return context.print_json(json!({ "directions": values.len() }));
     }

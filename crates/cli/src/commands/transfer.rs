@@ -1,17 +1,14 @@
 //! `steradian transfer`: a mesh in, what its sites see and are lit by out.
 
 use crate::context::Context;
-use crate::csv;
 use crate::failure::{Failure, Outcome};
 use crate::inputs;
 use clap::Args;
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use steradian_engines::transfer_source;
-use steradian_formats::CsvTable;
-use steradian_session::check_output;
-use steradian_session::transfer::{Done, Places, Request};
-use steradian_transfer::{Settings, Site};
+use steradian_session::transfer::{Places, Request};
+use steradian_session::{check_output, has_extension};
+use steradian_transfer::Settings;
 
 /// Options of `steradian transfer`.
 #[derive(Debug, Args)]
@@ -86,9 +83,7 @@ fn bits(text: &str) -> Result<u32, String> {
 
 /// Is the result a table?
 fn is_csv(o: &Options) -> bool {
-    o.output
-        .as_ref()
-        .is_none_or(|p| p == Path::new("-") || p.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")))
+    o.output.as_ref().is_none_or(|p| p == Path::new("-") || has_extension(p, &["csv"]))
 }
 
 pub fn run(o: Options, context: &mut Context) -> Outcome {
@@ -97,16 +92,14 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
             if is_csv(&o) {
                 inputs::check_text(o.output.as_deref())?;
             }
-            let table = csv::read(path, &context.limits())?;
-            context.note_input(path);
-            Some(table)
+            Some(context.read_table(path)?)
         }
         None => None,
     };
     let file = o.output.as_deref().filter(|_| table.is_none() || !is_csv(&o));
     if let Some(path) = file {
         check_output(path, &["safetensors", "glb"])?;
-        let vertices = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+        let vertices = has_extension(path, &["glb"]);
         if vertices && (o.points.is_some() || o.atlas.is_some() || o.hemisphere || o.matrices) {
             return Err(Failure::usage(
                 "a .glb carries vectors of its vertices: for points, an atlas, hemispheres or matrices write .safetensors",
@@ -118,7 +111,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     inputs::check_text(o.wgsl.as_deref())?;
     let places = match (&table, o.atlas) {
-        (Some(table), _) => Places::Points(points(table)?),
+        (Some(table), _) => Places::of_table(table)?,
         (None, Some((w, h))) => Places::Texels(w, h),
         (None, None) => Places::Vertices,
     };
@@ -142,20 +135,20 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         output: file.map(Path::to_path_buf),
     };
     let (done, missed) = context.transfer(&request)?.even_if_missed();
-    let document = report(&done);
+    let document = done.document();
     if let Some(path) = &o.wgsl {
         let t = &done.saved.transfer;
         context.write_text(Some(path), &transfer_source(t.bands, t.channels))?;
     }
     match (file, table) {
         (Some(path), _) => context.write_transfer(done, o.bits, path)?,
-        (None, Some(table)) => {
-            let text = columns(table, &done);
+        (None, Some(mut table)) => {
+            done.add_columns(&mut table);
             context.finish_transfer(done)?;
             if context.common.json && o.output.is_none() {
                 return context.print_json(document);
             }
-            context.write_text(o.output.as_deref(), &text)?;
+            context.write_text(o.output.as_deref(), &table.text())?;
         }
         (None, None) => return Err(Failure::usage("say where the result goes: -o FILE.safetensors")),
     }
@@ -163,50 +156,4 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         context.print_json(document)?;
     }
     missed.map_or(Ok(()), |m| Err(Failure::missed(format!("{m} (the largest of all sites)"))))
-}
-
-fn points(table: &CsvTable) -> Result<Vec<Site>, Failure> {
-    let n = csv::unit(table, ["nx", "ny", "nz"])?;
-    let p = table.vectors(["px", "py", "pz"])?;
-    let site = |(p, n): ([f64; 3], glam::DVec3)| Site { p: p.map(|x| x as f32).into(), n: n.as_vec3() };
-    Ok(p.into_iter().zip(n).map(site).collect())
-}
-
-/// The table with ao, t0 …, v0 … and perhaps h0 …; of reflections in colour t is tr0 …, tg0 …, tb0 ….
-fn columns(mut table: CsvTable, done: &Done) -> String {
-    let x = &done.saved.transfer;
-    let sites = 0..x.len();
-    table.set_column("ao", x.ao.iter().map(|a| f64::from(*a)));
-    for c in 0..x.channels {
-        let name = if x.channels == 1 { "t" } else { ["tr", "tg", "tb"][c] };
-        for i in 0..x.bands.pow(2) {
-            table.set_column(&format!("{name}{i}"), sites.clone().map(|k| f64::from(x.vector(k, c)[i])));
-        }
-    }
-    for i in 0..x.bands.pow(2) {
-        table.set_column(&format!("v{i}"), sites.clone().map(|k| f64::from(x.visibility(k)[i])));
-    }
-    for (i, h) in done.saved.hemisphere.iter().flat_map(|h| (0..x.bands.pow(2)).map(move |i| (i, h))) {
-        table.set_column(&format!("h{i}"), sites.clone().map(|k| f64::from(h[k * x.bands.pow(2) + i])));
-    }
-    csv::text(&table)
-}
-
-fn report(done: &Done) -> serde_json::Value {
-    let x = &done.saved.transfer;
-    let [t, v] = x.worst_error();
-    json!({
-        "sites": x.len(),
-        "places": done.saved.sites,
-        "bands": x.bands,
-        "channels": x.channels,
-        "bounces": x.bounces,
-        "mesh_digest": done.saved.mesh,
-        "rays": x.rays,
-        "enclosed": x.enclosed.len(),
-        "error_t": t,
-        "error_v": v,
-        "resumed_blocks": done.resumed,
-        "seconds": done.seconds,
-    })
 }

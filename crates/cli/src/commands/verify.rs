@@ -1,13 +1,9 @@
 //! `steradian verify`: what a prefiltered file of any tool really holds, level by level.
 
-mod report;
-mod words;
-
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::{inputs, names};
 use clap::Args;
-use report::Summary;
 use steradian_base::unknown;
 use steradian_light::load::{FileLayout, Profile};
 use steradian_session::Adjust;
@@ -83,13 +79,12 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         tolerance: o.tolerance,
     };
     let (found, missed) = context.verify(&request)?.even_if_missed();
-    let summary = Summary { consumer: &request.consumer, found: &found, tolerance: o.tolerance };
     if context.common.json {
-        context.print_json(summary.json())?;
+        context.print_json(found.document())?;
     } else {
-        context.print(&summary.text())?;
+        context.print(&found.text())?;
     }
-    let faults: Vec<String> = found.findings().iter().map(words::finding).collect();
+    let faults = found.faults();
     if !faults.is_empty() {
         return Err(Failure::missed(faults.join("; ")));
     }

@@ -57,6 +57,22 @@ impl DiskLight {
 }
 
 impl Taken {
+    /// What was found, in words, line by line.
+    pub fn lines(&self) -> Vec<String> {
+        if self.suns.is_empty() {
+            return vec!["no sun found: nothing in the light is small, round and bright enough".into()];
+        }
+        let line = |(d, share): (&DiskLight, &f64)| {
+            let [x, y, z] = d.direction.to_array();
+            let degrees = d.angular_radius.to_degrees();
+            let percent = 100.0 * share;
+            format!(
+                "sun at ({x:.4}, {y:.4}, {z:.4}), angular radius {degrees:.3} degrees, {percent:.1} % of the flux"
+            )
+        };
+        self.suns.iter().zip(&self.shares).map(line).collect()
+    }
+
     /// The document of a file that [`crate::Lamp::read`] reads.
     pub fn json(&self) -> Value {
         let light = |(d, share): (&DiskLight, &f64)| {

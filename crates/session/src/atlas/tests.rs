@@ -1,10 +1,10 @@
 use super::*;
+use steradian_techniques::cards;
 
 /// The printed rows have a letter for each column, and belong to techniques that there are.
 #[test]
 fn printed_rows_fit_the_columns() {
-    let slugs: Vec<&str> =
-        registry().iter().map(|t| t.card().slug).chain(locals().iter().map(|t| t.card().slug)).collect();
+    let slugs: Vec<&str> = cards().map(|c| c.slug).collect();
     let printed: Vec<(&str, &str)> = slugs.iter().filter_map(|s| Some((*s, published(s)?))).collect();
     assert_eq!(printed.len(), 25);
     for (slug, row) in printed {
@@ -45,8 +45,7 @@ fn shadows_by_a_parameter_are_found() {
 /// Who claims all isotropic or all anisotropic reflectance takes all of the list that are of light from above.
 #[test]
 fn claims_of_all_reflectance_hold() {
-    let cards = registry().iter().map(|t| t.card()).chain(locals().iter().map(|t| t.card()));
-    for card in cards {
+    for card in cards() {
         let found = trials::reflectances(card);
         let claims = [(3, card.capabilities.all_isotropic), (4, card.capabilities.all_anisotropic)];
         for (column, _) in claims.into_iter().filter(|c| c.1) {

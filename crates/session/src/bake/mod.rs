@@ -2,6 +2,7 @@
 
 mod halves;
 mod output;
+mod report;
 mod stages;
 mod tables;
 

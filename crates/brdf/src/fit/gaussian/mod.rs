@@ -208,7 +208,9 @@ impl SliceReport {
 }
 
 /// Elevations that [`GaussianFit::within`] tries with each number of lobes.
-const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, 30];
+const TRIED_VIEWS: [usize; 5] = [4, 8, 15, 22, MAX_VIEWS];
+/// The most of them.
+pub const MAX_VIEWS: usize = 30;
 
 /// A fit.
 #[derive(Debug, Clone, PartialEq)]

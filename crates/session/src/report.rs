@@ -4,13 +4,18 @@ use serde_json::{Value, json};
 use steradian_base::{Certificate, Elevation, ParamValues, Value as Param};
 
 /// Parameters as JSON: numbers as numbers, everything else in words.
-pub fn params_json(params: &ParamValues) -> Value {
+pub(crate) fn params_json(params: &ParamValues) -> Value {
     let one = |v: &Param| if let Param::Number(x) = v { json!(x) } else { json!(v.to_string()) };
     params.0.iter().map(|(name, value)| (name.clone(), one(value))).collect()
 }
 
+/// Further figures by name.
+pub(crate) fn details_json(c: &Certificate) -> Value {
+    c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect()
+}
+
 /// Errors by angle of view, degrees.
-pub fn elevations_json(c: &Certificate) -> Value {
+pub(crate) fn elevations_json(c: &Certificate) -> Value {
     let degrees = |theta: f64| (theta.to_degrees() * 1e6).round() / 1e6;
     let one = |e: &Elevation| {
         json!({
@@ -25,7 +30,7 @@ pub fn elevations_json(c: &Certificate) -> Value {
 }
 
 /// What single points err by; null where that was not measured.
-pub fn points_json(c: &Certificate) -> Value {
+pub(crate) fn points_json(c: &Certificate) -> Value {
     c.spread.map_or(Value::Null, |s| {
         json!({
             "median": s.median,

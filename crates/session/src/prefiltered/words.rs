@@ -1,8 +1,9 @@
 //! Faults in words.
 
+use super::Finding;
 use std::f64::consts::PI;
+use std::fmt;
 use steradian_engines::Curve;
-use steradian_session::prefiltered::Finding;
 use steradian_verify::laws::{Rule, Slip};
 use steradian_verify::{Alteration, Encoding, Fault, Kernel, Scale};
 
@@ -98,14 +99,17 @@ fn rule(r: Rule) -> String {
     }
 }
 
-/// A finding in one sentence.
-pub fn finding(f: &Finding) -> String {
-    match f {
-        Finding::Levels(f) => fault(f),
-        Finding::IrradianceScale(s) => {
-            format!("irradiance coefficients: factor {}", factor(*s).unwrap_or_else(|| format!("{s:.4}")))
+/// One sentence.
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Levels(found) => f.write_str(&fault(found)),
+            Self::IrradianceScale(s) => {
+                let factor = factor(*s).unwrap_or_else(|| format!("{s:.4}"));
+                write!(f, "irradiance coefficients: factor {factor}")
+            }
+            Self::Irradiance(off) => write!(f, "irradiance coefficients: {} off", percent(*off)),
         }
-        Finding::Irradiance(off) => format!("irradiance coefficients: {} off", percent(*off)),
     }
 }
 

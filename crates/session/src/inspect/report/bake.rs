@@ -1,27 +1,23 @@
 //! What a saved bake is.
 
-use super::{Line, Report, file_name};
-use crate::context::Context;
-use crate::failure::Failure;
-use crate::report::{elevations_json, params_json, points_json};
+use super::{Line, Report};
+use crate::inspect::{ArrayContent, ArrayFacts, BakeFacts, TensorFacts};
+use crate::report::{details_json, elevations_json, params_json, points_json};
 use serde_json::{Value, json};
-use std::path::Path;
 use steradian_base::Elevation;
-use steradian_session::inspect::{ArrayContent, TensorFacts};
 
-/// The report on a texture that holds an array of images, such as a table of a bake; `None` where `what` is something else.
-pub fn array(what: &str, context: &mut Context) -> Option<Report> {
-    let f = context.inspect_array(Path::new(what))?;
+/// The report on a texture that holds an array of images, such as a table of a bake.
+pub fn array(f: &ArrayFacts, name: &str) -> Report {
     let size = format!("{} x {} texels, layers {}", f.width, f.height, f.layers);
     let mut json = json!({
         "kind": "array of images",
-        "name": file_name(what),
+        "name": name,
         "width": f.width,
         "height": f.height,
         "layers": f.layers,
         "metadata": f.metadata,
     });
-    let mut lines = vec![("name", file_name(what))];
+    let mut lines = vec![("name", name.into())];
     match &f.content {
         ArrayContent::Table { technique, table } => {
             json["kind"] = json!("table of a bake");
@@ -45,17 +41,15 @@ pub fn array(what: &str, context: &mut Context) -> Option<Report> {
         ("error", "error"),
     ];
     lines.extend(said.into_iter().filter_map(|(label, key)| Some((label, f.get(key)?.into()))));
-    Some(Report { json, lines })
+    Report { json, lines }
 }
 
 /// The report on a saved bake.
-pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let f = context.inspect_bake(Path::new(what))?;
+pub fn bake(f: &BakeFacts, name: &str) -> Report {
     let (c, card, made) = (&f.certificate, f.card, &f.made);
-    let details: Value = c.details.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
     let json = json!({
         "kind": "bake",
-        "name": file_name(what),
+        "name": name,
         "technique": card.slug,
         "title": card.title,
         "citation": card.citation,
@@ -69,14 +63,14 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         "tolerance": c.tolerance,
         "elevations": elevations_json(c),
         "missing_energy": c.missing_energy,
-        "details": details,
+        "details": details_json(c),
         "points": points_json(c),
         "tensors": tensors_json(&f.tensors),
         "metadata": f.metadata,
     });
     let params: Vec<String> = f.params.0.iter().map(|(k, v)| format!("{k} {v}")).collect();
     let mut lines = vec![
-        ("name", file_name(what)),
+        ("name", name.into()),
         ("technique", format!("{}: {}", card.slug, card.title)),
         ("source", card.citation.into()),
         ("light", made.environment.clone()),
@@ -91,7 +85,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
     lines.extend(c.missing_energy.map(|e| ("figure", format!("missing energy of the reflectance {e}"))));
     lines.extend(c.details.iter().map(|(k, v)| ("figure", format!("{k} {v}"))));
     lines.extend(tensor_lines(&f.tensors));
-    Ok(Report { json, lines })
+    Report { json, lines }
 }
 
 /// Names, shapes and sizes of tensors.

@@ -1,16 +1,13 @@
 //! What a file of probes is.
 
+use super::Report;
 use super::bake::{tensor_lines, tensors_json};
-use super::{Report, file_name};
-use crate::context::Context;
-use crate::failure::Failure;
+use crate::inspect::ProbesFacts;
 use serde_json::json;
-use std::path::Path;
 use steradian_light::Places;
 
-/// The report on a light field; `None` where `what` is something else.
-pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failure> {
-    let Some(f) = context.inspect_probes(Path::new(what))? else { return Ok(None) };
+/// The report on a light field.
+pub fn report(f: &ProbesFacts, name: &str) -> Report {
     let field = &f.field;
     let (places, grid) = match &field.places {
         Places::Grid { bounds: [lo, hi], size } => {
@@ -25,7 +22,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
     let image = field.image_size();
     let json = json!({
         "kind": "probes",
-        "name": file_name(what),
+        "name": name,
         "probes": field.light.len(),
         "grid": grid,
         "inside": f.inside,
@@ -39,7 +36,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
     let energy: Vec<String> = f.energy.iter().map(|e| format!("{:.2}", 100.0 * e)).collect();
     let [r, g, b] = f.mean;
     let mut lines = vec![
-        ("name", file_name(what)),
+        ("name", name.into()),
         ("probes", places),
         ("inside solids", f.inside.to_string()),
         ("bands", field.bands().to_string()),
@@ -48,5 +45,5 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
         ("energy by band", format!("{} %", energy.join(" "))),
     ];
     lines.extend(tensor_lines(&f.tensors));
-    Ok(Some(Report { json, lines }))
+    Report { json, lines }
 }

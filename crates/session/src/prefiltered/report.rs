@@ -1,19 +1,11 @@
 //! The report in words and as JSON.
 
-use super::words::{factor, finding};
+use super::Verified;
+use super::words::factor;
 use glam::DMat3;
 use serde_json::{Value, json};
-use steradian_session::prefiltered::Verified;
-use steradian_verify::laws::Consumer;
 use steradian_verify::orientation::{FACES, Orientation, TURNS, map_name};
 use steradian_verify::{Error, Fault, Kernel, Level, Reading};
-
-/// Everything that is said of a file.
-pub struct Summary<'a> {
-    pub consumer: &'a Consumer,
-    pub found: &'a Verified,
-    pub tolerance: Option<f64>,
-}
 
 fn error_json(e: &Error) -> Value {
     json!({"rms": e.rms, "bias": e.bias, "worst": e.worst})
@@ -87,20 +79,21 @@ fn kind(f: &Fault) -> &'static str {
     }
 }
 
-impl Summary<'_> {
-    fn faults(&self) -> Vec<String> {
-        self.found.findings().iter().map(finding).collect()
+impl Verified {
+    /// What is wrong, in sentences.
+    pub fn faults(&self) -> Vec<String> {
+        self.findings().iter().map(ToString::to_string).collect()
     }
 
-    /// As JSON.
-    pub fn json(&self) -> Value {
-        let r = &self.found.report;
+    /// What is said of the file as JSON.
+    pub fn document(&self) -> Value {
+        let r = &self.report;
         let worst = r.worst();
         json!({
-            "file": self.found.file,
-            "profile": self.consumer.name,
+            "file": self.file,
+            "profile": self.profile,
             "levels": r.levels.iter().enumerate().map(|(m, l)| level_json(m, l, &r.orientation)).collect::<Vec<_>>(),
-            "irradiance_coefficients": self.found.irradiance.map(|s| json!({
+            "irradiance_coefficients": self.irradiance.map(|s| json!({
                 "scale": s.scale, "scale_name": factor(s.scale), "rms": s.rms, "rms_as_found": s.fitted_rms,
             })),
             "light_texels": r.reading.map(Reading::name),
@@ -112,14 +105,14 @@ impl Summary<'_> {
         })
     }
 
-    /// In words.
+    /// The same in words.
     pub fn text(&self) -> String {
         let mut out = format!(
             "profile {}; per level: what it holds (what is expected), factor, relative RMS error against what is\n\
              expected (bias, worst texel), and against what it holds\n",
-            self.consumer.name
+            self.profile
         );
-        for (m, l) in self.found.report.levels.iter().enumerate() {
+        for (m, l) in self.report.levels.iter().enumerate() {
             let name = |k: Kernel| format!("{} {}", k.family.name(), k.describe());
             let (kernel, e, f) =
                 (format!("{} ({})", name(l.found), name(l.expected)), l.error, l.error_as_found);
@@ -134,10 +127,10 @@ impl Summary<'_> {
                 f.rms
             ));
         }
-        if self.found.report.orientation != Orientation::Axes(DMat3::IDENTITY) {
-            out.push_str(&format!("orientation: {}\n", self.found.report.orientation.name()));
+        if self.report.orientation != Orientation::Axes(DMat3::IDENTITY) {
+            out.push_str(&format!("orientation: {}\n", self.report.orientation.name()));
         }
-        if let Some(sh) = self.found.irradiance {
+        if let Some(sh) = self.irradiance {
             out.push_str(&format!("irradiance coefficients: x {:.4}, {:.2e} off\n", sh.scale, sh.rms));
         }
         let faults = self.faults();

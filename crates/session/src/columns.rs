@@ -1,26 +1,10 @@
-//! Tables of points and directions: vectors out of columns, results into new ones.
+//! Tables of points and directions: vectors out of columns.
 
-use crate::failure::Failure;
 use glam::DVec3;
-use std::io::Read;
-use std::path::Path;
-use steradian_formats::{CsvTable, FormatError, Limits, decode_csv, read_csv};
-
-/// Reads the table `path`; `-` is standard input.
-pub fn read(path: &Path, limits: &Limits) -> Result<CsvTable, Failure> {
-    if path != Path::new("-") {
-        return Ok(read_csv(path, limits)?);
-    }
-    let mut bytes = Vec::new();
-    let name = Path::new("standard input");
-    let read = std::io::stdin().take(limits.max_memory.saturating_add(1)).read_to_end(&mut bytes);
-    read.map_err(|e| Failure::input(format!("standard input: {e}")))?;
-    limits.memory(name, bytes.len() as u128, bytes.len() as u64)?;
-    Ok(decode_csv(name, &bytes, limits)?)
-}
+use steradian_formats::{CsvTable, FormatError};
 
 /// Vectors of three columns; `None` where none of the columns exists.
-pub fn optional(table: &CsvTable, columns: [&str; 3]) -> Result<Option<Vec<DVec3>>, FormatError> {
+pub(crate) fn optional(table: &CsvTable, columns: [&str; 3]) -> Result<Option<Vec<DVec3>>, FormatError> {
     if columns.iter().all(|c| table.column(c).is_none()) {
         return Ok(None);
     }
@@ -42,21 +26,15 @@ pub fn unit(table: &CsvTable, columns: [&str; 3]) -> Result<Vec<DVec3>, FormatEr
 }
 
 /// Unit vectors of three columns; `None` where none of the columns exists.
-pub fn optional_unit(table: &CsvTable, columns: [&str; 3]) -> Result<Option<Vec<DVec3>>, FormatError> {
+pub(crate) fn optional_unit(table: &CsvTable, columns: [&str; 3]) -> Result<Option<Vec<DVec3>>, FormatError> {
     if columns.iter().all(|c| table.column(c).is_none()) { Ok(None) } else { unit(table, columns).map(Some) }
-}
-
-/// The table as text.
-pub fn text(table: &CsvTable) -> String {
-    let mut bytes = Vec::new();
-    // Writing to memory cannot fail, and what was read as UTF-8 stays it.
-    let _ = table.encode(&mut bytes);
-    String::from_utf8(bytes).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+    use steradian_formats::{Limits, decode_csv};
 
     #[test]
     fn vectors_become_unit_and_zero_names_its_line() {

@@ -1,19 +1,16 @@
 //! What a file of transfer is.
 
+use super::Report;
 use super::bake::{tensor_lines, tensors_json};
-use super::{Report, file_name};
-use crate::context::Context;
-use crate::failure::Failure;
+use crate::inspect::TransferFacts;
 use serde_json::json;
-use std::path::Path;
 
-/// The report on a file of transfer; `None` where `what` is something else.
-pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failure> {
-    let Some(f) = context.inspect_transfer(Path::new(what))? else { return Ok(None) };
+/// The report on a file of transfer.
+pub fn report(f: &TransferFacts, name: &str) -> Report {
     let (saved, x, [t, v]) = (&f.saved, &f.saved.transfer, f.worst);
     let json = json!({
         "kind": "transfer",
-        "name": file_name(what),
+        "name": name,
         "sites": x.len(),
         "places": saved.sites,
         "bands": x.bands,
@@ -37,7 +34,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
     };
     let error = format!("t: at most {t:.1e}, RMS {:.1e}; v: at most {v:.1e} (estimated)", f.rms);
     let mut lines = vec![
-        ("name", file_name(what)),
+        ("name", name.into()),
         ("transfer", format!("{} {}, {} bands, {} channels", x.len(), saved.sites, x.bands, x.channels)),
         ("visibility", format!("{} bands", x.wide)),
         ("reflections", reflections),
@@ -46,5 +43,5 @@ pub fn report(what: &str, context: &mut Context) -> Result<Option<Report>, Failu
         ("mesh", format!("digest {}", saved.mesh)),
     ];
     lines.extend(tensor_lines(&f.tensors));
-    Ok(Some(Report { json, lines }))
+    Report { json, lines }
 }

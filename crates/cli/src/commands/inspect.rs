@@ -1,21 +1,13 @@
 //! `steradian inspect`: what a file or a reflectance is.
 
-mod bake;
-mod brdf;
-mod btf;
-mod light;
-mod mesh;
-mod probes;
-mod rti;
-mod transfer;
-
 use crate::context::Context;
 use crate::failure::{Failure, Outcome};
 use crate::inputs::AdjustArgs;
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use steradian_session::inspect::{is_bake, is_lp, is_mesh, is_ptm};
+use std::path::PathBuf;
+use steradian_formats::WriteOptions;
+use steradian_session::inspect::{Report, image_slice, polar_plot};
 use steradian_session::{IMAGES, check_output};
 
 /// Options of `steradian inspect`.
@@ -39,42 +31,17 @@ pub struct Options {
     slice: Option<PathBuf>,
 }
 
-/// One line of a report in words.
-type Line = (&'static str, String);
-
-/// A report in both forms.
-struct Report {
-    json: Value,
-    lines: Vec<Line>,
-}
-
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     crate::inputs::check_text(o.plot.as_deref())?;
     if let Some(path) = &o.slice {
         check_output(path, &IMAGES)?;
     }
-    let report = if let Some(spec) = o.what.strip_prefix("brdf:") {
-        brdf::report(spec, o.plot.as_deref(), o.slice.as_deref(), context)?
-    } else if o.plot.is_some() || o.slice.is_some() {
-        return Err(Failure::usage("--plot and --slice draw a BRDF: inspect brdf:SPEC --plot OUT.svg"));
-    } else if is_mesh(&o.what) {
-        mesh::report(&o.what, context)?
-    } else if is_ptm(&o.what) {
-        rti::ptm(&o.what, context)?
-    } else if is_lp(&o.what) {
-        rti::lp(&o.what, context)?
-    } else if let Some(report) = btf::report(&o.what, context)? {
-        report
-    } else if let Some(report) = transfer::report(&o.what, context)? {
-        report
-    } else if let Some(report) = probes::report(&o.what, context)? {
-        report
-    } else if is_bake(&o.what) {
-        bake::report(&o.what, context)?
-    } else if let Some(array) = bake::array(&o.what, context) {
-        array
-    } else {
-        light::report(&o.what, &o.adjust.get(), o.level, context)?
+    let report = match o.what.strip_prefix("brdf:").filter(|spec| !spec.is_empty()) {
+        Some(spec) => reflectance(spec, &o, context)?,
+        None if (o.plot.is_some() || o.slice.is_some()) && o.what != "brdf:" => {
+            return Err(Failure::usage("--plot and --slice draw a BRDF: inspect brdf:SPEC --plot OUT.svg"));
+        }
+        None => context.inspect(&o.what, &o.adjust.get(), o.level)?,
     };
     if context.common.json {
         let mut document = report.json;
@@ -83,9 +50,19 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         }
         return context.print_json(document);
     }
-    let width = report.lines.iter().map(|l| l.0.len()).max().unwrap_or(0);
-    let text: String = report.lines.iter().map(|(name, value)| format!("{name:width$}  {value}\n")).collect();
-    context.print(&text)
+    context.print(&report.text())
+}
+
+/// The report on a reflectance, beside what is drawn of it.
+fn reflectance(spec: &str, o: &Options, context: &mut Context) -> Result<Report, Failure> {
+    let facts = context.inspect_brdf(spec)?;
+    if let Some(path) = &o.plot {
+        context.write_drawing(path, &polar_plot(&*facts.brdf))?;
+    }
+    if let Some(path) = &o.slice {
+        context.write_image(path, &image_slice(&*facts.brdf), WriteOptions::default())?;
+    }
+    Ok(facts.report())
 }
 
 /// Largest resident size of this process so far, bytes; `None` where the system does not say.
@@ -94,12 +71,4 @@ fn peak_memory() -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.split_whitespace().next()?.parse().ok()?;
     Some(kib << 10)
-}
-
-/// A file's name without its folders.
-fn file_name(spec: &str) -> String {
-    if steradian_session::is_sky(spec) {
-        return spec.into();
-    }
-    Path::new(spec).file_name().map_or_else(|| spec.into(), |n| n.to_string_lossy().into_owned())
 }

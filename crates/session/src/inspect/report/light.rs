@@ -1,27 +1,23 @@
 //! What an environment is, in words and as JSON.
 
-use super::{Line, Report, file_name};
-use crate::context::Context;
-use crate::failure::Failure;
+use super::{Line, Report};
+use crate::inspect::{EnvironmentFacts, LevelFacts, TextureFacts};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use steradian_light::DiskLight;
 use steradian_light::load::Arrangement;
-use steradian_session::Adjust;
-use steradian_session::inspect::{EnvironmentFacts, LevelFacts, TextureFacts};
 
 /// The report on an image or a sky.
-pub fn report(spec: &str, adjust: &Adjust, level: usize, context: &mut Context) -> Result<Report, Failure> {
-    let facts = context.inspect_light(spec, adjust, level)?;
-    Ok(Report { json: json(spec, &facts), lines: lines(spec, &facts) })
+pub fn report(facts: &EnvironmentFacts, name: &str) -> Report {
+    Report { json: json(name, facts), lines: lines(name, facts) }
 }
 
-fn json(spec: &str, f: &EnvironmentFacts) -> Value {
+fn json(name: &str, f: &EnvironmentFacts) -> Value {
     let total: f64 = f.bands.iter().sum();
     let (brightest, luminance) = f.brightest;
     let mut json = json!({
         "kind": "environment",
-        "name": file_name(spec),
+        "name": name,
         "layout": Arrangement::of(f.layout).name(),
         "width": f.width,
         "height": f.height,
@@ -109,7 +105,7 @@ fn place(d: DVec3) -> String {
     )
 }
 
-fn lines(spec: &str, f: &EnvironmentFacts) -> Vec<Line> {
+fn lines(name: &str, f: &EnvironmentFacts) -> Vec<Line> {
     let total: f64 = f.bands.iter().sum();
     let mut seen = 0.0;
     let cumulative: Vec<String> = f
@@ -132,7 +128,7 @@ fn lines(spec: &str, f: &EnvironmentFacts) -> Vec<Line> {
     let range = |v: [f32; 3]| format!("{} {} {}", v[0], v[1], v[2]);
     let three = |v: [f64; 3]| format!("{:.5} {:.5} {:.5}", v[0], v[1], v[2]);
     let mut out: Vec<Line> = vec![
-        ("name", file_name(spec)),
+        ("name", name.into()),
         ("layout", format!("{}{stated}, {size}", Arrangement::of(f.layout).name())),
         ("smallest", range(f.min)),
         ("largest", range(f.max)),

@@ -1,16 +1,14 @@
 //! What a mesh is.
 
-use super::{Report, file_name};
-use crate::context::Context;
-use crate::failure::Failure;
+use super::Report;
+use crate::inspect::MeshFacts;
 use serde_json::json;
 
 /// The report on a mesh.
-pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
-    let m = context.inspect_mesh(what)?;
+pub fn report(m: &MeshFacts, name: &str) -> Report {
     let json = json!({
         "kind": "mesh",
-        "name": file_name(what),
+        "name": name,
         "parts": m.parts,
         "vertices": m.vertices,
         "triangles": m.triangles,
@@ -27,7 +25,7 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
     });
     let yes = |b: bool| if b { "yes" } else { "no" };
     let mut lines = vec![
-        ("name", file_name(what)),
+        ("name", name.into()),
         ("triangles", format!("{} over {} vertices in {} parts", m.triangles, m.vertices, m.parts)),
         ("area", format!("{:.6} m²", m.area)),
         ("uv", format!("{}, tangents {}", yes(m.has_uvs), yes(m.has_tangents))),
@@ -38,5 +36,5 @@ pub fn report(what: &str, context: &mut Context) -> Result<Report, Failure> {
         lines.insert(2, ("bounds", format!("{} to {}, diagonal {:.4} m", v(a), v(b), m.diagonal)));
     }
     lines.extend(m.notes.iter().map(|n| ("note", n.clone())));
-    Ok(Report { json, lines })
+    Report { json, lines }
 }

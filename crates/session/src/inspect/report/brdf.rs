@@ -1,33 +1,14 @@
 //! What a reflectance is.
 
 use super::{Line, Report};
-use crate::context::Context;
-use crate::failure::Failure;
+use crate::inspect::{BrdfFacts, Domain, brdf_models};
 use serde_json::json;
-use std::path::Path;
-use steradian_formats::WriteOptions;
-use steradian_session::inspect::{BrdfFacts, Domain, brdf_models, image_slice, polar_plot};
 
-/// The report on `spec`; the list of models for an empty one.
-pub fn report(
-    spec: &str,
-    plot: Option<&Path>,
-    slice: Option<&Path>,
-    context: &mut Context,
-) -> Result<Report, Failure> {
-    if spec.is_empty() {
-        return Ok(list());
-    }
-    let facts = context.inspect_brdf(spec)?;
+/// The report on a reflectance.
+pub fn report(facts: &BrdfFacts) -> Report {
     let (degrees, largest) = facts.largest_albedo();
     let BrdfFacts { brdf, directional: table, hemispherical, reciprocity_error, techniques: taken } = facts;
     let info = brdf.info();
-    if let Some(path) = plot {
-        context.write_drawing(path, &polar_plot(&*brdf))?;
-    }
-    if let Some(path) = slice {
-        context.write_image(path, &image_slice(&*brdf), WriteOptions::default())?;
-    }
     let json = json!({
         "kind": "brdf",
         "name": info.name,
@@ -61,7 +42,7 @@ pub fn report(
     lines.extend(info.parameters.iter().map(|p| ("parameter", format!("{}: {p}", p.label()))));
     lines.extend(brdf.notes().into_iter().map(|n| ("measured", n)));
     lines.extend(table.iter().map(|(a, v)| ("albedo", format!("{} from {a}°", three(*v)))));
-    lines.push(("albedo", format!("{} over the hemisphere", three(hemispherical))));
+    lines.push(("albedo", format!("{} over the hemisphere", three(*hemispherical))));
     let kept = match largest > 1.0 {
         true => format!("albedo {largest:.6} from {degrees}°: makes energy"),
         false => format!("at most {largest:.6} of the light is reflected, from {degrees}°"),
@@ -70,10 +51,11 @@ pub fn report(
     let apart = format!("f(l, v) and f(v, l) differ by {:.2e} of f (RMS)", reciprocity_error);
     lines.push(("reciprocity", apart));
     lines.push(("techniques", taken.join(", ")));
-    Ok(Report { json, lines })
+    Report { json, lines }
 }
 
-fn list() -> Report {
+/// The list of models.
+pub fn list() -> Report {
     let models = brdf_models();
     let json = json!({
         "kind": "brdf models",

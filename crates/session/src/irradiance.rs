@@ -1,10 +1,103 @@
-//! What is done to coefficients: windows, deringing, and their short form ZH3.
+//! Spherical harmonic coefficients of a light's radiance and irradiance: windows, deringing, and their short form ZH3.
 
-use crate::commands::irradiance::rows;
-use crate::inputs;
+use crate::{Adjust, Error, Session, cosine};
 use serde_json::{Value, json};
 use steradian_base::unknown;
 use steradian_sphere::sh::{Dering, ShRgb, Window, Zh3};
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Light: an image, or a sky spec.
+    pub environment: String,
+    /// How it is read, turned and scaled.
+    pub adjust: Adjust,
+    /// Bands: 3 are orders 0 to 2, 9 coefficients.
+    pub bands: usize,
+    /// Window over them.
+    pub window: Option<WindowSpec>,
+    /// Are they changed, as little as possible, such that the irradiance is nowhere negative?
+    pub dering: bool,
+    /// Is ZH3 added: linear coefficients and one zonal number a channel?
+    pub zh3: bool,
+}
+
+/// Coefficients of radiance and irradiance.
+#[derive(Debug, Clone)]
+pub struct Coefficients {
+    /// Of radiance, after window and deringing.
+    pub radiance: ShRgb,
+    /// Of irradiance in W m⁻² (no 1/π).
+    pub irradiance: ShRgb,
+    /// Factors of the window, band by band.
+    pub window: Option<Vec<f64>>,
+    /// What deringing did.
+    pub dering: Option<Dering>,
+    /// ZH3, both ways, and what it misses.
+    zh3: Option<Value>,
+}
+
+impl Session {
+    /// Coefficients of a light as [`Session::light`] takes it.
+    pub fn irradiance(&mut self, r: &Request) -> Result<Coefficients, Error> {
+        let order = r.bands - 1;
+        let most = if r.zh3 { ZH3_ORDER.max(order) } else { order };
+        let light = self.light_coefficients(&r.environment, &r.adjust, most)?;
+        let zh3 = r.zh3.then(|| zh3_json(&light));
+        let mut radiance = truncated(&light, order);
+        let window = r.window.map(|w| w.window(r.bands));
+        if let Some(w) = window {
+            radiance.window(w);
+        }
+        let cosine = cosine(r.bands);
+        let dering = r.dering.then(|| radiance.dering(&cosine));
+        let mut irradiance = radiance.clone();
+        irradiance.convolve(&cosine);
+        Ok(Coefficients { radiance, irradiance, window: window.map(|w| w.factors(order)), dering, zh3 })
+    }
+}
+
+impl Coefficients {
+    /// As JSON.
+    pub fn document(&self) -> Value {
+        let radiance = rows(&self.radiance);
+        let bands = radiance.len().isqrt();
+        let mut document = json!({
+            "bands": bands,
+            "order": bands - 1,
+            "radiance": radiance,
+            "irradiance": rows(&self.irradiance),
+        });
+        if let Some(w) = &self.window {
+            document["window"] = json!(w);
+        }
+        if let Some(d) = &self.dering {
+            document["dering"] = dering_json(d);
+        }
+        if let Some(z) = &self.zh3 {
+            document["zh3"] = z.clone();
+        }
+        document
+    }
+
+    /// As a table: a coefficient a line, comma-separated.
+    pub fn table(&self) -> String {
+        let mut out =
+            String::from("l,m,radiance_r,radiance_g,radiance_b,irradiance_r,irradiance_g,irradiance_b\n");
+        let all = rows(&self.radiance).into_iter().zip(rows(&self.irradiance)).enumerate();
+        for (i, (a, b)) in all {
+            let l = i.isqrt();
+            let m = i as i64 - (l * l + l) as i64;
+            let numbers: Vec<String> = a.iter().chain(&b).map(|v| format!("{v:.9}")).collect();
+            out.push_str(&format!("{l},{m},{}\n", numbers.join(",")));
+        }
+        out
+    }
+}
+
+fn rows(sh: &ShRgb) -> Vec<[f64; 3]> {
+    (0..sh.c[0].len()).map(|i| std::array::from_fn(|k| sh.c[k][i])).collect()
+}
 
 /// A window as a user names it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +115,7 @@ impl WindowSpec {
         let name = if name == "hanning" { "hann" } else { name };
         let found = WINDOWS.into_iter().find(|w| *w == name);
         let kind = found.ok_or_else(|| unknown("window", name, &WINDOWS))?;
-        let width = width.map(inputs::positive).transpose()?;
+        let width = width.map(positive).transpose()?;
         if kind == "none" && width.is_some() {
             return Err("the window none has no width".into());
         }
@@ -42,15 +135,20 @@ impl WindowSpec {
     }
 }
 
-/// For the report.
-pub fn dering_json(d: &Dering) -> Value {
+fn positive(text: &str) -> Result<f64, String> {
+    let finite = text.parse::<f64>().ok().filter(|v| v.is_finite());
+    let v = finite.ok_or_else(|| format!("'{text}' is not a finite number"))?;
+    if v > 0.0 { Ok(v) } else { Err(format!("'{text}' is not positive")) }
+}
+
+fn dering_json(d: &Dering) -> Value {
     let bands: Vec<[f64; 3]> =
         (0..d.factors[0].len()).map(|l| std::array::from_fn(|c| d.factors[c][l])).collect();
     json!({"factors": bands, "change": d.change, "least_change": d.least, "minimum": d.minimum})
 }
 
 /// The bands up to `order`; those that are not there are 0.
-pub fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
+fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
     let mut out = ShRgb::zero(order);
     for (to, from) in out.c.iter_mut().zip(&sh.c) {
         to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
@@ -59,10 +157,10 @@ pub fn truncated(sh: &ShRgb, order: usize) -> ShRgb {
 }
 
 /// The band to which ZH3's errors are measured; what follows changes irradiance by less than 0.2 % of a lone sun's.
-pub const ZH3_ORDER: usize = 8;
+const ZH3_ORDER: usize = 8;
 
 /// ZH3 of radiance up to [`ZH3_ORDER`] at least, both ways, and what they and plain coefficients miss.
-pub fn zh3_json(radiance: &ShRgb) -> Value {
+fn zh3_json(radiance: &ShRgb) -> Value {
     let (stored, guessed) = (Zh3::project(radiance), Zh3::hallucinate(radiance));
     json!({
         "axis": stored.axis.to_array(),
@@ -80,7 +178,7 @@ pub fn zh3_json(radiance: &ShRgb) -> Value {
 
 /// Root mean square over normals of the difference of irradiances, over that of the irradiance (Parseval).
 fn error(radiance: &ShRgb, short: &ShRgb) -> f64 {
-    let k = steradian_session::cosine(ZH3_ORDER + 1);
+    let k = cosine(ZH3_ORDER + 1);
     let (a, b) = (truncated(radiance, ZH3_ORDER), truncated(short, ZH3_ORDER));
     let (mut sum, mut all) = (0.0, 0.0);
     for (a, b) in a.c.iter().zip(&b.c) {
