@@ -14,7 +14,8 @@ pub fn check(root: &Path) -> Result<()> {
     for room in std::fs::read_dir(&rooms).context("the techniques")? {
         let room = room?.path();
         if room.is_dir() {
-            let circle = circle(&imports(&room)?);
+            let imports = imports(&room)?;
+            let circle = circle(&imports);
             ensure!(circle.is_empty(), "{}: import each other: {}", room.display(), circle.join(", "));
         }
     }
@@ -60,12 +61,15 @@ mod tests {
 
     #[test]
     fn circles_are_found() {
-        assert!(is_imported("bake", "use super::bake::Tables;") && is_imported("bake", "use super::{A, bake};"));
+        assert!(
+            is_imported("bake", "use super::bake::Tables;") && is_imported("bake", "use super::{A, bake};")
+        );
         assert!(!is_imported("bake", "use super::bakery::X;\nuse crate::{bake};"));
         let of = |all: &[(&str, &[&str])]| -> Imports {
             all.iter().map(|(n, to)| (n.to_string(), to.iter().map(ToString::to_string).collect())).collect()
         };
-        let circle = of(&[("bake", &["shade"]), ("shade", &["scatter"]), ("scatter", &["bake"]), ("tables", &[])]);
+        let circle =
+            of(&[("bake", &["shade"]), ("shade", &["scatter"]), ("scatter", &["bake"]), ("tables", &[])]);
         assert_eq!(super::circle(&circle), ["bake", "scatter", "shade"]);
         let line = of(&[("bake", &["shade", "tables"]), ("shade", &["tables"]), ("tables", &[])]);
         assert!(super::circle(&line).is_empty());
