@@ -352,6 +352,7 @@ mod tests {
     use crate::Shadows;
     use std::sync::Mutex;
     use steradian_render::Settings;
+    use steradian_scene::surface::Planes;
 
     /// A sphere of a reflectance under a small sky.
     fn scene(session: &mut Session, spec: &str) -> Scene {
@@ -417,6 +418,35 @@ mod tests {
         let (shadowed, dark) = of(Shadows::Ray);
         assert!(bright != dark && open > 0.0 && open < 0.01, "{open}");
         assert_eq!(open, shadowed);
+    }
+
+    /// Against the reflectance of each point. A sample's pixels hold many squares, and averages over them would be off by tens
+    /// of per cent.
+    #[test]
+    fn the_error_of_pictures_with_data_per_texel_is_measured() {
+        let mut session = Session::new();
+        let mut scene = scene(&mut session, "lambert");
+        scene.materials[0].method = Some(Method::find("lafortune_env").expect("a technique"));
+        let squares = |bright: f32, dark: f32| {
+            let plane: Vec<f32> =
+                (0..512 * 512).map(|k| if (k / 4 + k / 2048) % 2 == 0 { bright } else { dark }).collect();
+            Arc::new(
+                steradian_render::Texture::new(512, 512, &[plane.clone(), plane.clone(), plane])
+                    .expect("texels"),
+            )
+        };
+        let mut error = |planes: Planes| {
+            scene.materials[0].planes = planes;
+            let (picture, _) = session.render(&scene).expect("a picture").even_if_missed();
+            let certified = picture.materials[0].certificate.as_ref().expect("a technique").error;
+            (picture.materials[0].picture_error.expect("it is measured"), certified)
+        };
+        let matte = Planes::default().with("rho_d", squares(0.9, 0.1));
+        let (measured, certified) = error(matte.clone());
+        assert!(measured < 0.01 && certified < 0.01, "{measured} {certified}");
+        let (measured, certified) =
+            error(matte.with("rho_1", squares(0.0, 0.5)).with("n_1", squares(4.0, 20.0)));
+        assert!(measured > 0.0 && measured < certified, "{measured} {certified}");
     }
 
     /// Silhouettes are warned of where grazing views err by far more than the others.

@@ -130,6 +130,13 @@ impl Local {
             || (normals && self.reads_normals())
     }
 
+    /// Are its data per texel the files that `technique` reads under the same names?
+    pub(crate) fn reads_like(&self, technique: &dyn AnyTechnique, params: &ParamValues) -> bool {
+        let own: Vec<_> = self.files().map(|(p, path)| (p, path.to_path_buf())).collect();
+        let held = self.saved.is_some() || self.apparent.is_some();
+        !held && !own.is_empty() && own == files_of(technique, params)
+    }
+
     /// Does it take the material's normal map where it has no file of normals or heights?
     fn reads_normals(&self) -> bool {
         self.technique.planes().iter().any(|p| p.content == Content::Normals)
@@ -250,15 +257,7 @@ impl Session {
         params: &ParamValues,
         folder: Option<&Path>,
     ) -> Result<Planes, Error> {
-        let named = |p: &'static Plane| {
-            let info = t.params().iter().find(|i| i.name == p.name)?;
-            match info.check(params.0.get(p.name)?) {
-                Ok(Value::File(path)) => Some((p, path)),
-                _ => None,
-            }
-        };
-        let files: Vec<_> = t.planes().iter().filter_map(named).collect();
-        Ok(self.open_planes(&files, Basis::default(), folder)?.0)
+        Ok(self.open_planes(&files_of(t, params), Basis::default(), folder)?.0)
     }
 
     fn open_planes(
@@ -287,6 +286,18 @@ impl Session {
         }
         Ok((planes, apparent))
     }
+}
+
+/// The files of data per texel that a technique's parameters name.
+fn files_of(t: &dyn AnyTechnique, params: &ParamValues) -> Vec<(&'static Plane, PathBuf)> {
+    let named = |p: &'static Plane| {
+        let info = t.params().iter().find(|i| i.name == p.name)?;
+        match info.check(params.0.get(p.name)?) {
+            Ok(Value::File(path)) => Some((p, path)),
+            _ => None,
+        }
+    };
+    t.planes().iter().filter_map(named).collect()
 }
 
 /// A bake of a technique for directional and point lights that is to be written.

@@ -16,11 +16,11 @@ use steradian_brdf::SharedBrdf;
 use steradian_render::{BakeShader, ReferenceShader, Surface, SurfaceMaps, Texture};
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
-use steradian_techniques::Varies;
 #[cfg(any(feature = "gpu", feature = "web"))]
 use steradian_techniques::direct::Direct;
 #[cfg(any(feature = "gpu", feature = "web"))]
 use steradian_techniques::local::LocalShading;
+use steradian_techniques::{TexelReflectance, Varies};
 
 /// Relative error per sample at which the reference renders pictures: far below what eight bits show.
 pub(crate) const PICTURE_TOLERANCE: f64 = 2e-3;
@@ -56,6 +56,18 @@ impl Material {
     pub fn is_textured(&self) -> bool {
         let normals = self.maps.normal.is_some();
         !self.planes.is_empty() || self.local.as_ref().is_some_and(|l| l.is_textured(normals))
+    }
+
+    /// What techniques bake.
+    pub(crate) fn baked(&self) -> steradian_techniques::Material {
+        steradian_techniques::Material::new(self.brdf.clone())
+            .with_textures(self.planes.clone())
+            .with_bumps(self.maps.normal.is_some())
+    }
+
+    /// The reflectance of each point, where what its technique reads makes it differ from texel to texel.
+    pub(crate) fn texel_reflectance(&self) -> Option<TexelReflectance> {
+        TexelReflectance::of(&self.baked())
     }
 
     /// Refuses a mesh on which data per texel have no place; `name` is what messages call it.

@@ -22,7 +22,7 @@ const EVALUATIONS: u64 = 100_000;
 
 /// Why the error in a picture is not measured.
 const SHADOWED: &str = "its sample knows no shadows";
-const TEXTURED: &str = "its sample knows no data per texel";
+const TEXTURED: &str = "its sample knows no data per texel that local light alone is shaded with";
 const TOO_LONG: &str = "the reference takes too long at its points";
 const NOTHING: &str = "no point of its sample shows the surface";
 
@@ -58,7 +58,8 @@ impl<'a> Sample<'a> {
         let task = session.task.clone().without_progress();
         let start = processor_seconds();
         let reference = Reference::new(&scene.lights, Lookup::Bilinear, &task)?.with_budget(EVALUATIONS);
-        let shader = Arc::new(ReferenceShader::new(Arc::new(reference), material.brdf.clone(), TOLERANCE));
+        let shader = ReferenceShader::new(Arc::new(reference), material.brdf.clone(), TOLERANCE);
+        let shader = Arc::new(shader.varied(material.texel_reflectance()));
         let surface = Surface { shader, base_colour: None, maps: SurfaceMaps::default() };
         for side in SIDES {
             let (film, seconds) = within(&task, LOOK, |task| sample.film(&surface, side, task));
@@ -79,13 +80,15 @@ impl<'a> Sample<'a> {
         Ok(sample)
     }
 
-    /// Radiance of a surface at the points, without its textures: the reference knows no maps.
+    /// Radiance of a surface at the points, without its maps, which the reference does not know; what its technique reads per texel
+    /// counts as it stands there, since a sample's pixels are wider than the picture's.
     fn film(&self, surface: &Surface, points: usize, task: &Task) -> Result<Film, Error> {
         let plain = Surface { base_colour: None, maps: SurfaceMaps::default(), ..surface.clone() };
         let s = &self.scene.settings;
         let longest = s.width.max(s.height).max(1);
         let side = |n: usize| (n * points).div_ceil(longest).max(1);
-        let settings = Settings { inner: 1, edge: 1, ..Settings::new(side(s.width), side(s.height)) };
+        let settings =
+            Settings { inner: 1, edge: 1, points: true, ..Settings::new(side(s.width), side(s.height)) };
         let background = Background::Colour([0.0; 3]);
         let stage = Stage {
             mesh: &self.scene.mesh,
@@ -112,9 +115,13 @@ impl<'a> Sample<'a> {
             Ok((side, film)) => (*side, film),
             Err(why) => return Ok(Err(*why)),
         };
-        // The reference sees no shadows, and knows nothing of data per texel.
+        // The reference sees no shadows, and one reflectance of each point for all light.
         let m = &prepared.material;
-        if m.is_textured() {
+        let reads_other = |l: &Local| match &prepared.method {
+            Method::Technique(t) if l.reads_like(*t, &m.params) => false,
+            _ => l.is_textured(m.maps.normal.is_some()),
+        };
+        if m.local.as_ref().is_some_and(reads_other) {
             return Ok(Err(Some(TEXTURED)));
         }
         let far = matches!(&prepared.method, Method::Technique(t) if t.self_shadowing(&m.params));

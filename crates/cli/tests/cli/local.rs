@@ -323,6 +323,28 @@ fn the_same_images_drive_environments_and_lamps() {
     let v = json(dir, &[&made[..], &images, &lamp, &local, &["-o", "both.png", "--json"]].concat());
     let error = v["comparisons"][0]["techniques"][1]["relative_rms"].as_f64().expect("a number");
     assert!(error < 0.025, "{error}");
+    // The error in the picture is known where both kinds of light read the same images.
+    let render = [
+        "render",
+        "sphere",
+        "-e",
+        "overcast",
+        "-b",
+        "lambert:albedo=0.3",
+        "-t",
+        "lafortune_env",
+        "--size",
+        "24",
+    ];
+    let picture = |local: &[&str]| {
+        json(dir, &[&render[..], &images, &lamp, local, &["-o", "one.png", "--json"]].concat())["materials"]
+            [0]
+        .clone()
+    };
+    let [same, other] = [picture(&local), picture(&["--local", "lafortune_svbrdf:rho_1=rho.pfm"])];
+    let error = same["picture_error"].as_f64().expect("a number");
+    assert!(error > 0.0 && error < 0.1, "{error}");
+    assert!(other["picture_error"].is_null(), "{other}");
     fails(dir, 2, "paths know one reflectance", &[&made[..], &images, &["--path", "-o", "x.png"]].concat());
     fs::write(dir.join("bare.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
         .expect("written");

@@ -81,12 +81,15 @@ pub struct Settings {
     pub share: bool,
     /// With `share`: points of plain surfaces between which radiance changes by less than 4e-3 are interpolated.
     pub interpolate: bool,
+    /// Are textures looked up at points, and not averaged over what a pixel covers? For samples of a picture whose pixels are
+    /// coarser than the picture's.
+    pub points: bool,
 }
 
 impl Settings {
     /// A picture with 2 × 2 samples inside surfaces and 4 × 4 on edges.
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, inner: 2, edge: 4, share: false, interpolate: false }
+        Self { width, height, inner: 2, edge: 4, share: false, interpolate: false, points: false }
     }
 }
 

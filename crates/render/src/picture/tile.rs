@@ -228,7 +228,7 @@ impl Job<'_> {
     }
 
     fn new_point(&mut self, f: &Found, area: f32, twin: Option<u32>) -> u32 {
-        let root = area.sqrt();
+        let root = if self.settings.points { 0.0 } else { area.sqrt() };
         // Isotropic footprint: the geometric mean of the foreshortened and the plain side.
         let length = self.spacing(f.t) * root / f.ng.dot(f.wo).max(0.05).sqrt();
         let side = length * f.uv_density;

@@ -19,9 +19,7 @@ use steradian_scene::shadow::Blocker;
 use steradian_scene::{Bvh, Camera};
 use steradian_techniques::direct::{Direct, Suns, split};
 use steradian_techniques::local::{self, LocalBake, LocalFrame, LocalLights, LocalShading};
-use steradian_techniques::{
-    AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, TexelReflectance, View,
-};
+use steradian_techniques::{AnyBake, AnyTechnique, BakeError, Geometry, Points, Radiance, View};
 
 /// The light and the view of a picture, and the accuracy asked of it.
 #[derive(Clone, Copy)]
@@ -186,9 +184,7 @@ impl Session {
                 (bake, direct)
             }
             Changed::Reflectance => {
-                let of = steradian_techniques::Material::new(material.brdf.clone())
-                    .with_textures(material.planes.clone())
-                    .with_bumps(material.maps.normal.is_some());
+                let of = material.baked();
                 let bake = match preview {
                     true => old.0.preview(None, Some(&of), &task)?,
                     false => old.0.with_material(&of, &task)?,
@@ -251,10 +247,8 @@ fn reference(material: &Material, under: Under<'_>, task: &Task) -> Result<Prepa
     let start = Instant::now();
     let reference = Arc::new(Reference::new(under.lights, Lookup::Bilinear, task)?);
     let tolerance = under.tolerance.unwrap_or(PICTURE_TOLERANCE);
-    let of =
-        steradian_techniques::Material::new(material.brdf.clone()).with_textures(material.planes.clone());
     let shader = ReferenceShader::new(reference, material.brdf.clone(), tolerance);
-    let shader = Arc::new(shader.varied(TexelReflectance::of(&of)));
+    let shader = Arc::new(shader.varied(material.texel_reflectance()));
     Ok(Prepared {
         material: material.clone(),
         method: Method::Reference,
@@ -311,9 +305,7 @@ fn link(
 ) -> Result<(Box<dyn AnyBake>, Direct, LocalLights), Error> {
     let task = task.clone().with_tolerance(under.tolerance);
     let suns = suns(material, usual);
-    let of = steradian_techniques::Material::new(material.brdf.clone())
-        .with_textures(material.planes.clone())
-        .with_bumps(material.maps.normal.is_some());
+    let of = material.baked();
     let geometry = under.geometry(technique.needs_sites(&material.params));
     let with = |suns: Suns| {
         let (baked, direct, local) = match &material.local {

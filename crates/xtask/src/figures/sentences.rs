@@ -20,6 +20,8 @@ use steradian_techniques::local::{LocalBake, find_local};
 
 /// The error that counts as enough, relative to f · ⟨n·wi⟩.
 const ENOUGH: f64 = 0.05;
+/// Errors no farther than this from each other are one: what is matte is held to rounding by both.
+const TIE: f64 = 1e-5;
 /// Models of every kind, isotropic and not.
 const MODELS: [&str; 15] = [
     "lambert",
@@ -88,7 +90,7 @@ fn decompositions(o: &Options) -> Result<()> {
                         Some(known) => *known,
                         None => svd(terms)?.certificate().error,
                     };
-                    better += usize::from(h.certificate().error < equal);
+                    better += usize::from(h.certificate().error < equal - TIE);
                     let own = percent(h.certificate().error);
                     format!(
                         "homomorphic {own:>8} ({} kB), SVD of {terms:>2} {:>8}",

@@ -2,14 +2,14 @@
 //! loaded.
 
 use super::LafortuneEnv;
-use crate::shared::surface::cosine_lobes::{CosineLobes, MOST as MOST_VARIED, PLANES};
+use crate::shared::surface::cosine_lobes::{CosineLobes, MOST as MOST_VARIED, PLANES, lobes_of};
 use crate::shared::surface::kept;
 use crate::tensors::{PartError, TensorFile, get_f64, put_f64};
 use crate::{BakeError, Material, Part, Technique};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
-use steradian_brdf::{Brdf, Form, SharedBrdf, spec_without_folders};
+use steradian_brdf::{Brdf, SharedBrdf, spec_without_folders};
 use steradian_scene::surface::Planes;
 
 /// Most terms (lobes times different channels) that shading sums.
@@ -43,7 +43,7 @@ impl Cosines {
     pub fn of(m: &Material) -> Result<Self, BakeError> {
         let slug = LafortuneEnv::CARD.slug;
         let refuse = |why: String| BakeError::Material { slug, why };
-        let Form::Lafortune(own) = m.brdf.form() else { return Err(refuse("takes lafortune only".into())) };
+        let own = lobes_of(&*m.brdf).ok_or_else(|| refuse("takes lafortune and lambert only".into()))?;
         let named = PLANES.iter().any(|p| m.textures.has(p.name));
         if named && own.lobes.len() > MOST_VARIED {
             let why = format!("varies {MOST_VARIED} lobes at most, not {}", own.lobes.len());

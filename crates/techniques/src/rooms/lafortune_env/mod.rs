@@ -26,7 +26,7 @@ use crate::gpu::Uniform;
 use crate::local::Plane;
 use crate::shared::light::distant::{DistantLight, ORDER};
 use crate::shared::light::light_rotation::LightRotation;
-use crate::shared::surface::cosine_lobes::PLANES;
+use crate::shared::surface::cosine_lobes::{PLANES, lobes_of};
 use crate::shared::trials::lights;
 use crate::{
     Bake, BakeError, Capabilities, Card, Claim, Geometry, GpuTechnique, Material, Needs, Part, Parts, Points,
@@ -35,18 +35,18 @@ use crate::{
 use bake::{LafortuneMaps, Params};
 use material::Cosines;
 use steradian_base::Task;
-use steradian_brdf::{Brdf, Form};
+use steradian_brdf::Brdf;
 use steradian_light::Lights;
 
 /// The technique.
 pub struct LafortuneEnv;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    if matches!(brdf.form(), Form::Lafortune(_)) {
+    if lobes_of(brdf).is_some() {
         return Ok(());
     }
     let instead = if brdf.is_isotropic() { "lobe_maps" } else { "reference" };
-    Err(format!("takes lafortune only, not {}: use {instead}", brdf.info().name))
+    Err(format!("takes lafortune and lambert, not {}: use {instead}", brdf.info().name))
 }
 
 impl Technique for LafortuneEnv {
@@ -58,7 +58,7 @@ impl Technique for LafortuneEnv {
         equation: "L_o = ρ_d E(n)/π + Σ_k ⟨n·wi⟩_k ρ_k |c|^n_k ∫ (r̂·wi)₊^n_k L dwi",
         light: "a cube map for each exponent and one of irradiance, to the tolerance",
         visibility: "none: V = 1",
-        reflectance: "lafortune: its lobes exact, over the whole sphere; the cosine outside the integral",
+        reflectance: "lafortune, and lambert as what images vary: lobes exact, over the whole sphere; the cosine outside the integral",
         materials,
         specimens: &[
             "lafortune:@skin",

@@ -2,12 +2,11 @@
 
 use super::shade;
 use crate::local::{FileName, Place, error_at, texel};
-use crate::shared::surface::cosine_lobes::{CosineLobes, LAYERS};
+use crate::shared::surface::cosine_lobes::{CosineLobes, LAYERS, lobes_of};
 use crate::{BakeError, Material};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamInfo, params};
-use steradian_brdf::Form;
 
 params! {
     /// The parameters.
@@ -31,13 +30,10 @@ params! {
 }
 
 pub(super) fn bake(m: &Material) -> Result<CosineLobes, BakeError> {
-    let slug = "lafortune_svbrdf";
-    let (kd, own) = match m.brdf.form() {
-        Form::Lafortune(l) => (l.kd, l.lobes),
-        Form::Lambert { albedo } => (albedo, Vec::new()),
-        _ => return Err(BakeError::Material { slug, why: "takes lafortune and lambert only".into() }),
-    };
-    Ok(CosineLobes::new(kd, &own, &m.textures))
+    let refuse =
+        || BakeError::Material { slug: "lafortune_svbrdf", why: "takes lafortune and lambert only".into() };
+    let own = lobes_of(&*m.brdf).ok_or_else(refuse)?;
+    Ok(CosineLobes::new(own.kd, &own.lobes, &m.textures))
 }
 
 /// Against the equation at the texels themselves.

@@ -18,22 +18,21 @@ mod shade;
 mod tests;
 
 use crate::local::{self, LocalText, Place, Plane, TexturedTechnique};
-use crate::shared::surface::cosine_lobes::{CosineLobes, MOST, PLANES, Texel};
+use crate::shared::surface::cosine_lobes::{CosineLobes, MOST, PLANES, Texel, lobes_of};
 use crate::shared::trials::lights;
 use crate::{BakeError, Capabilities, Card, Claim, Material};
 use bake::Params;
 use steradian_base::Task;
-use steradian_brdf::{Brdf, Form};
+use steradian_brdf::Brdf;
 
 /// The technique.
 pub struct LafortuneSvbrdf;
 
 fn materials(brdf: &dyn Brdf) -> Result<(), String> {
-    match brdf.form() {
-        Form::Lambert { .. } => Ok(()),
-        Form::Lafortune(l) if l.lobes.len() <= MOST => Ok(()),
-        Form::Lafortune(l) => Err(format!("takes {} lobes at most, not {}: use exact", MOST, l.lobes.len())),
-        _ => {
+    match lobes_of(brdf).map(|l| l.lobes.len()) {
+        Some(count) if count <= MOST => Ok(()),
+        Some(count) => Err(format!("takes {MOST} lobes at most, not {count}: use exact")),
+        None => {
             Err(format!("takes lafortune and lambert, not {}: use shift_variant or exact", brdf.info().name))
         }
     }

@@ -12,6 +12,7 @@ use glam::DVec3;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 use steradian_brdf::model::lafortune::{Cosine, Lafortune};
+use steradian_brdf::{Brdf, Form};
 use steradian_scene::surface::{Planes, Texture, Wrap};
 
 /// Lobes at most.
@@ -65,6 +66,15 @@ pub struct Texel {
     pub rho_d: [f32; 3],
     /// As many as there are, then ones of factor 0.
     pub lobes: [Lobe; MOST],
+}
+
+/// The lobes of a reflectance that images may vary: its own, or none beside a diffuse part.
+pub fn lobes_of(brdf: &dyn Brdf) -> Option<Lafortune> {
+    match brdf.form() {
+        Form::Lafortune(own) => Some(own),
+        Form::Lambert { albedo } => Some(Lafortune { spec: brdf.spec(), kd: albedo, lobes: Vec::new() }),
+        _ => None,
+    }
 }
 
 fn constant(v: [f64; 3]) -> Arc<Texture> {

@@ -4,7 +4,7 @@ use super::cosine_lobes::{self, CosineLobes};
 use crate::Material;
 use crate::shared::material::view_table;
 use std::sync::Arc;
-use steradian_brdf::{Form, SharedBrdf, with_widths};
+use steradian_brdf::{SharedBrdf, with_widths};
 use steradian_scene::surface::Texture;
 
 /// The reflectance of each point of a surface, from the images that techniques read ([`Material::textures`]).
@@ -21,7 +21,7 @@ impl TexelReflectance {
     /// Of a material; `None` where it is the same everywhere.
     pub fn of(m: &Material) -> Option<Self> {
         let lobes = cosine_lobes::PLANES.iter().any(|p| m.textures.has(p.name));
-        if let (true, Form::Lafortune(own)) = (lobes, m.brdf.form()) {
+        if let (true, Some(own)) = (lobes, cosine_lobes::lobes_of(&*m.brdf)) {
             return Some(Self(Numbers::Lobes(CosineLobes::new(own.kd, &own.lobes, &m.textures))));
         }
         let widths = m.textures.get(view_table::PLANE)?;
