@@ -66,6 +66,9 @@ impl Clusters {
         let components = std::mem::take(&mut out.components);
         out.bases = starts(points, dimension, clusters);
         for _ in 0..STARTS {
+            if !task() {
+                break;
+            }
             out.assign(points);
             out.fit(points, clusters);
         }

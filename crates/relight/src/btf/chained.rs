@@ -11,12 +11,12 @@
 //! error. The view is in h and d alone: where a bump hides a texel from one view and not from another of nearly the same h and d, the
 //! product has the mean of both.
 
-use super::Btf;
 use super::directions::around;
 use super::levels::Levels;
 use super::local::mixed;
 use super::net::Net;
 use super::view::coarser;
+use super::{Btf, GoOn};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use steradian_numerics::dense::Cholesky;
@@ -118,18 +118,18 @@ impl Chained {
         of: &Btf,
         levels: &Levels,
         [terms, halves, differences]: [usize; 3],
-        go_on: &(dyn Fn() -> bool + Sync),
+        go_on: GoOn<'_>,
     ) -> Option<(Self, Vec<f64>)> {
         let mut fit = Fit::new(of, [terms.max(1), halves.max(1), differences.max(1)]);
         let energy = of.energy();
         let mut errors: Vec<f64> = Vec::new();
         let mut kept = None;
         for _ in 0..ROUNDS {
+            fit.fit_texels(go_on);
+            let moments = fit.moments(go_on);
             if !go_on() {
                 return None;
             }
-            fit.fit_texels();
-            let moments = fit.moments();
             let first = fit.error(&moments, energy);
             // Rounding alone may raise it, once nothing is left to gain.
             if errors.last().is_some_and(|e| first > *e) {
@@ -221,7 +221,7 @@ impl<'a> Fit<'a> {
     }
 
     /// P, with Q and R fixed: the same system for every texel and colour.
-    fn fit_texels(&mut self) {
+    fn fit_texels(&mut self, go_on: GoOn<'_>) {
         let (j, lights, n) = (self.terms, self.light.len(), self.halves * self.terms);
         // R(l) Q(d) of each pair.
         let scaled: Vec<f64> = (0..self.places.len())
@@ -248,6 +248,9 @@ impl<'a> Fit<'a> {
         let mut texels = std::mem::take(&mut self.texels);
         let this = &*self;
         let texel = |(x, own): (usize, &mut [f32])| {
+            if !go_on() {
+                return;
+            }
             let mut row = vec![0.0; this.of.dimension()];
             this.of.part(x, 0, &mut row);
             let mut sides: Vec<[f64; 3]> =
@@ -273,7 +276,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Sums over texels and colours with P fixed.
-    fn moments(&self) -> Moments {
+    fn moments(&self, go_on: GoOn<'_>) -> Moments {
         const TEXELS: usize = 64;
         let (j, n, texels) = (self.terms, self.halves * self.terms, self.of.texels());
         let some = |b: usize| {
@@ -303,7 +306,7 @@ impl<'a> Fit<'a> {
         let (mut sides, mut gram) = (vec![0.0; self.places.len() * j], vec![0.0; n * n]);
         // A few blocks at a time: each has sums for all pairs.
         let blocks: Vec<usize> = (0..texels.div_ceil(TEXELS)).collect();
-        for group in blocks.chunks(32) {
+        for group in blocks.chunks(32).take_while(|_| go_on()) {
             let sums: Vec<(Vec<f64>, Vec<f64>)> =
                 group.par_iter().with_max_len(1).map(|b| some(*b)).collect();
             for (s, g) in sums {

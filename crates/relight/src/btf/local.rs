@@ -8,7 +8,7 @@
 //! squares that a subspace holds are a convex function of it, and each step goes to where its tangent is highest.
 
 use super::linear::{BLOCK, add, dot, orthonormal, products};
-use super::{Btf, Levels};
+use super::{Btf, GoOn, Levels};
 use steradian_numerics::clusters::{Clusters, Settings};
 use steradian_parallel::prelude::*;
 
@@ -48,16 +48,16 @@ impl Local {
         of: &Btf,
         levels: &Levels,
         [clusters, components]: [usize; 2],
-        go_on: &(dyn Fn() -> bool + Sync),
+        go_on: GoOn<'_>,
     ) -> Option<(Self, Vec<f64>)> {
         let (texels, d) = (of.texels(), of.dimension());
         let components = components.min(d);
-        let basis = basis(of);
-        let points = coordinates(of, basis.as_deref());
-        let r = points.len() / texels;
+        let basis = basis(of, go_on);
+        let points = coordinates(of, basis.as_deref(), go_on);
         if !go_on() {
             return None;
         }
+        let r = points.len() / texels;
         let settings = Settings { clusters, components, rounds: ROUNDS };
         let coarse = Clusters::new(&points, r, settings, go_on);
         if !go_on() {
@@ -74,7 +74,7 @@ impl Local {
             cluster: coarse.cluster.clone(),
             weights: Vec::new(),
         };
-        let means = out.means(of, coarse.len());
+        let means = out.means(of, coarse.len(), go_on);
         for (k, table) in out.tables.chunks_exact_mut((components + 1) * d).enumerate() {
             table[..d].copy_from_slice(&means[k * d..][..d]);
             let own = &coarse.basis(k)[r..];
@@ -89,9 +89,9 @@ impl Local {
         }
         out.refine(of, &mut errors, go_on)?;
         for level in 1..levels.len() {
-            out.coarser(levels, level);
+            out.coarser(levels, level, go_on);
         }
-        Some((out, errors))
+        go_on().then_some((out, errors))
     }
 
     /// Clusters.
@@ -131,10 +131,10 @@ impl Local {
     }
 
     /// Means of the clusters' texels.
-    fn means(&self, of: &Btf, clusters: usize) -> Vec<f32> {
+    fn means(&self, of: &Btf, clusters: usize, go_on: GoOn<'_>) -> Vec<f32> {
         let mut counts = vec![0.0f64; clusters];
         self.cluster.iter().for_each(|k| counts[*k as usize] += 1.0);
-        by_columns(of, clusters, |columns, first| {
+        by_columns(of, clusters, go_on, |columns, first| {
             let mut sums = vec![0.0f64; clusters * columns];
             let mut part = vec![0.0; columns];
             for (x, k) in self.cluster.iter().enumerate() {
@@ -148,7 +148,7 @@ impl Local {
     }
 
     /// Weights of the finest texels, and the squared error.
-    fn weigh(&self, of: &Btf) -> (Vec<f32>, f64) {
+    fn weigh(&self, of: &Btf, go_on: GoOn<'_>) -> Option<(Vec<f32>, f64)> {
         let (d, c) = (self.dimension, self.components);
         // Texels of a cluster one after the other, whose tables then stay in the cache.
         let mut order: Vec<usize> = (0..of.texels()).collect();
@@ -156,7 +156,7 @@ impl Local {
         let some = |texels: &[usize]| {
             let (mut row, mut weights) = (vec![0.0; d], Vec::with_capacity(texels.len() * c));
             let mut errors = Vec::with_capacity(texels.len());
-            for x in texels {
+            for x in texels.iter().take_while(|_| go_on()) {
                 of.part(*x, 0, &mut row);
                 let tables = self.tables(self.cluster[*x] as usize);
                 add(&mut row, -1.0, &tables[..d]);
@@ -168,6 +168,9 @@ impl Local {
             (weights, errors)
         };
         let all: Vec<(Vec<f32>, Vec<f64>)> = order.par_chunks(ROWS).map(some).collect();
+        if !go_on() {
+            return None;
+        }
         let (mut weights, mut error) = (vec![0.0; of.texels() * c], 0.0);
         for (texels, (w, e)) in order.chunks(ROWS).zip(&all) {
             for (i, x) in texels.iter().enumerate() {
@@ -175,22 +178,19 @@ impl Local {
                 error += e[i];
             }
         }
-        (weights, error)
+        Some((weights, error))
     }
 
     /// Orthogonal iteration (Bauer 1957): components become what the texels' weights make of the texels, made orthonormal.
-    fn refine(&mut self, of: &Btf, errors: &mut Vec<f64>, go_on: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+    fn refine(&mut self, of: &Btf, errors: &mut Vec<f64>, go_on: GoOn<'_>) -> Option<()> {
         let (d, c, clusters) = (self.dimension, self.components, self.len());
-        let (mut weights, mut error) = self.weigh(of);
+        let (mut weights, mut error) = self.weigh(of, go_on)?;
         errors.push(error);
         for _ in 0..STEPS {
-            if !go_on() {
-                return None;
-            }
             if c == 0 || error == 0.0 {
                 break;
             }
-            let moved = by_columns(of, clusters * c, |columns, first| {
+            let moved = by_columns(of, clusters * c, go_on, |columns, first| {
                 let mut sums = vec![0.0f32; clusters * c * columns];
                 let mut part = vec![0.0; columns];
                 for (x, k) in self.cluster.iter().enumerate() {
@@ -203,11 +203,14 @@ impl Local {
                 }
                 sums
             });
+            if !go_on() {
+                return None;
+            }
             let before = self.tables.clone();
             for (k, table) in self.tables.chunks_exact_mut((c + 1) * d).enumerate() {
                 table[d..].copy_from_slice(&orthonormal(&moved[k * c * d..][..c * d], d));
             }
-            let (w, e) = self.weigh(of);
+            let (w, e) = self.weigh(of, go_on)?;
             // Rounding alone may raise it, once nothing is left to gain.
             if e >= error {
                 self.tables = before;
@@ -225,13 +228,13 @@ impl Local {
     }
 
     /// Texels of a coarser level: means of what stands for the finer ones, in whichever of their clusters errs least on them.
-    fn coarser(&mut self, levels: &Levels, level: usize) {
+    fn coarser(&mut self, levels: &Levels, level: usize, go_on: GoOn<'_>) {
         let (d, c) = (self.dimension, self.components);
         let this = &*self;
         let one = |texel: usize| {
             let (mut mean, mut row) = (vec![0.0; d], vec![0.0; d]);
             let mut near: Vec<u32> = Vec::new();
-            for (from, w) in levels.covers(level, texel) {
+            for (from, w) in levels.covers(level, texel).into_iter().take_while(|_| go_on()) {
                 this.row(from, &mut row);
                 add(&mut mean, w, &row);
                 near.push(this.cluster[from]);
@@ -260,14 +263,20 @@ impl Local {
     }
 }
 
-/// Rows of sums over texels, a block of columns at a time: `block` gets columns and the first, and gives `rows` rows of them.
-fn by_columns(of: &Btf, rows: usize, block: impl Fn(usize, usize) -> Vec<f32> + Sync + Send) -> Vec<f32> {
+/// Rows of sums over texels, a block of columns at a time: `block` gets columns and the first, and gives `rows` rows of them. Zeros
+/// once `go_on` says no.
+fn by_columns(
+    of: &Btf,
+    rows: usize,
+    go_on: GoOn<'_>,
+    block: impl Fn(usize, usize) -> Vec<f32> + Sync + Send,
+) -> Vec<f32> {
     let d = of.dimension();
     let columns = |b: usize| BLOCK.min(d - b * BLOCK);
     let blocks: Vec<Vec<f32>> = (0..d.div_ceil(BLOCK))
         .into_par_iter()
         .with_max_len(1)
-        .map(|b| block(columns(b), b * BLOCK))
+        .map(|b| if go_on() { block(columns(b), b * BLOCK) } else { Vec::new() })
         .collect();
     let mut out = vec![0.0; rows * d];
     for (b, block) in blocks.iter().enumerate() {
@@ -279,7 +288,7 @@ fn by_columns(of: &Btf, rows: usize, block: impl Fn(usize, usize) -> Vec<f32> + 
 }
 
 /// Orthonormal vectors that hold most of the texels; `None` for all dimensions.
-fn basis(of: &Btf) -> Option<Vec<f32>> {
+fn basis(of: &Btf, go_on: GoOn<'_>) -> Option<Vec<f32>> {
     let (texels, d) = (of.texels(), of.dimension());
     if d <= FULL {
         return None;
@@ -289,7 +298,7 @@ fn basis(of: &Btf) -> Option<Vec<f32>> {
         rows.chunks_exact_mut(d).enumerate().for_each(|(x, row)| of.part(x, 0, row));
         return Some(orthonormal(&rows, d));
     }
-    let sums = by_columns(of, SKETCH, |columns, first| {
+    let sums = by_columns(of, SKETCH, go_on, |columns, first| {
         let mut sums = vec![0.0f32; SKETCH * columns];
         let mut part = vec![0.0; columns];
         for x in 0..texels {
@@ -302,7 +311,7 @@ fn basis(of: &Btf) -> Option<Vec<f32>> {
         }
         sums
     });
-    Some(orthonormal(&sums, d))
+    go_on().then(|| orthonormal(&sums, d))
 }
 
 /// Steele, Lea & Flood 2014, SplitMix.
@@ -313,10 +322,13 @@ pub(super) fn mixed(k: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The texels in a basis, or as they are.
-fn coordinates(of: &Btf, basis: Option<&[f32]>) -> Vec<f32> {
+/// The texels in a basis, or as they are; not all of them once `go_on` says no.
+fn coordinates(of: &Btf, basis: Option<&[f32]>, go_on: GoOn<'_>) -> Vec<f32> {
     let (texels, d) = (of.texels(), of.dimension());
     let some = |b: usize| {
+        if !go_on() {
+            return Vec::new();
+        }
         let rows = ROWS.min(texels - b * ROWS);
         let mut part = vec![0.0; rows * d];
         part.chunks_exact_mut(d).enumerate().for_each(|(i, row)| of.part(b * ROWS + i, 0, row));

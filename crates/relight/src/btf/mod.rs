@@ -36,6 +36,9 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use steradian_parallel::prelude::*;
 
+/// Whether to go on; what it is asked by ends early once it says no, which it then does for good.
+pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// Directions of light or view at most, and texels.
 const MOST: usize = 1 << 16;
 /// Largest number of half precision.
@@ -311,8 +314,8 @@ pub struct Compressed {
 }
 
 impl Compressed {
-    /// Makes a function small. The same bits whatever the number of threads. `go_on` is asked between steps; `None` once it says no.
-    pub fn new(of: &Btf, method: Method, go_on: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// Makes a function small. The same bits whatever the number of threads. `None` once `go_on` says no.
+    pub fn new(of: &Btf, method: Method, go_on: GoOn<'_>) -> Option<Self> {
         let levels = Levels::new(of.width, of.height);
         let energy = of.energy();
         let (model, errors) = match method {

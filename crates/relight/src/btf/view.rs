@@ -5,7 +5,7 @@
 //! from the pictures' scalar products.
 
 use super::linear::{BLOCK, add, dot, products};
-use super::{Btf, Levels};
+use super::{Btf, GoOn, Levels};
 use steradian_numerics::eigen;
 use steradian_parallel::prelude::*;
 
@@ -37,7 +37,7 @@ impl View {
         of: &Btf,
         levels: &Levels,
         components: usize,
-        go_on: &(dyn Fn() -> bool + Sync),
+        go_on: GoOn<'_>,
     ) -> Option<(Self, Vec<f64>)> {
         let (views, lights) = (of.views.len(), of.lights.len());
         let components = components.min(lights);
