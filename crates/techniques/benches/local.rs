@@ -1,5 +1,5 @@
 //! How fast techniques for local light shade: millions of points a second on one core, one point light.
-//! `cargo bench -p steradian-techniques --bench local`
+//! `cargo bench -p steradian-techniques --bench local [-- SLUG]`
 //!
 //! The baseline is exact shading of the same light (`vertex_analytic` with rate=pixel). What varies by texel has textures of 48
 //! × 48 texels for all that it takes. Least of nine runs of 65536 points by the clock, batches of 1024.
@@ -62,7 +62,8 @@ fn main() {
     let lamps = LocalLights { points, ..LocalLights::default() };
     let frame = LocalFrame { lights: &lamps, view: &View::default(), mesh: None, shadowed: false };
     let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; BATCH]);
-    for &(slug, body, spec) in CASES {
+    let only = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    for &(slug, body, spec) in CASES.iter().filter(|c| only.as_ref().is_none_or(|o| o == c.0)) {
         let t = find_local(slug).expect("a technique");
         let params = ParamValues::parse(body, t.params()).expect("parameters");
         let brdf = steradian_brdf::parse(spec).expect("a spec");
