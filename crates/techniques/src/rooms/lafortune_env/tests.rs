@@ -3,6 +3,7 @@ use crate::shared::trials::specimens;
 use crate::{AnyBake, PointsBuf, find};
 use glam::{DVec3, Vec3};
 use steradian_base::ParamValues;
+use steradian_brdf::Form;
 use steradian_brdf::{Files, parse_with};
 use steradian_light::DirectionalLight;
 use steradian_scene::surface::Planes;
