@@ -15,7 +15,7 @@ use half::slice::HalfFloatSliceExt;
 use steradian_base::Task;
 use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
-use steradian_simd::{Arch, Kernel, Vector};
+use steradian_simd::{Arch, Kernel, Vector, prefetch};
 use steradian_sphere::sh;
 use steradian_transfer::{Products, Settings, Site, Transfer};
 
@@ -217,9 +217,15 @@ impl Matrices {
         out
     }
 
-    /// [`Matrices::transferred`] into the memory of an earlier frame.
-    pub fn transfer(&self, light: &[[f32; 3]], scale: &[f32], place: &[usize], out: &mut [f32]) {
-        let share = |(k, out): (usize, &mut [f32])| {
+    /// [`Matrices::transferred`] into the memory of an earlier frame, in single or half precision.
+    pub fn transfer<T: Number + Send>(
+        &self,
+        light: &[[f32; 3]],
+        scale: &[f32],
+        place: &[usize],
+        out: &mut [T],
+    ) {
+        let share = |(k, out): (usize, &mut [T])| {
             let first = k * SHARE;
             steradian_simd::run(Transferred { matrices: self, first, light, scale, place, out });
         };
@@ -227,17 +233,17 @@ impl Matrices {
     }
 }
 
-struct Transferred<'a> {
+struct Transferred<'a, T> {
     matrices: &'a Matrices,
     /// The first group.
     first: usize,
     light: &'a [[f32; 3]],
     scale: &'a [f32],
     place: &'a [usize],
-    out: &'a mut [f32],
+    out: &'a mut [T],
 }
 
-impl Kernel for Transferred<'_> {
+impl<T: Number> Kernel for Transferred<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -248,24 +254,27 @@ impl Kernel for Transferred<'_> {
         self.place.iter().enumerate().for_each(|(i, p)| at[*p] = Some((i, self.scale[i])));
         let mut sums = [[0.0f32; GROUP]; 3 * MAX_COEFFICIENTS];
         for (k, out) in self.out.chunks_mut(GROUP * 3 * stride).enumerate() {
-            let range = (self.first + k) * each..(self.first + k + 1) * each;
+            let first = (self.first + k) * each;
+            for line in (0..out.len()).step_by(64 / size_of::<T>()) {
+                prefetch(out, line);
+            }
             match &self.matrices.store {
-                Store::Single(v) => group::<A, f32>(n, &v[range], self.light, &mut sums),
+                Store::Single(v) => group::<A, f32>(n, &v[first..], self.light, &mut sums),
                 Store::Half(v) => {
-                    group::<A, u16>(n, v[range].reinterpret_cast(), self.light, &mut sums);
+                    group::<A, u16>(n, v[first..].reinterpret_cast(), self.light, &mut sums);
                 }
             }
-            by_site::<A>(&sums, &at[..stride], out);
+            by_site::<A, T>(&sums, &at[..stride], out);
         }
     }
 }
 
 /// From numbers of all sites of a group to sites with all their numbers, in the order of `at` and scaled.
 #[inline(always)]
-fn by_site<A: Arch>(
+fn by_site<A: Arch, T: Number>(
     sums: &[[f32; GROUP]; 3 * MAX_COEFFICIENTS],
     at: &[Option<(usize, f32)>],
-    out: &mut [f32],
+    out: &mut [T],
 ) {
     let lanes = A::F32::LANES;
     let sites = out.len() / (3 * at.len());
@@ -283,7 +292,7 @@ fn by_site<A: Arch>(
                 }
                 A::F32::transpose(&mut square[..lanes]);
                 for (k, site) in (lane..sites.min(lane + lanes)).enumerate() {
-                    square[k].store(&mut out[(3 * site + c) * at.len() + first..]);
+                    T::store(square[k], &mut out[(3 * site + c) * at.len() + first..]);
                 }
                 lane += lanes;
             }
@@ -292,8 +301,8 @@ fn by_site<A: Arch>(
     }
 }
 
-/// M L of the sites of a group: coefficient i of channel c in `sums[3 i + c]`. Two rows of the triangle at a time: each of
-/// its numbers is M_ij and M_ji.
+/// M L of the first group of sites of `numbers`: coefficient i of channel c in `sums[3 i + c]`. Two rows of the triangle at a
+/// time: each of its numbers is M_ij and M_ji.
 #[inline(always)]
 fn group<A: Arch, T: Number>(
     n: usize,
@@ -303,13 +312,20 @@ fn group<A: Arch, T: Number>(
 ) {
     let mut rows = [[[0.0f32; GROUP]; MAX_COEFFICIENTS]; 2];
     let light = &light[..n];
-    let mut rest = numbers;
+    let each = packed(n) * GROUP;
+    // Matrices come from memory, whose time is most of it: the next group's are asked for.
+    let (mut asked, line) = (0, 64 / size_of::<T>());
+    let mut rest = &numbers[..each];
     let mut i = 0;
     while i < n {
         let two = (n - i).min(2);
         for (k, row) in rows.iter_mut().enumerate().take(two) {
             let (own, others) = rest.split_at((i + k + 1) * GROUP);
             rest = others;
+            while asked < each - rest.len() {
+                prefetch(numbers, each + asked);
+                asked += line;
+            }
             for (to, from) in row.iter_mut().zip(own.chunks_exact(GROUP)) {
                 let mut at = 0;
                 while at < GROUP {
@@ -409,6 +425,11 @@ mod tests {
             on_every_isa(|| {
                 let got = m.transferred(&light, &scale, &place);
                 assert_eq!(got.len(), sites.len() * 48);
+                let mut short = vec![0u16; got.len()];
+                m.transfer(&light, &scale, &place, &mut short);
+                for (got, short) in got.iter().zip(short) {
+                    assert!((got - short.single()).abs() <= 5e-4 * got.abs() + 1e-7, "{got}");
+                }
                 for (s, site) in sites.iter().enumerate().step_by(7) {
                     let full = products.transfer(site.n.as_dvec3(), transfer.visibility(s));
                     for i in 0..16 {
