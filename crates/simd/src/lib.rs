@@ -464,7 +464,7 @@ mod tests {
         type Output = Vec<Vec<f32>>;
         #[inline(always)]
         fn run<A: Arch>(self) -> Vec<Vec<f32>> {
-            let mut out = vec![Vec::new(); 8];
+            let mut out = vec![Vec::new(); 7];
             for (x, half) in self.0.chunks_exact(A::F32::LANES).zip(self.1.chunks_exact(A::F32::LANES)) {
                 let (v, three) = (A::F32::load(x), A::F32::splat(3.0));
                 let all = [
@@ -486,9 +486,6 @@ mod tests {
                     .if_positive(v.mul(v).truncate(), A::F32::splat(0.0))
                     .store_whole(&mut whole);
                 out[6].extend(whole[..A::F32::LANES].iter().map(|x| *x as f32));
-                let mut rounded = [0; 16];
-                v.store_half(&mut rounded);
-                out[7].extend(rounded[..A::F32::LANES].iter().map(|x| f32::from(*x)));
             }
             out
         }
@@ -499,9 +496,6 @@ mod tests {
         let mut x: Vec<f32> = (0..32).map(|k| (k as f32 - 7.5) * 1.37).collect();
         x[3] = f32::NAN;
         x[9] = 0.0;
-        // Half-way between two of half precision, below its normal numbers, and large.
-        (x[4], x[5], x[6], x[7], x[8]) =
-            (1.0 + 2f32.powi(-11), 3.141e-6, -1.5 * 2f32.powi(-24), 2e4, 2f32.powi(-14));
         // Zeros, the least and the largest numbers, and one below normal ones.
         let mut half: Vec<u16> = (0..32).map(|k| 0x3c00 + 97 * k).collect();
         half[..8].copy_from_slice(&[0, 0x8000, 1, 0x83ff, 0x0400, 0x7bff, 0xfbff, 0xbc01]);
@@ -523,18 +517,6 @@ mod tests {
                     }
                 }
                 assert_eq!(out[6][k], if x.is_nan() { 0.0 } else { (x * x).trunc() }, "{isa:?} {k}");
-                if !x.is_nan() {
-                    let unit = f64::from(x.abs().log2().floor().max(-14.0) - 10.0).exp2();
-                    let (want, bits) =
-                        ((f64::from(x.abs()) / unit).round_ties_even() * unit, out[7][k] as u16);
-                    let (exponent, digits) = (bits >> 10 & 31, f64::from(bits & 1023) / 1024.0);
-                    let size = f64::from(exponent.max(1) - 1).exp2() * (digits + f64::from(exponent.min(1)));
-                    assert_eq!(
-                        (size * 2f64.powi(-14), bits >> 15 == 1),
-                        (want, x.is_sign_negative()),
-                        "{isa:?} {x}"
-                    );
-                }
                 let (sign, exponent, digits) = (half[k] >> 15, half[k] >> 10 & 31, f32::from(half[k] & 1023));
                 let size = if exponent == 0 {
                     digits

@@ -1,6 +1,6 @@
 //! Registers without intrinsics: what compilers map to NEON, and what the tests compare the others with.
 
-use crate::vector::{Double, Single, Vector, half};
+use crate::vector::{Double, Single, Vector};
 
 /// N lanes without intrinsics.
 #[derive(Clone, Copy)]
@@ -130,12 +130,6 @@ impl<const FUSED: bool> Single for Plain<f32, 4, FUSED> {
     fn load_half(x: &[u16]) -> Self {
         let x = &x[..4];
         Self([single(x[0]), single(x[1]), single(x[2]), single(x[3])])
-    }
-    #[inline(always)]
-    fn store_half(self, x: &mut [u16]) {
-        for (to, x) in x[..4].iter_mut().zip(self.0) {
-            *to = half(x);
-        }
     }
     #[inline(always)]
     fn div(mut self, b: Self) -> Self {

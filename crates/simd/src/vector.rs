@@ -62,12 +62,6 @@ pub trait Single: Vector<T = f32> {
     /// # Panics
     /// If the slice is shorter than a register.
     fn load_half(x: &[u16]) -> Self;
-    /// Writes numbers below 65520 in size to the first lanes of a slice, rounded to the nearest of half precision (to the even one of
-    /// two), as their bits.
-    ///
-    /// # Panics
-    /// If the slice is shorter than a register.
-    fn store_half(self, x: &mut [u16]);
     /// self / b.
     fn div(self, b: Self) -> Self;
     /// The square root.
@@ -84,17 +78,4 @@ pub trait Single: Vector<T = f32> {
     fn store_whole(self, x: &mut [u32]);
     /// Per lane: `yes` where self > 0, `no` elsewhere and where self is NaN.
     fn if_positive(self, yes: Self, no: Self) -> Self;
-}
-
-/// The bits of a number in half precision, rounded to the nearest, even.
-#[inline(always)]
-pub(crate) fn half(x: f32) -> u16 {
-    let (size, sign) = (x.to_bits() & 0x7fff_ffff, (x.to_bits() >> 16) & 0x8000);
-    let size = if size < (127 - 14) << 23 {
-        // Halves end 24 binary places after the point here, as numbers from 0.5 on do.
-        (f32::from_bits(size) + 0.5).to_bits() - 0.5f32.to_bits()
-    } else {
-        (size + 0xfff + ((size >> 13) & 1) - (112 << 23)) >> 13
-    };
-    (size | sign) as u16
 }

@@ -461,15 +461,6 @@ impl Single for EightSingle {
         Self(unsafe { _mm256_cvtph_ps(_mm_loadu_si128(x.as_ptr().cast())) })
     }
     #[inline(always)]
-    fn store_half(self, x: &mut [u16]) {
-        let x = &mut x[..Self::LANES];
-        // SAFETY: there is room, checked above; features: see the type.
-        unsafe {
-            let half = _mm256_cvtps_ph::<_MM_FROUND_TO_NEAREST_INT>(self.0);
-            _mm_storeu_si128(x.as_mut_ptr().cast(), half);
-        }
-    }
-    #[inline(always)]
     fn div(self, b: Self) -> Self {
         // SAFETY: see the type.
         Self(unsafe { _mm256_div_ps(self.0, b.0) })
@@ -522,15 +513,6 @@ impl Single for Sixteen {
         let x = &x[..Self::LANES];
         // SAFETY: the numbers are there, checked above; features: see the type.
         Self(unsafe { _mm512_cvtph_ps(_mm256_loadu_si256(x.as_ptr().cast())) })
-    }
-    #[inline(always)]
-    fn store_half(self, x: &mut [u16]) {
-        let x = &mut x[..Self::LANES];
-        // SAFETY: there is room, checked above; features: see the type.
-        unsafe {
-            let half = _mm512_cvtps_ph::<_MM_FROUND_TO_NEAREST_INT>(self.0);
-            _mm256_storeu_si256(x.as_mut_ptr().cast(), half);
-        }
     }
     #[inline(always)]
     fn div(self, b: Self) -> Self {

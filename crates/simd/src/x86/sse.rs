@@ -3,7 +3,6 @@
 
 use super::{Double, Single, Vector};
 use crate::lanes;
-use crate::vector::half;
 use std::arch::x86_64::*;
 
 register!(
@@ -150,14 +149,6 @@ impl Single for FourSingle {
             let sign = _mm_slli_epi32::<16>(_mm_and_si128(bits, _mm_set1_epi32(0x8000)));
             _mm_or_ps(size, _mm_castsi128_ps(sign))
         })
-    }
-    #[inline(always)]
-    fn store_half(self, x: &mut [u16]) {
-        let mut all = [0.0f32; Self::LANES];
-        self.store(&mut all);
-        for (to, x) in x[..Self::LANES].iter_mut().zip(all) {
-            *to = half(x);
-        }
     }
     #[inline(always)]
     fn div(self, b: Self) -> Self {

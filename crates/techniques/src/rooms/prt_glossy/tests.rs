@@ -55,22 +55,6 @@ fn halves_round() {
     assert!(far > 0.0 && far < 3e-3, "{far}");
 }
 
-/// Light beyond the range of halves is shaded in units of its own.
-#[test]
-fn bright_and_dim_light_differ_by_their_factor() {
-    let mesh = ring();
-    let of = |radiance: f32| {
-        let light = lights::image(64, |_| [radiance; 3]);
-        at_vertices(&*bake(&light, &mesh, &[]), &mesh)
-    };
-    let usual = of(1.0);
-    for factor in [1e9, 1e-9] {
-        let scaled: Vec<[f32; 3]> = of(factor).iter().map(|l| l.map(|x| x / factor)).collect();
-        let far = farthest(&usual, &scaled);
-        assert!(far < 1e-3, "{factor}: {far}");
-    }
-}
-
 /// A ball seen along its normals in constant light: ∫ (n·w)₊ⁿ dw = 2π/(n + 1), whatever the bands, because the half space
 /// turns what the lobe has below the horizon by parity.
 #[test]

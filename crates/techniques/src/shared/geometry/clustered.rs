@@ -192,8 +192,6 @@ fn whole(x: f16) -> usize {
 }
 
 impl Vectors for ClusterVectors<'_> {
-    type Number = f32;
-
     #[inline(always)]
     fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]> {
         let row = self.clustered.components + 1;

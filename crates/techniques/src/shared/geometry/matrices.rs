@@ -217,15 +217,9 @@ impl Matrices {
         out
     }
 
-    /// [`Matrices::transferred`] into the memory of an earlier frame, in single or half precision.
-    pub fn transfer<T: Number + Send>(
-        &self,
-        light: &[[f32; 3]],
-        scale: &[f32],
-        place: &[usize],
-        out: &mut [T],
-    ) {
-        let share = |(k, out): (usize, &mut [T])| {
+    /// [`Matrices::transferred`] into the memory of an earlier frame.
+    pub fn transfer(&self, light: &[[f32; 3]], scale: &[f32], place: &[usize], out: &mut [f32]) {
+        let share = |(k, out): (usize, &mut [f32])| {
             let first = k * SHARE;
             steradian_simd::run(Transferred { matrices: self, first, light, scale, place, out });
         };
@@ -233,17 +227,17 @@ impl Matrices {
     }
 }
 
-struct Transferred<'a, T> {
+struct Transferred<'a> {
     matrices: &'a Matrices,
     /// The first group.
     first: usize,
     light: &'a [[f32; 3]],
     scale: &'a [f32],
     place: &'a [usize],
-    out: &'a mut [T],
+    out: &'a mut [f32],
 }
 
-impl<T: Number> Kernel for Transferred<'_, T> {
+impl Kernel for Transferred<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -255,7 +249,7 @@ impl<T: Number> Kernel for Transferred<'_, T> {
         let mut sums = [[0.0f32; GROUP]; 3 * MAX_COEFFICIENTS];
         for (k, out) in self.out.chunks_mut(GROUP * 3 * stride).enumerate() {
             let first = (self.first + k) * each;
-            for line in (0..out.len()).step_by(64 / size_of::<T>()) {
+            for line in (0..out.len()).step_by(16) {
                 prefetch(out, line);
             }
             match &self.matrices.store {
@@ -264,17 +258,17 @@ impl<T: Number> Kernel for Transferred<'_, T> {
                     group::<A, u16>(n, v[first..].reinterpret_cast(), self.light, &mut sums);
                 }
             }
-            by_site::<A, T>(&sums, &at[..stride], out);
+            by_site::<A>(&sums, &at[..stride], out);
         }
     }
 }
 
 /// From numbers of all sites of a group to sites with all their numbers, in the order of `at` and scaled.
 #[inline(always)]
-fn by_site<A: Arch, T: Number>(
+fn by_site<A: Arch>(
     sums: &[[f32; GROUP]; 3 * MAX_COEFFICIENTS],
     at: &[Option<(usize, f32)>],
-    out: &mut [T],
+    out: &mut [f32],
 ) {
     let lanes = A::F32::LANES;
     let sites = out.len() / (3 * at.len());
@@ -292,7 +286,7 @@ fn by_site<A: Arch, T: Number>(
                 }
                 A::F32::transpose(&mut square[..lanes]);
                 for (k, site) in (lane..sites.min(lane + lanes)).enumerate() {
-                    T::store(square[k], &mut out[(3 * site + c) * at.len() + first..]);
+                    square[k].store(&mut out[(3 * site + c) * at.len() + first..]);
                 }
                 lane += lanes;
             }
@@ -425,11 +419,6 @@ mod tests {
             on_every_isa(|| {
                 let got = m.transferred(&light, &scale, &place);
                 assert_eq!(got.len(), sites.len() * 48);
-                let mut short = vec![0u16; got.len()];
-                m.transfer(&light, &scale, &place, &mut short);
-                for (got, short) in got.iter().zip(short) {
-                    assert!((got - short.single()).abs() <= 5e-4 * got.abs() + 1e-7, "{got}");
-                }
                 for (s, site) in sites.iter().enumerate().step_by(7) {
                     let full = products.transfer(site.n.as_dvec3(), transfer.visibility(s));
                     for i in 0..16 {

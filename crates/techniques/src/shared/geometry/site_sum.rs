@@ -4,7 +4,6 @@
 
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
 use crate::shared::maths::harmonics::{Harmonics, LANES, MAX_TERMS};
-use crate::shared::maths::number::Number;
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Vector};
 
@@ -16,17 +15,9 @@ pub type Weights = [f32; 2 * MOST];
 
 /// The vectors of sites.
 pub trait Vectors {
-    /// Numbers of vectors.
-    type Number: Number;
-
     /// Vectors of a site: each of three channels of [`padded`] coefficients. Writes their weights, from that of the second
     /// on. `None` beyond the end.
-    fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[Self::Number]>;
-
-    /// What all numbers are to be multiplied with.
-    fn scale(&self) -> f32 {
-        1.0
-    }
+    fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]>;
 
     /// Groups of sites that have the same vectors, [`MOST_GROUPS`] at most; 0 where each has its own.
     fn groups(&self) -> usize {
@@ -165,7 +156,7 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                         }
                     } else {
                         let mut r = [[0.0f32; LANES]; 3];
-                        let mut all: &[V::Number] = &[];
+                        let mut all: &[f32] = &[];
                         let mut corners = [0.0; LANES];
                         for (lane, corner) in some.iter().enumerate() {
                             let (i, corner) = (usize::from(corner / 3), usize::from(corner % 3));
@@ -175,7 +166,7 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                             if let Some(found) = vectors.at::<A>(q.index[corner][i], &mut own) {
                                 all = found;
                             }
-                            corners[lane] = vectors.scale() * q.weight(i, corner);
+                            corners[lane] = q.weight(i, corner);
                             let w = A::F32::splat(corners[lane]);
                             for k in (0..MOST).step_by(A::F32::LANES) {
                                 A::F32::load(&own[k..]).mul(w).store(&mut rows[lane][k..]);
@@ -188,7 +179,7 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                         for lane in (0..LANES).step_by(A::F32::LANES) {
                             h.eval_lanes([0, 1, 2].map(|k| A::F32::load(&r[k][lane..])), lane, &mut y);
                         }
-                        let sums = side_by_side::<A, V::Number, P, N>(all, &weights, &y);
+                        let sums = side_by_side::<A, P, N>(all, &weights, &y);
                         for (lane, corner) in some.iter().enumerate() {
                             let i = first + usize::from(corner / 3);
                             (0..3).for_each(|c| out.rgb[c][i] += sums[c][lane]);
@@ -299,7 +290,7 @@ fn one<A: Arch, const P: usize>(
     h.eval(q.mirror(i).1, &mut all);
     own.copy_from_slice(&all[..P]);
     let mut sums = [A::F32::splat(0.0); 3];
-    add::<A, _, P>(vectors, q.index[corner][i], q.weight(i, corner), &own, &mut sums);
+    add::<A, P>(vectors, q.index[corner][i], q.weight(i, corner), &own, &mut sums);
     for c in 0..3 {
         let mut parts = [A::F32::splat(0.0); LANES];
         parts[0] = sums[c];
@@ -329,8 +320,8 @@ fn turned<A: Arch>(rows: &[[f32; LANES]; LANES], to: &mut [[f32; LANES]]) {
 
 /// Sums of as many corners as there are lanes, which have the same vectors, by channel.
 #[inline(always)]
-fn side_by_side<A: Arch, T: Number, const P: usize, const N: usize>(
-    all: &[T],
+fn side_by_side<A: Arch, const P: usize, const N: usize>(
+    all: &[f32],
     weights: &[[f32; LANES]; MOST + 1],
     y: &[[f32; LANES]; MAX_TERMS],
 ) -> [[f32; LANES]; 3] {
@@ -345,7 +336,7 @@ fn side_by_side<A: Arch, T: Number, const P: usize, const N: usize>(
             let mut part = [A::F32::splat(0.0); 3];
             for i in 0..N {
                 for c in 0..3 {
-                    part[c] = own[i].fma(A::F32::splat(vector[c * P + i].single()), part[c]);
+                    part[c] = own[i].fma(A::F32::splat(vector[c * P + i]), part[c]);
                 }
             }
             let weight = A::F32::load(&weight[lane..]);
@@ -414,7 +405,7 @@ fn point<A: Arch, const P: usize>(
     let (u, v) = (q.site.weight[0][i], q.site.weight[1][i]);
     for (corner, w) in [1.0 - u - v, u, v].into_iter().enumerate() {
         if w != 0.0 {
-            add::<A, _, P>(vectors, q.site.index[corner][i], w, y, &mut sums);
+            add::<A, P>(vectors, q.site.index[corner][i], w, y, &mut sums);
         }
     }
     sums
@@ -422,8 +413,8 @@ fn point<A: Arch, const P: usize>(
 
 /// Adds one corner to the sums of a point.
 #[inline(always)]
-fn add<A: Arch, V: Vectors, const P: usize>(
-    vectors: &V,
+fn add<A: Arch, const P: usize>(
+    vectors: &impl Vectors,
     site: u32,
     w: f32,
     y: &[f32; P],
@@ -431,13 +422,13 @@ fn add<A: Arch, V: Vectors, const P: usize>(
 ) {
     let mut weights = [0.0; 2 * MOST];
     let Some(all) = vectors.at::<A>(site, &mut weights) else { return };
-    let w = A::F32::splat(vectors.scale() * w);
+    let w = A::F32::splat(w);
     let Some((head, rest)) = all.split_at_checked(3 * P) else { return };
     if rest.is_empty() {
         for k in (0..P).step_by(A::F32::LANES) {
             let y = A::F32::load(&y[k..]).mul(w);
             for c in 0..3 {
-                sums[c] = V::Number::load::<A::F32>(&head[c * P + k..]).fma(y, sums[c]);
+                sums[c] = A::F32::load(&head[c * P + k..]).fma(y, sums[c]);
             }
         }
         return;
@@ -446,12 +437,12 @@ fn add<A: Arch, V: Vectors, const P: usize>(
         let mut l = [A::F32::splat(0.0); MAX_COEFFICIENTS / 4];
         let registers = P / A::F32::LANES;
         for k in 0..registers {
-            l[k] = V::Number::load::<A::F32>(&head[c * P + k * A::F32::LANES..]);
+            l[k] = A::F32::load(&head[c * P + k * A::F32::LANES..]);
         }
         for (row, weight) in rest.chunks_exact(3 * P).zip(&weights[1..]) {
             let (row, weight) = (&row[c * P..(c + 1) * P], A::F32::splat(*weight));
             for k in 0..registers {
-                l[k] = V::Number::load::<A::F32>(&row[k * A::F32::LANES..]).fma(weight, l[k]);
+                l[k] = A::F32::load(&row[k * A::F32::LANES..]).fma(weight, l[k]);
             }
         }
         for k in 0..registers {
@@ -484,8 +475,6 @@ mod tests {
     }
 
     impl Vectors for Shared {
-        type Number = f32;
-
         fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]> {
             weights.iter_mut().enumerate().for_each(|(k, w)| *w = ((site as usize + 3 * k) as f32).sin());
             self.data.chunks_exact(self.each).nth(self.of(site))

@@ -4,8 +4,7 @@ use glam::{DVec3, Vec3};
 use steradian_light::{DirectionalLight, DiskLight, Environment, Lights, PointLight};
 use steradian_sphere::{Layout, SphereImage};
 
-/// An environment of so many columns by direction.
-pub fn image(width: usize, f: impl Fn(DVec3) -> [f32; 3] + Sync) -> Lights {
+fn image(width: usize, f: impl Fn(DVec3) -> [f32; 3] + Sync) -> Lights {
     Lights::from(Environment { image: SphereImage::from_fn(Layout::LatLong, width, width / 2, f) })
 }
 

@@ -5,7 +5,6 @@ use super::ViewTable;
 use super::kernel::{Block, MOST, SIDE, Sink, turned};
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
 use crate::shared::geometry::site_sum::{MOST as MOST_VECTORS, Vectors};
-use crate::shared::maths::number::Number;
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Vector};
 use steradian_sphere::sh::Exchange;
@@ -48,7 +47,7 @@ impl<V: Vectors> Kernel for AtSites<'_, '_, '_, V> {
             let b = Block::at::<A>(table, q, first);
             for i in 0..count {
                 if b.facing()[i] {
-                    gathered::<A, V>(vectors, q, first + i, &mut rows[i][..3 * stride]);
+                    gathered::<A>(vectors, q, first + i, &mut rows[i][..3 * stride]);
                 }
             }
             transposed::<A>(&rows, stride, &mut light);
@@ -66,7 +65,7 @@ impl<V: Vectors> Kernel for AtSites<'_, '_, '_, V> {
 
 /// The light of one point: its sites' vectors, weighed.
 #[inline(always)]
-fn gathered<A: Arch, V: Vectors>(vectors: &V, q: &Points<'_>, i: usize, to: &mut [f32]) {
+fn gathered<A: Arch>(vectors: &impl Vectors, q: &Points<'_>, i: usize, to: &mut [f32]) {
     to.fill(0.0);
     let (u, v) = (q.site.weight[0][i], q.site.weight[1][i]);
     let corners = [1.0 - u - v, u, v];
@@ -76,14 +75,14 @@ fn gathered<A: Arch, V: Vectors>(vectors: &V, q: &Points<'_>, i: usize, to: &mut
             continue;
         }
         let Some(all) = vectors.at::<A>(q.site.index[k][i], &mut weights) else { continue };
-        let corner = A::F32::splat(vectors.scale() * corners[k]);
+        let corner = A::F32::splat(corners[k]);
         let (head, rest) = all.split_at(to.len());
         let mut at = 0;
         while at < to.len() {
-            let mut l = V::Number::load::<A::F32>(&head[at..]);
+            let mut l = A::F32::load(&head[at..]);
             for j in 0..rest.len() / to.len() {
                 let row = &rest[j * to.len() + at..];
-                l = V::Number::load::<A::F32>(row).fma(A::F32::splat(weights[j + 1]), l);
+                l = A::F32::load(row).fma(A::F32::splat(weights[j + 1]), l);
             }
             l.fma(corner, A::F32::load(&to[at..])).store(&mut to[at..]);
             at += A::F32::LANES;
