@@ -41,6 +41,8 @@ pub struct Chosen {
     pub sites: bool,
     /// How that is known.
     pub known: Evidence,
+    /// The technique for directional and point lights, and its error.
+    pub local: Option<(&'static str, f64)>,
     /// Are there lights beside the technique's data, of which its certificate says nothing?
     pub beside: bool,
     /// Relative RMS error over points of this picture, where it was measured.
@@ -58,8 +60,19 @@ impl std::error::Error for Chosen {}
 
 impl std::fmt::Display for Chosen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { technique, brdf, error, sites, known, beside, picture, unmeasured, grazing, automatic } =
-            self;
+        let Self {
+            technique,
+            brdf,
+            error,
+            sites,
+            known,
+            local,
+            beside,
+            picture,
+            unmeasured,
+            grazing,
+            automatic,
+        } = self;
         write!(f, "technique {technique} for {brdf}: relative RMS error ")?;
         match (picture, unmeasured) {
             (Some(p), _) => {
@@ -72,6 +85,9 @@ impl std::fmt::Display for Chosen {
             if *sites { "over points of the mesh, against paths" } else { "over all normals and views" };
         let without = if *beside { ", without the lights that are shaded beside it" } else { "" };
         write!(f, "{:.2} % {over}{without} ({})", 100.0 * error, known.word())?;
+        if let Some((slug, error)) = local {
+            write!(f, "; {slug}, of directional and point lights: {:.2} %", 100.0 * error)?;
+        }
         if let Some(g) = grazing {
             write!(f, "; silhouettes may show rings and specks: {:.0} % at grazing views", 100.0 * g)?;
         }
@@ -146,10 +162,13 @@ impl Session {
 
     fn tell_chosen(&self, p: &Prepared) {
         let (Some(c), Method::Technique(t)) = (&p.certificate, &p.method) else { return };
+        let error = p.bake.as_ref().map_or(c.error, |b| b.0.certificate().error);
+        let local = p.material.local.as_ref().zip(p.others.local());
         self.tell(Notice::Technique(Chosen {
             technique: t.card().slug,
             brdf: p.material.brdf.spec(),
-            error: c.error,
+            error,
+            local: local.map(|(l, c)| (l.technique.card().slug, c.error)),
             sites: t.self_shadowing(&p.material.params),
             known: c.known,
             beside: p.lit,

@@ -81,10 +81,10 @@ pub use outputs::{
 pub use page::Page;
 pub use paths::Paths;
 pub use picture::{Picture, auto_exposure};
-pub use polynomial::{POLYNOMIALS, PolynomialFacts, PolynomialPart};
+pub use polynomial::{POLYNOMIALS, PolynomialFacts, PolynomialKind, PolynomialPart};
 pub use relief::{HORIZONS, HorizonFacts, HorizonForm, MAX_AZIMUTHS};
 pub use renderer::Renderer;
-pub use saved::{for_any_mesh, light_as_baked};
+pub use saved::light_as_baked;
 pub use scene::{FOV, Scene};
 pub use scene_file::{SceneOverrides, is_scene_file};
 pub use session::{Backend, GpuPath, Session, Shadows};

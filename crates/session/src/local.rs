@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use steradian_base::{Certificate, Evidence, ParamValues, Task, Value, split_spec, unknown};
-use steradian_brdf::{SharedBrdf, spec_without_folders};
+use steradian_brdf::{Brdf, SharedBrdf, spec_without_folders};
 use steradian_formats::{Limits, TensorFile, write_tensors};
 use steradian_relight::btf::Btf;
 use steradian_relight::polynomial::Basis;
@@ -100,6 +100,26 @@ impl Local {
     /// How far apart vertices of a mesh lie at most, over the diagonal of the object near it, where it knows shadows at them.
     pub(crate) fn spacing(&self) -> Option<f32> {
         self.knows_mesh().then_some(1.0 / 12.0)
+    }
+
+    /// Has it normals of its own, which all light is shaded with?
+    pub fn has_bumps(&self) -> bool {
+        let bumpy = |p: &Plane| matches!(p.content, Content::Heights | Content::Normals);
+        match &self.saved {
+            Some(file) => file.bake.normals().is_some(),
+            None => self.technique.planes().iter().any(|p| bumpy(p) && self.planes.has(p.name)),
+        }
+    }
+
+    /// Refuses a mesh on which a reflectance that has a direction has none.
+    pub(crate) fn check_tangents(&self, brdf: &dyn Brdf, mesh: &Mesh) -> Result<(), Error> {
+        let card = self.technique.card();
+        if card.needs.tangents && !brdf.is_isotropic() && mesh.tangents.is_empty() && mesh.uvs.is_empty() {
+            let (slug, spec) = (card.slug, brdf.spec());
+            let why = "which has neither tangents nor texture coordinates";
+            return Err(Error::input(format!("{slug}: {spec} has a direction on the mesh, {why}")));
+        }
+        Ok(())
     }
 
     /// The files that its parameters name.

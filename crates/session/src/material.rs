@@ -161,6 +161,11 @@ pub(crate) struct OtherCertificates {
 }
 
 impl OtherCertificates {
+    /// That of a technique for directional and point lights.
+    pub(crate) fn local(&self) -> Option<&Certificate> {
+        self.local.as_ref()
+    }
+
     /// The certificate of all shading.
     fn join(&self, mut of_bake: Certificate) -> Certificate {
         if self.exact {

@@ -9,7 +9,9 @@ use std::path::Path;
 use std::sync::Arc;
 use steradian_formats::{Ptm, PtmTexels, Raster, read_image, read_lp, read_ptm, write_ptm};
 use steradian_parallel::prelude::*;
-use steradian_relight::polynomial::{Basis, Fit, FitError, LUMINANCE, Photographs, brightest, evaluate};
+use steradian_relight::polynomial::{
+    Basis, Fit, FitError, LUMINANCE, Luminance, Photographs, brightest, evaluate,
+};
 use steradian_scene::surface::{Texture, Wrap};
 
 /// Extensions of polynomial texture maps.
@@ -27,9 +29,26 @@ pub enum PolynomialPart {
     Albedo,
 }
 
+/// Of what the polynomials of a map are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PolynomialKind {
+    /// Of luminance, which scales one colour (`PTM_FORMAT_LRGB`).
+    #[default]
+    Lrgb,
+    /// Of red, of green and of blue (`PTM_FORMAT_RGB`): colours may change with the light.
+    Rgb,
+}
+
+/// Relative RMS error of one colour a texel that is told.
+const TOLD: f64 = 0.02;
+/// Texels at most that this is measured at.
+const LOOKED_AT: usize = 4096;
+
 /// What photographs have become.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolynomialFacts {
+    /// Of what the polynomials are.
+    pub kind: PolynomialKind,
     /// Width in texels.
     pub width: usize,
     /// Height in texels.
@@ -41,17 +60,42 @@ pub struct PolynomialFacts {
 }
 
 impl Session {
-    /// Fits the polynomial texture map `path` (`PTM_FORMAT_LRGB`) to the photographs that a list of light positions names, in
-    /// its folder or below. Coefficients in the file are bytes: off by half a step of their range over all texels.
-    pub fn fit_polynomials(&mut self, list: &Path, path: &Path) -> Result<PolynomialFacts, Error> {
-        let (Sums { width, height, luminance, color }, facts) = self.photographs::<6>(list)?;
-        let texels = PtmTexels::Lrgb { luminance, color };
+    /// Fits the polynomial texture map `path` to the photographs that a list of light positions names, in its folder or below.
+    /// Coefficients in the file are bytes: off by half a step of their range over all texels. Where one colour a texel loses more
+    /// than 2 %, that is told.
+    pub fn fit_polynomials(
+        &mut self,
+        list: &Path,
+        path: &Path,
+        kind: PolynomialKind,
+    ) -> Result<PolynomialFacts, Error> {
+        let (sums, facts) = self.photographs::<6>(list, kind)?;
+        if kind == PolynomialKind::Lrgb && sums.lost > TOLD {
+            self.say(format_args!(
+                "{}: colours change with the light, of which one colour a texel loses {:.1} %: polynomials of red, green and blue keep them \
+                 (PTM_FORMAT_RGB)",
+                list.display(),
+                100.0 * sums.lost
+            ));
+        }
+        let (width, height) = (facts.width, facts.height);
+        let texels = match <[Luminance<6>; 3]>::try_from(sums.all) {
+            Ok(all) => PtmTexels::Rgb(all.map(|a| a.0)),
+            Err(mut one) => {
+                let (luminance, color) = one.pop().unwrap_or_default();
+                PtmTexels::Lrgb { luminance, color }
+            }
+        };
         write_ptm(path, &Ptm { width, height, texels })?;
         Ok(facts)
     }
 
     /// The polynomials of the photographs that a list of light positions names.
-    fn photographs<const N: usize>(&mut self, list: &Path) -> Result<(Sums<N>, PolynomialFacts), Error> {
+    fn photographs<const N: usize>(
+        &mut self,
+        list: &Path,
+        kind: PolynomialKind,
+    ) -> Result<(Sums<N>, PolynomialFacts), Error> {
         let lights = read_lp(list, &self.limits())?;
         self.note_input(list);
         let fault = |e: FitError| Error::input(format!("{}: {e}", list.display()));
@@ -59,7 +103,8 @@ impl Session {
         let fit = Fit::<N>::new(&directions).map_err(fault)?;
         let folder = list.parent().unwrap_or(Path::new(""));
         let mut size = None;
-        let mut all = None;
+        let mut all: Vec<Photographs<'_, N>> = Vec::new();
+        let mut colours = Colours::default();
         self.task.begin("photographs", lights.len() as u64);
         for light in &lights {
             self.task.check()?;
@@ -75,15 +120,26 @@ impl Session {
             let planes = raster
                 .into_rgb()
                 .ok_or_else(|| Error::input(format!("{}: has no colour", file.display())))?;
-            let sums: &mut Photographs<'_, N> = all.get_or_insert_with(|| Photographs::new(&fit, w * h));
-            sums.add([&planes[0], &planes[1], &planes[2]]).map_err(fault)?;
+            let channels: &[[usize; 3]] = match kind {
+                PolynomialKind::Lrgb => &[[0, 1, 2]],
+                // The luminance of a grey photograph is each of its channels.
+                PolynomialKind::Rgb => &[[0; 3], [1; 3], [2; 3]],
+            };
+            if all.is_empty() {
+                all.extend(channels.iter().map(|_| Photographs::new(&fit, w * h)));
+            }
+            for (sums, channels) in all.iter_mut().zip(channels) {
+                sums.add(channels.map(|c| &planes[c][..])).map_err(fault)?;
+            }
+            colours.add(&planes);
             self.task.advance(1);
         }
         self.task.end();
         let (width, height) = size.unwrap_or_default();
-        let (luminance, color) = all.map(Photographs::finish).unwrap_or_default();
-        let facts = PolynomialFacts { width, height, photographs: lights.len(), condition: fit.condition() };
-        Ok((Sums { width, height, luminance, color }, facts))
+        let (photographs, condition) = (lights.len(), fit.condition());
+        let facts = PolynomialFacts { kind, width, height, photographs, condition };
+        let all = all.into_iter().map(Photographs::finish).collect();
+        Ok((Sums { all, lost: colours.lost() }, facts))
     }
 
     /// The coefficients as textures of red, green and blue, in units of which white is 1, and what is put behind their name: six of a
@@ -112,9 +168,9 @@ impl Session {
         &mut self,
         list: &Path,
     ) -> Result<Vec<(String, Arc<Texture>)>, Error> {
-        let (sums, _) = self.photographs::<N>(list)?;
-        let plane = |k: usize, c: usize| coloured(&sums.luminance, &sums.color, k, c);
-        textures(list, (sums.width, sums.height), N, plane)
+        let (sums, facts) = self.photographs::<N>(list, PolynomialKind::Rgb)?;
+        let plane = |k: usize, c: usize| sums.all[c].0.iter().map(|a| a[k] / WHITE).collect();
+        textures(list, (facts.width, facts.height), N, plane)
     }
 
     /// A polynomial texture map of a file, which has six coefficients and no others.
@@ -168,17 +224,50 @@ impl Session {
         list: &Path,
         part: PolynomialPart,
     ) -> Result<Raster, Error> {
-        let (sums, _) = self.photographs::<N>(list)?;
-        Ok(mapped((sums.width, sums.height), &sums.luminance, &sums.color, part))
+        let (mut sums, facts) = self.photographs::<N>(list, PolynomialKind::Lrgb)?;
+        let (luminance, color) = sums.all.pop().unwrap_or_default();
+        Ok(mapped((facts.width, facts.height), &luminance, &color, part))
     }
 }
 
-/// Luminance of `N` coefficients a texel and the colours that it scales, in the file's units.
+/// Polynomials of `N` coefficients a texel, in the file's units.
 struct Sums<const N: usize> {
-    width: usize,
-    height: usize,
-    luminance: Vec<[f32; N]>,
-    color: Vec<[u8; 3]>,
+    /// Of luminance, with the colours that it scales; or of red, green and blue, with white.
+    all: Vec<Luminance<N>>,
+    /// Relative RMS error of one colour a texel.
+    lost: f64,
+}
+
+/// Some texels of all photographs: how far each is from one colour.
+#[derive(Default)]
+struct Colours {
+    /// `[photograph][texel]`
+    seen: Vec<Vec<[f64; 3]>>,
+}
+
+impl Colours {
+    fn add(&mut self, planes: &[Vec<f32>; 3]) {
+        let step = planes[0].len().div_ceil(LOOKED_AT).max(1);
+        let texel = |k: usize| [0, 1, 2].map(|c| f64::from(planes[c][k]));
+        self.seen.push((0..planes[0].len()).step_by(step).map(texel).collect());
+    }
+
+    /// Of the luminance of each photograph times the texel's colour over all of them.
+    fn lost(&self) -> f64 {
+        let light = |x: &[f64; 3]| x.iter().zip(LUMINANCE).map(|(x, w)| x * w).sum::<f64>();
+        let (mut off, mut all) = (0.0, 0.0);
+        for k in 0..self.seen.first().map_or(0, Vec::len) {
+            let sum = self.seen.iter().fold([0.0; 3], |s, p| [0, 1, 2].map(|c| s[c] + p[k][c].max(0.0)));
+            let total = light(&sum).max(f64::MIN_POSITIVE);
+            for x in self.seen.iter().map(|p| &p[k]) {
+                for c in 0..3 {
+                    off += (x[c] - light(x) * sum[c] / total).powi(2);
+                    all += x[c] * x[c];
+                }
+            }
+        }
+        if all > 0.0 { (off / all).sqrt() } else { 0.0 }
+    }
 }
 
 /// Coefficient `k` of a channel, white being 1.

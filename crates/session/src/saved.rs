@@ -3,7 +3,9 @@
 use crate::{Adjust, Error, Notice, Session, is_sky};
 use std::path::Path;
 use steradian_light::Lights;
-use steradian_techniques::SavedBake;
+use steradian_scene::Mesh;
+use steradian_techniques::{AnyBake, SavedBake};
+use steradian_transfer::mesh_digest;
 
 impl Session {
     /// Reads a saved bake, a `.safetensors` file or a folder that holds one. Its light turns by what `adjust` says.
@@ -53,10 +55,30 @@ impl Session {
     }
 }
 
-/// Refuses data per vertex, which need the mesh that they were baked on.
-pub fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
+/// Refuses data for the vertices of another mesh than the one that `mesh` begins with (behind it may stand a ground).
+pub(crate) fn check_mesh(file: &SavedBake, bake: &dyn AnyBake, mesh: &Mesh) -> Result<(), Error> {
+    if !file.technique.needs_sites(&bake.params()) {
+        return Ok(());
+    }
+    let name = file.path.display();
+    let Some(own) = &file.made.mesh else {
+        return Err(Error::input(format!("{name}: does not say which mesh it was baked on; bake it again")));
+    };
+    if own.begins(mesh) {
+        return Ok(());
+    }
+    let other = mesh_digest(mesh);
+    let [own, other] = [&own.digest, &other].map(|d| d.chars().take(12).collect::<String>());
+    let why = format!("baked on another mesh: its digest is {own}…, that of this mesh {other}…");
+    Err(Error::input(format!(
+        "{name}: {why}; a mesh that is moved, or refined for other techniques, is another: bake it anew"
+    )))
+}
+
+/// Refuses data per vertex where no mesh is.
+pub(crate) fn for_any_mesh(file: &SavedBake) -> Result<(), Error> {
     if file.technique.needs_sites(&file.open()?.params()) {
-        let why = "holds data for the vertices of one mesh, which is not shaded here yet";
+        let why = "holds data for the vertices of one mesh: render shades them; at points, give --technique and --mesh";
         return Err(Error::usage(format!("{}: {why}", file.path.display())));
     }
     Ok(())

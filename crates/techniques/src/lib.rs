@@ -26,6 +26,6 @@ pub use interface::{
 };
 pub use local::{AnyLocal, LocalBake, LocalLights, find_local, locals};
 pub use registry::{find, registry};
-pub use saved::{IN_FOLDER, Made, SavedBake, SavedError, SavedLocal, not_finite, seal};
+pub use saved::{BakedMesh, IN_FOLDER, Made, SavedBake, SavedError, SavedLocal, not_finite, seal};
 pub use shared::surface::reflectance::TexelReflectance;
 pub use tensors::TensorFile;

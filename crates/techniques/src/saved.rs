@@ -9,6 +9,8 @@ use steradian_base::{Input, without_folders};
 use steradian_brdf::{Files, SharedBrdf, parse_with, spec_without_folders};
 use steradian_formats::{FormatError, Limits, Tensor, TensorData, TensorFile, read_tensors};
 use steradian_light::sky;
+use steradian_scene::Mesh;
+use steradian_transfer::mesh_digest;
 
 /// Why a file is no bake that can be used.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +46,40 @@ const BRDF: &str = "steradian.brdf";
 const ENVIRONMENT: &str = "steradian.environment";
 const ROTATE: &str = "steradian.environment.rotate";
 const EXPOSURE: &str = "steradian.environment.light_exposure";
+const MESH: &str = "steradian.mesh";
+const VERTICES: &str = "steradian.mesh.vertices";
+
+/// The mesh whose vertices a bake has data for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BakedMesh {
+    /// Its digest ([`steradian_transfer::mesh_digest`]).
+    pub digest: String,
+    /// How many vertices it has.
+    pub vertices: usize,
+}
+
+impl BakedMesh {
+    /// That of a mesh.
+    pub fn of(mesh: &Mesh) -> Self {
+        Self { digest: mesh_digest(mesh), vertices: mesh.positions.len() }
+    }
+
+    /// Is it the mesh that `mesh` begins with? Others, such as a ground, may stand behind it.
+    pub fn begins(&self, mesh: &Mesh) -> bool {
+        let n = self.vertices;
+        if mesh.positions.len() < n || mesh.normals.len() < n {
+            return false;
+        }
+        let own = |t: &&[u32; 3]| t.iter().all(|i| (*i as usize) < n);
+        let first = Mesh {
+            positions: mesh.positions[..n].to_vec(),
+            normals: mesh.normals[..n].to_vec(),
+            triangles: mesh.triangles.iter().filter(own).copied().collect(),
+            ..Mesh::default()
+        };
+        Self::of(&first) == *self
+    }
+}
 
 /// What a bake was made of, as its file says; files appear without their folders.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -58,6 +94,8 @@ pub struct Made {
     pub exposure: f64,
     /// What the files hold that the reflectance's spec names ([`steradian_brdf::Brdf::held`]).
     pub held: Option<Vec<f64>>,
+    /// The mesh, of a technique that bakes on one.
+    pub mesh: Option<BakedMesh>,
 }
 
 impl Made {
@@ -69,12 +107,17 @@ impl Made {
             environment: name_of_light(environment),
             rotate,
             exposure,
+            mesh: None,
         }
     }
 
     /// Writes it into a bake.
     pub fn save(&self, to: &mut TensorFile) {
         to.metadata.extend(self.pairs());
+        if let Some(m) = &self.mesh {
+            to.metadata.insert(MESH.into(), m.digest.clone());
+            to.metadata.insert(VERTICES.into(), m.vertices.to_string());
+        }
         if let Some(held) = &self.held {
             to.tensors.insert(BRDF.into(), Tensor::f64([held.len()], held.clone()));
         }
@@ -99,6 +142,7 @@ impl Made {
             environment: text(ENVIRONMENT),
             rotate: number(ROTATE),
             exposure: number(EXPOSURE),
+            mesh: text(VERTICES).parse().ok().map(|vertices| BakedMesh { digest: text(MESH), vertices }),
             held: from.tensors.get(BRDF).map(|t| t.data.to_f64().into_owned()),
         }
     }

@@ -36,6 +36,8 @@ pub enum FileError {
 
 /// Key of the metadata that says the form of the file.
 const FORM: (&str, &str) = ("steradian.transfer", "1");
+/// Key of the rays of a site, where they were asked for.
+const RAYS: &str = "steradian.rays";
 
 /// Transfer with what it was made of, as a file holds it.
 ///
@@ -53,8 +55,10 @@ pub struct Saved {
     pub mesh: String,
     /// What the sites are: `vertices`, `texels WxH` or `points`.
     pub sites: String,
-    /// Tolerance asked for, of t.
+    /// Tolerance asked for, of t; 0 where rays were counted in its place.
     pub tolerance: f64,
+    /// Rays asked for of a site, in place of a tolerance.
+    pub rays: Option<u32>,
     /// How far off the surface rays start.
     pub offset: f32,
     /// Albedo of each material slot.
@@ -69,7 +73,8 @@ impl Saved {
             hemisphere: None,
             mesh: mesh_digest(mesh),
             sites,
-            tolerance: settings.tolerance,
+            tolerance: settings.rays.map_or(settings.tolerance, |_| 0.0),
+            rays: settings.rays,
             offset: settings.offset,
             albedo: settings.albedo.clone(),
         }
@@ -133,6 +138,9 @@ impl Saved {
             put("h", Tensor::f32([sites, n], h.clone()));
         }
         file.metadata = self.metadata().into();
+        if let Some(rays) = self.rays {
+            file.metadata.insert(RAYS.into(), rays.to_string());
+        }
         file
     }
 
@@ -217,6 +225,7 @@ impl Saved {
             mesh: text("steradian.mesh")?.clone(),
             sites: text("steradian.sites")?.clone(),
             tolerance: number("steradian.tolerance")?,
+            rays: file.metadata.get(RAYS).and_then(|r| r.parse().ok()),
             offset: number("steradian.offset")? as f32,
             albedo: text("steradian.albedo")?
                 .split(' ')

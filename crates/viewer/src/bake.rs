@@ -8,8 +8,7 @@ use steradian_light::Lights;
 use steradian_render::ToneMapper;
 use steradian_session::live::{Live, Names};
 use steradian_session::{
-    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, for_any_mesh, light_as_baked,
-    make_tangents,
+    Adjust, Error, Material, Method, Scene, SceneOverrides, Session, light_as_baked, make_tangents,
 };
 use steradian_techniques::AnyTechnique;
 
@@ -96,7 +95,6 @@ impl Baker {
         let mut adjust = Adjust::default();
         if let Some(path) = &wish.bake {
             let file = self.session.saved_bake(Path::new(path), &Adjust::default())?;
-            for_any_mesh(&file)?;
             adjust = light_as_baked(&file, &adjust);
             method = Some(Method::File(Arc::new(file)));
         }

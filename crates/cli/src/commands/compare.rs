@@ -19,7 +19,7 @@ use steradian_session::comparison::{
 };
 use steradian_session::{
     DEFAULT_SKY, Destinations, Material, Method, Model, Renderer, Scene, SceneOverrides, Shadows,
-    check_output, for_any_mesh, light_as_baked, make_tangents,
+    check_output, light_as_baked, make_tangents,
 };
 use steradian_techniques::SavedBake;
 use steradian_techniques::direct::Suns;
@@ -236,7 +236,6 @@ fn bakes(o: &Options, context: &mut Context) -> Result<Vec<Arc<SavedBake>>, Fail
     let adjust = o.adjust.get();
     for path in &o.bake {
         let file = context.saved_bake(path, &adjust)?;
-        for_any_mesh(&file)?;
         if let Some(first) = out.first()
             && (light_as_baked(first, &adjust).rotate, first.made.exposure)
                 != (light_as_baked(&file, &adjust).rotate, file.made.exposure)

@@ -17,7 +17,7 @@ use steradian_session::convert::{Request, files};
 use steradian_session::inspect::{is_lp, is_ptm};
 use steradian_session::{
     Basis, Destinations, HORIZONS, HorizonForm, IMAGES, MAX_AZIMUTHS, MEASUREMENTS, POLYNOMIALS,
-    PolynomialPart, check_format, check_output, file_name, has_extension,
+    PolynomialKind, PolynomialPart, check_format, check_output, file_name, has_extension,
 };
 
 /// Options of `steradian convert`.
@@ -66,6 +66,10 @@ pub struct Options {
     /// With --map, of photographs under known lights (.lp): what a texel's brightness is a sum of
     #[arg(long, value_name = "biquadratic|sh9|sh16", value_parser = basis, requires = "map")]
     basis: Option<Basis>,
+    /// Of photographs under known lights (.lp): polynomials of luminance, which scales one colour a texel (lrgb), or of red, green and
+    /// blue (rgb), for colours that change with the light [default: lrgb]
+    #[arg(long, value_name = "lrgb|rgb", value_parser = polynomial_kind, conflicts_with = "map")]
+    ptm: Option<PolynomialKind>,
     /// Of pictures from many views under many lights (.csv, as capture writes them): a diffuse part and N generalised cosine lobes for each
     /// texel, as the images that --local lafortune_svbrdf reads, into the folder of --output
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_LOBES as i64))]
@@ -85,6 +89,9 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if let Some(spec) = o.input.strip_prefix("brdf:") {
         return tabulated(spec, &o.output, context);
+    }
+    if o.ptm.is_some() && !is_lp(&o.input) {
+        return Err(Failure::usage(format!("{}: --ptm belongs to a list of lights (.lp)", o.input)));
     }
     if let Some(count) = o.lobes {
         return lobes(&o, count.into(), context);
@@ -162,13 +169,21 @@ fn lobes(o: &Options, count: usize, context: &mut Context) -> Outcome {
 /// Photographs under known lights as a polynomial texture map.
 fn polynomials(o: &Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &POLYNOMIALS)?;
-    let x = context.fit_polynomials(Path::new(&o.input), &o.output)?;
+    let x = context.fit_polynomials(Path::new(&o.input), &o.output, o.ptm.unwrap_or_default())?;
     let (output, name) = (o.output.display(), file_name(&o.output));
     let (w, h, n, c) = (x.width, x.height, x.photographs, x.condition);
     context.report(
         || json!({"output": name, "width": w, "height": h, "photographs": n, "condition": c}),
         || [format!("{output}: {w} x {h} polynomials of {n} photographs, condition number {c:.2}")],
     )
+}
+
+fn polynomial_kind(text: &str) -> Result<PolynomialKind, String> {
+    match text {
+        "lrgb" => Ok(PolynomialKind::Lrgb),
+        "rgb" => Ok(PolynomialKind::Rgb),
+        _ => Err(steradian_base::unknown("kind", text, &["lrgb", "rgb"])),
+    }
 }
 
 fn polynomial_part(text: &str) -> Result<PolynomialPart, String> {

@@ -298,3 +298,31 @@ fn parameters_are_taken_alike_everywhere() {
         &[&compare[..], &["--param", "nothing=1"]].concat(),
     );
 }
+
+/// Data for the vertices of a mesh shade that mesh, as baking at once does, with a ground behind it or none, and no other.
+#[test]
+fn data_of_a_mesh_shade_that_mesh_alone() {
+    let d = folder();
+    let dir = d.path();
+    let of = ["-b", "lambert:albedo=0.7", "-t", "prt_diffuse", "--param", "precision=0.02"];
+    well(dir, &[&["bake", SKY, "--mesh", "torus", "-o", "t.safetensors"], &of[..]].concat());
+    let size = ["--size", "24", "--quiet", "-o"];
+    well(dir, &[&["render", "torus", "-e", SKY], &of[..], &size, &["once.pfm"]].concat());
+    let saved = ["--bake", "t.safetensors"];
+    well(dir, &[&["render", "torus"], &saved[..], &size, &["saved.pfm"]].concat());
+    let bytes = |name: &str| fs::read(dir.join(name)).expect("a picture");
+    assert!(bytes("once.pfm") == bytes("saved.pfm"));
+    well(dir, &[&["render", "torus", "--ground=lambert"], &saved[..], &size, &["ground.pfm"]].concat());
+    well(dir, &[&["compare", "torus", "-b", "lambert:albedo=0.7"], &saved[..], &size, &["c.png"]].concat());
+    for moved in [&["knot"][..], &["torus", "--translate", "0,1,0"]] {
+        let render = [&["render"], moved, &saved, &size, &["x.png"]].concat();
+        fails(dir, 3, "t.safetensors: baked on another mesh: its digest is", &render);
+    }
+    fails(
+        dir,
+        2,
+        "holds data for the vertices of one mesh",
+        &[&["eval", "-p", "p.csv"], &saved[..]].concat(),
+    );
+    assert!(!dir.join("x.png").exists());
+}

@@ -215,3 +215,62 @@ fn broken_maps_are_refused_by_name() {
     fails(dir, 2, "x.csv", &["convert", "out.ptm", "-o", "x.csv"]);
     assert!(!dir.join("x.pfm").exists());
 }
+
+/// Photographs that are polynomials of their lights, other ones in red, green and blue: one colour a texel loses them, which is
+/// told; three polynomials keep them, in a file and from the list.
+#[test]
+fn colours_that_change_with_the_light_take_three_polynomials() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let mut list = String::from("40\n");
+    for k in 0..40 {
+        let z = 0.2 + 0.75 * (f64::from(k) + 0.5) / 40.0;
+        let (s, phi) = ((1.0 - z * z).sqrt(), 2.4 * f64::from(k));
+        let (u, v) = (s * phi.cos(), s * phi.sin());
+        writeln!(list, "{k}.pfm {u} {v} {z}").expect("a string");
+        let plane = |x: f64| vec![x as f32; 4];
+        let raster = Raster::rgb(2, 2, [plane(0.5 + 0.4 * u), plane(0.5 + 0.4 * v), plane(0.5 - 0.4 * u)]);
+        write_image(&dir.join(format!("{k}.pfm")), &raster, &WriteOptions::default()).expect("written");
+    }
+    fs::write(dir.join(LIST), list).expect("written");
+    let o = convert(dir);
+    let told = String::from_utf8_lossy(&o.stderr).into_owned();
+    assert!(o.status.success() && told.contains("colours change with the light"), "{told}");
+    let o = run(dir, &["convert", LIST, "--ptm", "rgb", "-o", "rgb.ptm"]);
+    let told = String::from_utf8_lossy(&o.stderr).into_owned();
+    assert!(o.status.success() && !told.contains("colours change"), "{told}");
+    let map = read_ptm(&dir.join("rgb.ptm"), &Limits::default()).expect("a map");
+    let PtmTexels::Rgb([red, green, blue]) = map.texels else { panic!("three polynomials") };
+    for (all, at, want) in [(&red, 3, 0.4), (&green, 4, 0.4), (&blue, 3, -0.4)] {
+        assert!(
+            (all[0][at] / 255.0 - want).abs() < 4e-3 && (all[0][5] / 255.0 - 0.5).abs() < 4e-3,
+            "{all:?}"
+        );
+    }
+    let points = "nx,ny,nz,vx,vy,vz,tx,ty,tz,u,v\n0,0,1,0,0,1,1,0,0,0.5,0.5\n";
+    fs::write(dir.join("points.csv"), points).expect("written");
+    for map in [LIST, "rgb.ptm"] {
+        let local = format!("polynomial_texture_map:map={map}");
+        let light = "directional:direction=0.8/0/0.6,irradiance=1/1/1";
+        let eval = [
+            "eval",
+            "-p",
+            "points.csv",
+            "--light",
+            light,
+            "-b",
+            "lambert",
+            "-t",
+            "sh-irradiance",
+            "--quiet",
+            "--local",
+        ];
+        let o = run(dir, &[&eval[..], &[&local]].concat());
+        let out = String::from_utf8_lossy(&o.stdout).into_owned();
+        let row: Vec<f64> =
+            out.lines().nth(1).expect("a row").split(',').filter_map(|x| x.parse().ok()).collect();
+        for (got, want) in row[row.len() - 4..].iter().zip([0.82, 0.5, 0.18]) {
+            assert!((std::f64::consts::PI * got - want).abs() < 0.01, "{map}: {out}");
+        }
+    }
+}

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::Instant;
 use steradian_base::{Certificate, ParamValues};
 use steradian_formats::TensorFile;
-use steradian_techniques::{AnyBake, AnyTechnique, Geometry, Made, Material, Sites, not_finite};
+use steradian_techniques::{AnyBake, AnyTechnique, BakedMesh, Geometry, Made, Material, Sites, not_finite};
 
 /// What is to be baked.
 #[derive(Clone)]
@@ -139,7 +139,10 @@ impl Session {
         let mut done = Baked {
             certificate: bake.certificate().clone(),
             bake,
-            made: Made::of(&request.brdf, held, &request.environment, rotate, exposure),
+            made: Made {
+                mesh: geometry.as_ref().map(|g| BakedMesh::of(&g.mesh)),
+                ..Made::of(&request.brdf, held, &request.environment, rotate, exposure)
+            },
             accuracy: request.accuracy,
             seconds: start.elapsed().as_secs_f64(),
             stages: stages.finish(),

@@ -2,7 +2,7 @@
 
 use crate::destinations::light_mark;
 use crate::inputs::all_finite;
-use crate::{Destinations, Error, Session};
+use crate::{Destinations, Error, PolynomialKind, Session};
 use glam::{DVec2, DVec3, Vec2};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -375,7 +375,7 @@ impl Session {
         let lights: Vec<LightPosition> = stage.lights.iter().enumerate().map(light).collect();
         let path = folder.join("rti.lp");
         write_lp(&path, &lights)?;
-        self.fit_polynomials(&path, &folder.join("rti.ptm"))?;
+        self.fit_polynomials(&path, &folder.join("rti.ptm"), PolynomialKind::default())?;
         Ok(true)
     }
 }

@@ -3,6 +3,7 @@
 #[cfg(feature = "gpu")]
 use super::Changed;
 use super::{Material, OtherCertificates, PICTURE_TOLERANCE, Prepared};
+use crate::saved::check_mesh;
 use crate::scene::Sited;
 use crate::{Error, Local, Method, Notice, Session, Shadows};
 use glam::Vec3;
@@ -100,7 +101,9 @@ impl Session {
             Method::Technique(t) => link(*t, material, self.suns, under, task)?,
             Method::File(file) => {
                 view.light_rotation = file.turn;
-                (file.open()?, Direct::default(), LocalLights::default())
+                let bake = file.open()?;
+                check_mesh(file, &*bake, &under.scene.mesh)?;
+                (bake, Direct::default(), LocalLights::default())
             }
         };
         let lobe = self.shadows == Shadows::Lobe;
@@ -148,10 +151,13 @@ impl Session {
         let Some(local) = material.local.as_ref().filter(|_| matches!(method, Method::Technique(_))) else {
             return Ok(None);
         };
-        if under.lights.directionals.is_empty() && under.lights.points.is_empty() {
+        // Its bumps are all light's.
+        let unlit = under.lights.directionals.is_empty() && under.lights.points.is_empty();
+        if unlit && !local.has_bumps() {
             return Ok(None);
         }
         local.check_mesh(&under.scene.mesh, material.maps.normal.is_some(), "the mesh")?;
+        local.check_tangents(&*material.brdf, &under.scene.mesh)?;
         let task = task.clone().with_tolerance(under.tolerance);
         let geometry = under.geometry(local.technique.needs_sites(&local.params));
         local.bake(&material.brdf, material.maps.normal.as_deref(), geometry, &task).map(Some)

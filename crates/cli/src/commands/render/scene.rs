@@ -13,7 +13,7 @@ use steradian_render::SurfaceMaps;
 use steradian_render::scenefile::SceneBackground;
 use steradian_scene::{Camera, Mesh};
 use steradian_session::{
-    DEFAULT_SKY, FOV, Local, Material, Method, Model, Scene, SceneOverrides, for_any_mesh, make_tangents,
+    DEFAULT_SKY, FOV, Local, Material, Method, Model, Scene, SceneOverrides, make_tangents,
 };
 use steradian_techniques::SavedBake;
 
@@ -49,7 +49,8 @@ pub fn scene(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         local.filter(|_| scene.lights.directionals.is_empty() && scene.lights.points.is_empty())
     {
         let name = local.technique.card().slug;
-        context.say(format_args!("no directional and no point light: {name} has nothing to shade (--light)"));
+        let what = if local.has_bumps() { "gives its normals alone" } else { "has nothing to shade" };
+        context.say(format_args!("no directional and no point light: {name} {what} (--light)"));
     }
     scene.tolerance = o.tolerance;
     if let Some(path) = &o.probes {
@@ -187,9 +188,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
 
 /// A saved bake for a picture.
 fn saved_bake(path: &Path, o: &Options, context: &mut Context) -> Result<Arc<SavedBake>, Failure> {
-    let file = context.saved_bake(path, &o.adjust.get())?;
-    for_any_mesh(&file)?;
-    Ok(Arc::new(file))
+    Ok(Arc::new(context.saved_bake(path, &o.adjust.get())?))
 }
 
 /// The lights of a mesh; with a saved bake what is seen of them.

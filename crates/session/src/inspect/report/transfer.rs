@@ -18,7 +18,8 @@ pub fn report(f: &TransferFacts, name: &str) -> Report {
         "channels": x.channels,
         "bounces": x.bounces,
         "albedo": saved.albedo,
-        "tolerance": saved.tolerance,
+        "tolerance": saved.rays.is_none().then_some(saved.tolerance),
+        "rays": saved.rays,
         "offset": saved.offset,
         "mesh_digest": saved.mesh,
         "mean_ao": f.mean_ao,
@@ -33,12 +34,17 @@ pub fn report(f: &TransferFacts, name: &str) -> Report {
         n => format!("{n} scattering events, albedo {:?}", saved.albedo),
     };
     let error = format!("t: at most {t:.1e}, RMS {:.1e}; v: at most {v:.1e} (estimated)", f.rms);
+    let asked = match saved.rays {
+        Some(rays) => format!("{rays} rays a site"),
+        None => format!("tolerance {}", saved.tolerance),
+    };
     let mut lines = vec![
         ("name", name.into()),
         ("transfer", format!("{} {}, {} bands, {} channels", x.len(), saved.sites, x.bands, x.channels)),
         ("visibility", format!("{} bands", x.wide)),
         ("reflections", reflections),
         ("ambient occlusion", format!("mean {:.5}", f.mean_ao)),
+        ("asked for", asked),
         ("error", error),
         ("mesh", format!("digest {}", saved.mesh)),
     ];
