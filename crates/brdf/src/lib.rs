@@ -25,6 +25,7 @@ mod registry;
 mod scaled;
 mod shader;
 mod spec;
+pub mod wgsl;
 mod width;
 
 #[cfg(test)]

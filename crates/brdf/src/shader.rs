@@ -77,10 +77,10 @@ impl BrdfShader {
         [ATAN2, MATH, &self.source, if own { "" } else { F_COS }].concat()
     }
 
-    /// The complete text with the values in it, and nothing left to declare but `PREFIX_brdf_cell` where there are
-    /// [`BrdfShader::cells`]. Every name begins with `prefix`: two such
-    /// texts, or one and [`BrdfShader::wgsl`], may stand in one module.
-    pub fn inlined(&self, prefix: &str) -> String {
+    /// The complete text with the values in it, and nothing left to declare but `brdf_cell` where there are
+    /// [`BrdfShader::cells`]. Under a prefix ([`crate::wgsl::scoped`]) two such texts, or one and [`BrdfShader::wgsl`], may stand in
+    /// one module.
+    pub fn closed(&self) -> String {
         let text = self.wgsl();
         let mut values = self.uniforms.iter().map(|v| {
             let [x, y, z, w] = v.map(|x| if x.is_finite() { x } else { f32::MAX.copysign(x) });
@@ -98,13 +98,7 @@ impl BrdfShader {
             let all = all.join(", ");
             arguments.push(count.map_or_else(|| all.clone(), |n| format!("array<vec4<f32>, {n}>({all})")));
         }
-        let value = format!("\nvar<private> brdf: Brdf = Brdf({});\n", arguments.join(", "));
-        let title: String =
-            prefix.chars().take(1).flat_map(char::to_uppercase).chain(prefix.chars().skip(1)).collect();
-        (text + &value)
-            .replace("brdf", &format!("{prefix}_brdf"))
-            .replace("Brdf", &format!("{title}Brdf"))
-            .replace("BRDF", &format!("{}_BRDF", prefix.to_uppercase()))
+        text + &format!("\nvar<private> brdf: Brdf = Brdf({});\n", arguments.join(", "))
     }
 
     /// The values of `brdf`, one vec4 after another.

@@ -20,6 +20,7 @@ use crate::draw::Draw;
 use crate::math::{largest, spherical};
 use crate::registry::Entry;
 use crate::spec::Args;
+use crate::wgsl::scoped;
 use crate::{Brdf, BrdfShader, Info, Lobe, Peak, Sample, SharedBrdf, SpecError, albedo};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -273,7 +274,7 @@ impl Brdf for Sum {
         let mut terms = Vec::new();
         for (k, (brdf, scale)) in self.parts.iter().enumerate() {
             let prefix = format!("term{k}");
-            text += &brdf.shader()?.scaled(*scale).inlined(&prefix);
+            text += &scoped(&prefix, &brdf.shader()?.scaled(*scale).closed());
             terms.push(format!("{prefix}_brdf_value(wi, wo)"));
         }
         let sum = terms.join(" + ");

@@ -2,6 +2,7 @@
 
 use super::{Format, Level, ROW, Shape, Table};
 use steradian_brdf::BrdfShader;
+use steradian_brdf::wgsl::scoped;
 
 /// Numbers of a measured reflectance as a table of [`Shape::Texels`].
 pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
@@ -13,16 +14,18 @@ pub fn cells(name: &'static str, cells: &[[f32; 3]]) -> Table {
     Table { name, shape: Shape::Texels, format: Format::Rgba32Float, level }
 }
 
-/// [`BrdfShader::inlined`] with `prefix`, and the table `name` that it reads where the reflectance is measured.
-pub fn own_reflectance(shader: &BrdfShader, prefix: &str, name: &'static str) -> (String, Vec<Table>) {
-    let text = shader.inlined(prefix);
-    let Some(numbers) = shader.cells() else { return (text, Vec::new()) };
-    let cell = format!(
-        "
-fn {prefix}_brdf_cell(i: u32) -> vec3<f32> {{
-    return fetch_{name}(i).rgb;
-}}
-"
-    );
-    (text + &cell, vec![cells(name, numbers)])
+/// [`BrdfShader::closed`] with what else calls it, under `prefix`, and the table `name` that it reads where the reflectance is
+/// measured.
+pub fn own_reflectance(
+    shader: &BrdfShader,
+    prefix: &str,
+    name: &'static str,
+    beside: &str,
+) -> (String, Vec<Table>) {
+    let mut text = shader.closed();
+    let numbers = shader.cells();
+    if numbers.is_some() {
+        text += &format!("\nfn brdf_cell(i: u32) -> vec3<f32> {{\n    return fetch_{name}(i).rgb;\n}}\n");
+    }
+    (scoped(prefix, &(text + beside)), numbers.map(|n| cells(name, n)).into_iter().collect())
 }

@@ -202,14 +202,14 @@ pub struct LocalText {
 impl LocalText {
     /// A reflectance's own text; `None` where it has none.
     pub fn of_model(brdf: &dyn Brdf) -> Option<Self> {
-        let (own, tables) = own_reflectance(&brdf.shader()?, "local", "local_cells");
         let call = "
-fn local_f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    return local_brdf_value(wi, wo);
+fn f_cos(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return brdf_value(wi, wo);
 }
 ";
+        let (own, tables) = own_reflectance(&brdf.shader()?, "local", "local_cells", call);
         let (uniforms, buffers) = Default::default();
-        Some(Self { module: (own + call).into(), tables, uniforms, buffers })
+        Some(Self { module: own.into(), tables, uniforms, buffers })
     }
 }
 

@@ -36,7 +36,7 @@ fn direct(t: &Relief, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 /// The model's own text, if it has one.
 pub(super) fn text(t: &Relief) -> Option<LocalText> {
     // It brings local_brdf_atan2.
-    let (own, mut tables) = own_reflectance(&t.brdf.shader()?, "local", "local_cells");
+    let (own, mut tables) = own_reflectance(&t.brdf.shader()?, "local", "local_cells", "");
     tables.extend([t.normals.table("local_normals"), t.horizons.table("local_horizons")]);
     let angle = include_str!("../../local/angle.wgsl");
     let kind = match t.kept {

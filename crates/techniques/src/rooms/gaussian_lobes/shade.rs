@@ -247,8 +247,8 @@ pub(super) fn gpu(b: &Bake<GaussianLobes>, f: &Frame) -> GpuTechnique {
         modules.push(hidden(bands).into());
         modules.push(hidden_diffuse(!f.light.is_empty()).into());
         let open = ["", include_str!("ambient.wgsl"), include_str!("published.wgsl")][bands.min(2)];
-        let open = open.replace("THIRD", if bands > 3 { "0.21875" } else { "0.0" });
-        modules.push(open.into());
+        let third = if bands > 3 { "0.21875" } else { "0.0" };
+        modules.extend([format!("const THIRD: f32 = {third};\n").into(), open.into()]);
         let per = |name, s: &crate::shared::geometry::transport::PerSite| {
             Buffer::new(name, s.stride, s.data.clone())
         };

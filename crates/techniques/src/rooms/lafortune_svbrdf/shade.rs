@@ -3,6 +3,7 @@
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
 use crate::shared::surface::cosine_lobes::{CosineLobes, Texel, WGSL};
+use steradian_brdf::wgsl::scoped;
 
 #[inline(always)]
 pub(super) fn f_cos(t: &CosineLobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
@@ -23,12 +24,7 @@ pub(super) fn f_cos(t: &CosineLobes, x: &Texel, wi: [f32; 3], wo: [f32; 3]) -> [
 pub(super) fn text(t: &CosineLobes) -> LocalText {
     LocalText {
         // Under names of its own: another technique for the other light may have the same lobes.
-        module: format!(
-            "{}{}",
-            WGSL.replace("CosineLobe", "LocalLobe").replace("cosine_lobe", "local_lobe"),
-            include_str!("shade.wgsl")
-        )
-        .into(),
+        module: (scoped("local", WGSL) + include_str!("shade.wgsl")).into(),
         tables: vec![t.texels.table("local_lobes")],
         uniforms: vec![Uniform { name: "local_lobe_count", value: Value::F32(t.count as f32) }],
         buffers: Vec::new(),

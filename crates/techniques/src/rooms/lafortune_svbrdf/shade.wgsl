@@ -1,6 +1,6 @@
 struct LocalTexel {
     rho_d: vec3<f32>,
-    lobes: array<LocalLobe, 4>,
+    lobes: array<LocalCosineLobe, 4>,
 }
 
 fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
@@ -8,7 +8,7 @@ fn local_texel(uv: vec2<f32>, footprint: f32, wo: vec3<f32>) -> LocalTexel {
     out.rho_d = fetch_local_lobes(uv, footprint, 0u).rgb * 0.31830987;
     for (var k = 0u; k < u32(technique.local_lobe_count); k++) {
         let first = 1u + 6u * k;
-        out.lobes[k] = local_lobe(
+        out.lobes[k] = local_cosine_lobe(
             fetch_local_lobes(uv, footprint, first).rgb,
             fetch_local_lobes(uv, footprint, first + 1u).rgb,
             fetch_local_lobes(uv, footprint, first + 2u).rgb,

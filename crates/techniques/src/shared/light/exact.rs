@@ -43,12 +43,8 @@ fn exact_radiance(n: vec3<f32>, t: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 
 /// The text of suns with the exact reflectance, and the tables that it reads.
 fn exact(shader: &BrdfShader) -> (String, Vec<Table>) {
-    let suns = direct::suns_wgsl()
-        .replace("gpu_", "exact_")
-        .replace("brdf", "exact_brdf")
-        .replace("BRDF", "EXACT_BRDF");
-    let (own, tables) = own_reflectance(shader, "exact", "exact_cells");
-    (own + &suns + include_str!("exact.wgsl"), tables)
+    let suns = direct::suns_wgsl() + include_str!("exact.wgsl");
+    own_reflectance(shader, "exact", "exact_cells", &suns)
 }
 
 /// `technique`, whose text calls `exact_radiance(n, t, wo)` and which has the uniform `turn`, with these suns.

@@ -1,6 +1,6 @@
 
-// Radiance of the suns apart, with the exact reflectance.
-fn exact_radiance(n: vec3<f32>, along: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+// Radiance of the suns apart, with the exact reflectance: exact_radiance, once all names have their prefix.
+fn radiance(n: vec3<f32>, along: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let t = normalize(along - n * dot(n, along));
     let frame = transpose(mat3x3<f32>(t, cross(n, t), n));
     let o = frame * wo;
@@ -13,9 +13,9 @@ fn exact_radiance(n: vec3<f32>, along: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         var seen = vec3<f32>(0.0);
         if half > 0.0 {
             let along = vec3<f32>(fetch_suns(k, 3u), fetch_suns(k, 4u), fetch_suns(k, 5u));
-            seen = exact_cell(pole, frame * (along * technique.turn), theta, half, o);
+            seen = gpu_cell(pole, frame * (along * technique.turn), theta, half, o);
         } else {
-            seen = exact_disk(pole, theta.y, o);
+            seen = gpu_disk(pole, theta.y, o);
         }
         sum += seen * vec3<f32>(fetch_suns(k, 9u), fetch_suns(k, 10u), fetch_suns(k, 11u));
     }
