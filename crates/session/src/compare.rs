@@ -17,6 +17,9 @@ use steradian_render::{
 use steradian_scene::surface::Planes;
 use steradian_scene::{Bvh, Camera};
 
+/// Between the names of a technique and of that for directional and point lights.
+const BESIDE: &str = " + ";
+
 /// How pictures are compared.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
@@ -87,13 +90,32 @@ pub enum Answer {
 }
 
 impl Answer {
+    fn label(&self) -> &str {
+        match self {
+            Self::Rendered(r) => &r.label,
+            Self::Refused { label, .. } => label,
+        }
+    }
+
+    fn on_backend(&self, name: &str) -> String {
+        let backend = match self {
+            Self::Rendered(r) => r.backend,
+            Self::Refused { backend, .. } => backend,
+        };
+        if backend == "cpu" { name.into() } else { format!("{name} ({backend})") }
+    }
+
     /// The technique's name, and the GPU where it computed.
     pub fn name(&self) -> String {
-        let (label, backend) = match self {
-            Self::Rendered(r) => (&r.label, r.backend),
-            Self::Refused { label, backend, .. } => (label, *backend),
-        };
-        if backend == "cpu" { label.clone() } else { format!("{label} ({backend})") }
+        self.on_backend(self.label())
+    }
+
+    /// The same, and the name of the technique for directional and point lights beside it.
+    pub fn names(&self) -> (String, Option<String>) {
+        match self.label().split_once(BESIDE) {
+            Some((technique, local)) => (self.on_backend(technique), Some(local.into())),
+            None => (self.name(), None),
+        }
     }
 
     /// Relative RMS error of a technique's picture.
@@ -404,7 +426,7 @@ impl Truth {
 /// The method, and the technique for directional and point lights where one of the materials has it.
 fn with_local(method: &Method, prepared: &[Prepared]) -> String {
     let local = prepared.iter().filter(|p| p.certificate.is_some()).find_map(|p| p.material.local.as_ref());
-    local.map_or_else(|| method.label(), |l| format!("{} + {}", method.label(), l.label()))
+    local.map_or_else(|| method.label(), |l| format!("{}{BESIDE}{}", method.label(), l.label()))
 }
 
 /// The certificate of the largest error.

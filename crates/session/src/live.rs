@@ -470,6 +470,7 @@ mod tests {
             params: steradian_base::ParamValues::default(),
             accuracy: Accuracy::Usual,
             mesh: None,
+            transfer: None,
             half: false,
         };
         let baked = session.bake(&request).expect("bakes").met().expect("no tolerance");

@@ -12,7 +12,7 @@ use steradian_render::scenefile::SceneBackground;
 use steradian_render::{Settings, ToneMapper};
 use steradian_scene::{Camera, Framing, Mesh};
 use steradian_techniques::Sites;
-use steradian_transfer::{Refinement, refine};
+use steradian_transfer::{Refinement, Saved, refine};
 
 /// A mesh with its materials, lights, camera, and how its picture is made.
 #[derive(Clone)]
@@ -39,6 +39,8 @@ pub struct Scene {
     pub tolerance: Option<f64>,
     /// Light that varies over space, which surfaces get in place of `lights`; these are seen beside them.
     pub probes: Option<Arc<Probes>>,
+    /// Transfer of the mesh that a file holds ([`Session::saved_transfer`]), in place of rays for techniques that bake on it.
+    pub transfer: Option<Arc<Saved>>,
 }
 
 /// Vertical field of view of cameras that are not given, degrees.
@@ -59,6 +61,7 @@ impl Scene {
             background: SceneBackground::Environment(0.0),
             tolerance: None,
             probes: None,
+            transfer: None,
         }
     }
 
@@ -98,7 +101,8 @@ impl Scene {
     /// where shadows and reflections vary between them.
     pub(crate) fn staged(&self, camera: &Camera, sited: &Sited, task: &Task) -> Result<Cow<'_, Self>, Error> {
         let scene = self.grounded(camera);
-        let Some(coarsest) = sited.spacing else { return Ok(scene) };
+        // What is known of its vertices is known of no others.
+        let Some(coarsest) = sited.spacing.filter(|_| self.transfer.is_none()) else { return Ok(scene) };
         let mut scene = scene.into_owned();
         let refinement = Refinement { coarsest, ..Refinement::default() };
         scene.mesh = refine(&scene.mesh, self.mesh.bounds(), sited.slots.as_deref(), &refinement, task)?;

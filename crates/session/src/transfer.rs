@@ -6,6 +6,7 @@ use crate::{Error, Outcome, Session};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 use steradian_engines::{VertexNumbers, glb};
 use steradian_formats::{
@@ -219,6 +220,22 @@ impl Session {
         self.note_input(path);
         let saved = Saved::read(&file).map_err(|e| Error::input(format!("{}: {e}", path.display())))?;
         Ok(Some((saved, file)))
+    }
+
+    /// Transfer of the vertices of `mesh` from a file; that of another mesh is refused.
+    pub fn transfer_of(&mut self, path: &Path, mesh: &Mesh) -> Result<Arc<Saved>, Error> {
+        let Some((saved, _)) = self.saved_transfer(path)? else {
+            return Err(Error::input(format!(
+                "{}: holds no transfer: steradian transfer writes it",
+                path.display()
+            )));
+        };
+        check_fits(&saved, mesh, 1, path)?;
+        if saved.sites != "vertices" {
+            let why = format!("holds transfer of {}, and techniques take that of vertices", saved.sites);
+            return Err(Error::input(format!("{}: {why}", path.display())));
+        }
+        Ok(Arc::new(saved))
     }
 
     /// The mesh, and the albedo of each of its slots.

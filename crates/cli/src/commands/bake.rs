@@ -44,6 +44,9 @@ pub struct Options {
     /// Mesh file or shape, for techniques that bake per vertex
     #[arg(long, value_name = "FILE|SHAPE")]
     mesh: Option<String>,
+    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays
+    #[arg(long, value_name = "FILE", requires = "mesh")]
+    transfer: Option<PathBuf>,
     /// Store 16-bit floats in .safetensors where the error allows
     #[arg(long)]
     half: bool,
@@ -74,6 +77,7 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
         params: inputs::parameters(&o.params)?,
         accuracy: Accuracy::of(o.tolerance, o.energy_epsilon, technique),
         mesh: o.mesh.clone(),
+        transfer: o.transfer.clone(),
         half: o.half,
     };
     let (done, missed) = context.bake(&request)?.even_if_missed();

@@ -53,6 +53,9 @@ pub struct Options {
     /// --environment is seen behind the surfaces [default: the sky that it was baked from, or nothing]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sun_lights", "light", "suns", "local", "brdf", "technique", "params"])]
     pub bake: Option<PathBuf>,
+    /// Transfer of the mesh's vertices, as `transfer` writes it, in place of rays for techniques that bake on the mesh
+    #[arg(long, value_name = "FILE", requires = "technique", conflicts_with_all = ["bake", "ground"])]
+    pub transfer: Option<PathBuf>,
     /// Relative RMS error of radiance asked for, such as 0.01; a miss exits 4
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = inputs::positive)]
     pub tolerance: Option<f64>,

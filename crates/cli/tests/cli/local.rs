@@ -320,7 +320,16 @@ fn the_same_images_drive_environments_and_lamps() {
     let made = ["compare", "sphere", "-e", "overcast", "-b", base, "-t", "lafortune_env", "--size", "24"];
     let lamp = ["--light", "point:position=2/2/2,intensity=30/30/30"];
     let local = ["--local", "lafortune_svbrdf:rho_1=rho.pfm,n_1=n.pfm"];
-    let v = json(dir, &[&made[..], &images, &lamp, &local, &["-o", "both.png", "--json"]].concat());
+    let v = json(
+        dir,
+        &[&made[..], &images, &lamp, &local, &["-o", "both.png", "--table", "both.csv", "--json"]].concat(),
+    );
+    let table = fs::read_to_string(dir.join("both.csv")).expect("a table");
+    assert!(
+        table.starts_with("environment,brdf,technique,local,")
+            && table.contains("\"lafortune_env\",\"lafortune_svbrdf"),
+        "{table}"
+    );
     let error = v["comparisons"][0]["techniques"][1]["relative_rms"].as_f64().expect("a number");
     assert!(error < 0.025, "{error}");
     // The error in the picture is known where both kinds of light read the same images.

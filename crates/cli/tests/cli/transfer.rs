@@ -1,6 +1,6 @@
 //! `steradian transfer`, and pictures and points of techniques that bake on a mesh.
 
-use super::common::{ends, said, well};
+use super::common::{ends, fails, said, well};
 use std::fs;
 use steradian_formats::{Limits, read_tensors};
 
@@ -192,4 +192,59 @@ fn coarse_ground_has_its_contact_shadow() {
         let error = out["comparisons"][0]["techniques"][1]["relative_rms"].as_f64().expect("a number");
         assert!(error < 0.04, "{technique}: {error}");
     }
+}
+
+/// Transfer that a file holds is shaded, to the bit as rays of the same tolerance are, and what is not of this mesh, or less than a
+/// technique needs, is refused.
+#[test]
+fn transfer_of_a_file_takes_the_place_of_rays() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    let transfer = ["transfer", "torus", "--tolerance", "0.02", "--bands", "4", "--quiet"];
+    well(dir, &[&transfer[..], &["-o", "t.safetensors"]].concat());
+    well(dir, &[&transfer[..], &["--matrices", "-o", "m.safetensors"]].concat());
+    let render = |technique: &str, more: &[&str]| {
+        let fixed = [
+            "render", "torus", "-e", "overcast", "-b", "lambert", "--size", "24", "--quiet", "-t", technique,
+        ];
+        let params = ["--param", "bands=4", "--param", "precision=0.02", "-o", "x.pfm"];
+        well(dir, &[&fixed[..], &params, more].concat());
+        fs::read(dir.join("x.pfm")).expect("a picture")
+    };
+    for (technique, file) in [("prt_diffuse", "t.safetensors"), ("prt_glossy", "m.safetensors")] {
+        assert!(render(technique, &[]) == render(technique, &["--transfer", file]), "{technique}");
+    }
+    // Matrices take other rays than vectors alone.
+    render("prt_diffuse", &["--transfer", "m.safetensors"]);
+    let bake =
+        ["bake", "overcast", "-b", "lambert", "-t", "prt_diffuse", "--param", "bands=3", "--mesh", "torus"];
+    well(dir, &[&bake[..], &["--transfer", "t.safetensors", "-o", "b.safetensors"]].concat());
+    well(dir, &["render", "torus", "--bake", "b.safetensors", "--size", "24", "-o", "b.pfm"]);
+    let made = |mesh: &'static str, technique: &'static str, bands: &'static str| {
+        let made = [
+            "render",
+            mesh,
+            "-e",
+            "overcast",
+            "-b",
+            "lambert",
+            "-o",
+            "no.png",
+            "--transfer",
+            "t.safetensors",
+        ];
+        [&made[..], &["-t", technique, "--param", bands]].concat()
+    };
+    fails(dir, 3, "transfer of another mesh: its digest is", &made("knot", "prt_diffuse", "bands=4"));
+    fails(dir, 3, "transfer of 4 bands, where 5 are asked for", &made("torus", "prt_diffuse", "bands=5"));
+    fails(dir, 3, "4 bands of visibility, of 7 that are needed", &made("torus", "prt_glossy", "bands=4"));
+    fails(
+        dir,
+        3,
+        "has 1 scattering events",
+        &[&made("torus", "prt_diffuse", "bands=4")[..], &["--param", "bounces=2"]].concat(),
+    );
+    let bare = ["render", "torus", "-t", "prt_diffuse", "-o", "no.png", "--transfer", "b.safetensors"];
+    fails(dir, 3, "b.safetensors: holds no transfer", &bare);
+    assert!(!dir.join("no.png").exists());
 }

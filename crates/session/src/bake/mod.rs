@@ -36,6 +36,8 @@ pub struct Request {
     pub accuracy: Accuracy,
     /// Mesh, for techniques that bake per vertex.
     pub mesh: Option<String>,
+    /// Transfer of the mesh's vertices that a file holds, in place of rays.
+    pub transfer: Option<PathBuf>,
     /// Are 16-bit floats stored where the error allows?
     pub half: bool,
 }
@@ -168,7 +170,8 @@ fn geometry(request: &Request, session: &mut Session) -> Result<Option<Geometry>
         (Some(_), false) => Err(Error::usage(format!("{} bakes no mesh: leave --mesh out", card.slug))),
         (Some(mesh), true) => {
             let mesh = Arc::new(session.mesh(mesh)?);
-            Ok(Some(Geometry::new(mesh, Sites::Vertices)))
+            let known = request.transfer.as_ref().map(|path| session.transfer_of(path, &mesh)).transpose()?;
+            Ok(Some(Geometry { transfer: known, ..Geometry::new(mesh, Sites::Vertices) }))
         }
     }
 }

@@ -112,22 +112,35 @@ impl Column {
     }
 }
 
-/// Light, material and technique of a row.
-fn names(f: &Finding, a: &Answer) -> [String; 3] {
-    [f.environment.clone(), f.brdf.clone(), a.name()]
+/// Has any row a technique for directional and point lights? It then has a column of its own.
+fn has_local(findings: &[Finding]) -> bool {
+    findings.iter().flat_map(|f| &f.answers).any(|a| a.names().1.is_some())
 }
 
-fn head() -> Vec<String> {
-    let names = ["environment", "brdf", "technique"].into_iter();
+/// What names a row: light, material, technique, and perhaps that for directional and point lights.
+fn headings(local: bool) -> &'static [&'static str] {
+    let all: &[&str] = &["environment", "brdf", "technique", "local"];
+    &all[..3 + usize::from(local)]
+}
+
+/// These of a row.
+fn names(f: &Finding, a: &Answer, local: bool) -> Vec<String> {
+    let (technique, other) = a.names();
+    let other = local.then(|| other.unwrap_or_else(|| "-".into()));
+    [f.environment.clone(), f.brdf.clone(), technique].into_iter().chain(other).collect()
+}
+
+fn head(local: bool) -> Vec<String> {
+    let names = headings(local).iter().copied();
     names.chain(COLUMNS.iter().map(|c| c.head)).map(String::from).collect()
 }
 
 /// Cells of one line of the table; a refusal says why.
-fn line(f: &Finding, a: &Answer) -> Vec<String> {
-    let mut out = names(f, a).to_vec();
+fn line(f: &Finding, a: &Answer, local: bool) -> Vec<String> {
+    let mut out = names(f, a, local);
     match a {
         Answer::Refused { why, .. } => {
-            out.resize(2 + COLUMNS.len(), "-".into());
+            out.resize(headings(local).len() - 1 + COLUMNS.len(), "-".into());
             out.push(why.clone());
         }
         Answer::Rendered(r) => out.extend(COLUMNS.iter().map(|c| c.text(r).unwrap_or_else(|| "-".into()))),
@@ -137,9 +150,10 @@ fn line(f: &Finding, a: &Answer) -> Vec<String> {
 
 /// The table in words.
 pub fn table(findings: &[Finding]) -> String {
-    let mut lines = vec![head()];
-    lines.extend(findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
-    let last = 2 + COLUMNS.len();
+    let local = has_local(findings);
+    let mut lines = vec![head(local)];
+    lines.extend(findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a, local))));
+    let last = headings(local).len() - 1 + COLUMNS.len();
     let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..last).map(width).collect();
     lines
@@ -158,14 +172,15 @@ pub fn csv(findings: &[Finding]) -> String {
     // The value of a sweep has a column of its own, for plots.
     let swept = findings.iter().any(|f| f.value.is_some());
     let value = if swept { "value," } else { "" };
-    let mut out = format!("environment,brdf,technique,{value}{},refused\n", columns.join(","));
+    let local = has_local(findings);
+    let mut out = format!("{},{value}{},refused\n", headings(local).join(","), columns.join(","));
     for f in findings {
         for a in &f.answers {
             let why = if let Answer::Refused { why, .. } = a { quoted(why) } else { String::new() };
             let number =
                 |c: &Column| a.rendering().and_then(c.value).map_or_else(String::new, |v| v.to_string());
             let value = f.value.filter(|_| swept).map(|v| v.to_string());
-            let names = names(f, a).map(|t| quoted(&t)).into_iter().chain(value);
+            let names = names(f, a, local).into_iter().map(|t| quoted(&t)).chain(value);
             let cells = names.chain(COLUMNS.iter().map(number));
             out.push_str(&format!("{},{why}\n", cells.collect::<Vec<_>>().join(",")));
         }
@@ -181,13 +196,15 @@ pub fn latex(findings: &[Finding]) -> String {
     let row = |cells: Vec<String>| {
         format!("{} \\\\\n", cells.iter().map(|c| plain(c)).collect::<Vec<_>>().join(" & "))
     };
-    let mut out = format!("\\begin{{tabular}}{{lll{}}}\n\\toprule\n", "r".repeat(COLUMNS.len()));
-    out.push_str(&row(head()));
+    let local = has_local(findings);
+    let left = "l".repeat(headings(local).len());
+    let mut out = format!("\\begin{{tabular}}{{{left}{}}}\n\\toprule\n", "r".repeat(COLUMNS.len()));
+    out.push_str(&row(head(local)));
     out.push_str("\\midrule\n");
     for f in findings {
         for (a, r) in f.answers.iter().filter_map(|a| Some((a, a.rendering()?))) {
             let number = |c: &Column| c.text(r).unwrap_or_else(|| "--".into());
-            out.push_str(&row(names(f, a).into_iter().chain(COLUMNS.iter().map(number)).collect()));
+            out.push_str(&row(names(f, a, local).into_iter().chain(COLUMNS.iter().map(number)).collect()));
         }
     }
     out.push_str("\\bottomrule\n\\end{tabular}\n");
@@ -197,7 +214,8 @@ pub fn latex(findings: &[Finding]) -> String {
 /// One web page.
 pub fn html(mesh: &str, findings: &[Finding]) -> Result<String, Error> {
     let mut page = Page::new("Techniques and the reference", mesh);
-    page.table(&head(), findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a))));
+    let local = has_local(findings);
+    page.table(&head(local), findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a, local))));
     for f in findings {
         page.heading(&format!("{} under {}", f.brdf, f.environment));
         for a in &f.answers {
@@ -219,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_names_are_broken_and_slugs_are_words() {
+    fn long_leftare_broken_and_slugs_are_words() {
         assert_eq!(wrapped("ggx:alpha=0.1,f0=1.0/0.8/0.3,x=1"), ["ggx:alpha=0.1,", "f0=1.0/0.8/0.3,x=1"]);
         assert_eq!(heading("shrm_slices my_bake.safetensors"), "shrm slices my_bake.safetensors");
         assert_eq!(heading("split_sum"), "split sum");

@@ -49,6 +49,7 @@ impl Under<'_> {
         };
         bakes_on.then(|| Geometry {
             materials: self.scene.materials.iter().map(slot).collect(),
+            transfer: self.scene.transfer.clone(),
             ..Geometry::new(Arc::new(self.scene.mesh.clone()), self.sites.sites())
         })
     }

@@ -112,6 +112,8 @@ impl Session {
         let (known, paths) = self.estimates(&stage, &positions, request, store.as_ref())?;
         let open: Vec<usize> = (0..known.len()).filter(|k| !known[*k].inside()).collect();
         if open.is_empty() {
+            // Nothing of them is worth going on from.
+            store.map_or(Ok(()), Store::finish)?;
             return Err(Error::input(format!(
                 "all {} probes are inside solids: they see surfaces from behind, or nothing but black; move them, or \
                  turn the triangles over",

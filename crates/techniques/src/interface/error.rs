@@ -50,6 +50,14 @@ pub enum BakeError {
         /// Why not.
         why: String,
     },
+    /// The transfer that a file holds is not what the technique needs.
+    #[error("{slug}: {why}")]
+    Transfer {
+        /// The technique.
+        slug: &'static str,
+        /// Why not.
+        why: String,
+    },
     /// The bake would need more memory than the task allows.
     #[error("{slug}: needs {need} bytes, allowed are {allowed} (--max-memory)")]
     Memory {
@@ -78,7 +86,7 @@ impl BakeError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Param(_) | Self::Material { .. } | Self::Light { .. } | Self::Geometry { .. } => 2,
-            Self::Load { .. } | Self::Unsound(_) | Self::Unmeasured { .. } => 3,
+            Self::Transfer { .. } | Self::Load { .. } | Self::Unsound(_) | Self::Unmeasured { .. } => 3,
             Self::Memory { .. } | Self::NotFinite { .. } | Self::Cancelled(_) => 1,
         }
     }

@@ -6,6 +6,7 @@ use steradian_brdf::SharedBrdf;
 use steradian_relight::btf::Btf;
 use steradian_scene::Mesh;
 use steradian_scene::surface::Planes;
+use steradian_transfer::Saved;
 
 /// How a surface reflects. A base-colour texture multiplies the radiance that a technique returns and stays with the
 /// renderer.
@@ -58,12 +59,15 @@ pub struct Geometry {
     /// The material of each slot of the mesh ([`Mesh::materials`]), which interreflected light needs; slots beyond the
     /// end have the material that is baked.
     pub materials: Arc<[Material]>,
+    /// Transfer of the mesh's vertices that is known, as a file holds it: it is taken where the sites are vertices, and no ray is
+    /// cast, whatever precision a technique asks for.
+    pub transfer: Option<Arc<Saved>>,
 }
 
 impl Geometry {
     /// A mesh of one material, the one that is baked.
     pub fn new(mesh: Arc<Mesh>, sites: Sites) -> Self {
-        Self { mesh, sites, materials: Arc::default() }
+        Self { mesh, sites, materials: Arc::default(), transfer: None }
     }
 
     /// Are the sites vertices, between which triangle `i` of the mesh interpolates?

@@ -138,6 +138,7 @@ mod tests {
             params: steradian_base::ParamValues::default(),
             accuracy: Accuracy::Usual,
             mesh: None,
+            transfer: None,
             half: false,
         };
         let mut session = Session::new();

@@ -106,12 +106,13 @@ fn overrides(o: &Options, context: &mut Context) -> Result<SceneOverrides, Failu
     let maps = [&o.base_color_texture, &o.normal_map, &o.roughness_map].iter().any(|m| m.is_some());
     if o.brdf.is_some()
         || o.bake.is_some()
+        || o.transfer.is_some()
         || maps
         || o.plain
         || o.translate.is_some()
         || !o.params.is_empty()
     {
-        let why = "--brdf, --bake, --base-color-texture, --normal-map, --roughness-map, --plain, --translate and --param belong \
+        let why = "--brdf, --bake, --transfer, --base-color-texture, --normal-map, --roughness-map, --plain, --translate and --param belong \
                    to a mesh; a scene file has materials";
         return Err(Failure::usage(why));
     }
@@ -159,6 +160,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         let by = Affine3A::from_translation(Vec3::from(by.map(|x| x as f32)));
         model.mesh = model.mesh.transformed(&by);
     }
+    let known = o.transfer.as_deref().map(|path| context.transfer_of(path, &model.mesh)).transpose()?;
     let lights = lights(o, file.as_deref(), context)?;
     let material = |brdf, base_colour, file: SurfaceMaps| {
         let maps = SurfaceMaps {
@@ -183,7 +185,7 @@ fn bare(o: &Options, context: &mut Context) -> Result<Scene, Failure> {
         materials.push(material(brdf, texture.clone(), SurfaceMaps::default()));
     }
     say_materials(o, &model, given.is_some(), texture.is_some(), context);
-    Ok(Scene::new(model.mesh, materials, lights))
+    Ok(Scene { transfer: known, ..Scene::new(model.mesh, materials, lights) })
 }
 
 /// A saved bake for a picture.

@@ -5,7 +5,8 @@ use crate::{BakeError, Geometry, Part, Points, Sites};
 use half::f16;
 use steradian_base::Task;
 use steradian_brdf::Form;
-use steradian_transfer::{Scene, Settings, Site, Transfer, TransferError, transfer};
+use steradian_scene::Mesh;
+use steradian_transfer::{Saved, Scene, Settings, Site, Transfer, TransferError, transfer};
 
 /// Numbers per site.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -100,6 +101,9 @@ pub fn bake(
         TransferError::Memory { needed, allowed, .. } => BakeError::Memory { slug, need: needed, allowed },
         e => BakeError::Geometry { slug, why: e.to_string() },
     };
+    if let (Some(saved), Sites::Vertices | Sites::Slots(_)) = (&g.transfer, &g.sites) {
+        return known(saved, &g.mesh, &settings).map_err(|why| BakeError::Transfer { slug, why });
+    }
     let scene = Scene::new(&g.mesh).map_err(error)?;
     let places = match &g.sites {
         // What the other vertices get is reflected.
@@ -107,6 +111,44 @@ pub fn bake(
         _ => sites(slug, g)?,
     };
     transfer(&scene, &places, &settings, None, task).map_err(error)
+}
+
+/// The bands of a file's transfer that are asked for; or what of it is not what `settings` ask for.
+fn known(saved: &Saved, mesh: &Mesh, settings: &Settings) -> Result<Transfer, String> {
+    saved.fits(mesh, settings.bands).map_err(|e| e.to_string())?;
+    let (t, wide) = (&saved.transfer, settings.wide());
+    if t.len() != mesh.positions.len() || saved.sites != "vertices" {
+        return Err(format!("the transfer given is that of {}, not of vertices", saved.sites));
+    }
+    if t.wide < wide {
+        let why = format!("the transfer given has {} bands of visibility, of {wide} that are needed", t.wide);
+        return Err(format!("{why}: transfer --matrices writes them"));
+    }
+    if t.bounces != settings.bounces {
+        let has = format!("the transfer given has {} scattering events", t.bounces);
+        return Err(format!("{has}, not the {} of the parameter bounces", settings.bounces));
+    }
+    let slots = 0..=mesh.materials.iter().copied().max().unwrap_or(0) as usize;
+    let at = |all: &[[f64; 3]], slot: usize| all.get(slot).or(all.last()).copied().unwrap_or_default();
+    let differs = |slot: usize| {
+        let [a, b] = [&saved.albedo, &settings.albedo].map(|all| at(all, slot));
+        a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-6)
+    };
+    if let Some(slot) = slots.into_iter().find(|s| t.bounces > 1 && differs(*s)) {
+        let [a, b] = [&saved.albedo, &settings.albedo].map(|all| at(all, slot));
+        return Err(format!("the transfer given has reflections of albedo {a:?} in slot {slot}, not {b:?}"));
+    }
+    let first = |all: &[f32], of: usize, n: usize| -> Vec<f32> {
+        all.chunks_exact(of * of).flat_map(|v| &v[..n * n]).copied().collect()
+    };
+    Ok(Transfer {
+        bands: settings.bands,
+        wide,
+        t: first(&t.t, t.bands, settings.bands),
+        direct: t.direct.as_ref().map(|d| first(d, t.bands, settings.bands)),
+        v: first(&t.v, t.wide, wide),
+        ..t.clone()
+    })
 }
 
 /// What of the transfer vectors arrives after reflections: nothing, one vector a site, or one for each channel.
