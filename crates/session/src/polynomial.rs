@@ -73,7 +73,7 @@ impl Session {
         if kind == PolynomialKind::Lrgb && sums.lost > TOLD {
             self.say(format_args!(
                 "{}: colours change with the light, of which one colour a texel loses {:.1} %: polynomials of red, green and blue keep them \
-                 (PTM_FORMAT_RGB)",
+                 (--ptm rgb)",
                 list.display(),
                 100.0 * sums.lost
             ));

@@ -1,6 +1,6 @@
 //! Local light from the command line: `--local` beside a technique, and the horizons of height maps.
 
-use super::common::{fails, json, said};
+use super::common::{fails, json, said, well};
 use std::fs;
 use std::path::Path;
 use steradian_formats::{
@@ -378,4 +378,35 @@ fn a_ground_is_shaded_without_the_textures_of_the_mesh() {
     assert_eq!(code, Some(0), "{err}");
     let said = format!("{out}{err}");
     assert!(said.contains("ground: not by bump_horizon (its files belong to the mesh)"), "{said}");
+}
+
+/// The normals of a local technique are all light's, whether a lamp shines or none; its error is told as its own; and a reflectance
+/// that has a direction finds none on a mesh without tangents and texture coordinates.
+#[test]
+fn bumps_errors_and_directions_are_those_of_the_local_technique() {
+    let d = tempfile::tempdir().expect("a folder");
+    let dir = d.path();
+    walls(dir);
+    let fixed =
+        ["render", "sphere", "-e", "overcast", "-b", "lambert", "-t", "sh-irradiance", "--size", "24"];
+    let bumpy = ["--local", "bump_horizon:height=wall.pfm"];
+    well(dir, &[&fixed[..], &["-o", "plain.pfm"]].concat());
+    well(dir, &[&fixed[..], &bumpy, &["-o", "bumpy.pfm"]].concat());
+    assert!(
+        fs::read(dir.join("plain.pfm")).expect("a picture")
+            != fs::read(dir.join("bumpy.pfm")).expect("a picture")
+    );
+    let lamp = ["--light", "directional:direction=0.2/0.8/0.3,irradiance=1/1/1", "-o", "lit.pfm"];
+    let (code, _, err) = said(dir, &[&fixed[..], &bumpy, &lamp].concat());
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("; bump_horizon, of directional and point lights: "), "{err}");
+    fs::write(dir.join("bare.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+        .expect("written");
+    let brushed = ["render", "bare.obj", "-b", "banks:n=30", "-t", "sh-brdf", "--local", "banks_table"];
+    fails(
+        dir,
+        3,
+        "neither tangents nor texture coordinates",
+        &[&brushed[..], &lamp[..3], &["x.png"]].concat(),
+    );
 }

@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_leftare_broken_and_slugs_are_words() {
+    fn long_names_are_broken_and_slugs_are_words() {
         assert_eq!(wrapped("ggx:alpha=0.1,f0=1.0/0.8/0.3,x=1"), ["ggx:alpha=0.1,", "f0=1.0/0.8/0.3,x=1"]);
         assert_eq!(heading("shrm_slices my_bake.safetensors"), "shrm slices my_bake.safetensors");
         assert_eq!(heading("split_sum"), "split sum");
