@@ -2,16 +2,22 @@
 //!
 //! Paige & Saunders (1982), *LSQR: An Algorithm for Sparse Linear Equations and Sparse Least Squares*, ACM TOMS 8.
 
+use std::sync::OnceLock;
 use steradian_parallel::prelude::*;
 
 /// One number per channel.
 pub type Rgb = [f64; 3];
 
-/// A matrix with rows of few entries, and its transpose.
+/// A matrix with rows of few entries.
 pub struct Sparse {
     rows: Lists,
-    columns: Lists,
+    columns: usize,
+    /// The transpose, which takes as long to make as several products: normal equations do without.
+    turned: OnceLock<Lists>,
 }
+
+/// Rows whose sums are taken apart, to be added in their order.
+const ROWS: usize = 1 << 16;
 
 /// Lists of (index, value) one after the other.
 #[derive(Default)]
@@ -43,28 +49,34 @@ impl Lists {
 impl Sparse {
     /// The matrix of these rows, each the end of its entries.
     pub fn new(columns: usize, ends: Vec<u32>, entries: Vec<(u32, f32)>) -> Self {
-        let mut counts = vec![0u32; columns + 1];
-        entries.iter().for_each(|e| counts[e.0 as usize + 1] += 1);
-        for k in 0..columns {
-            counts[k + 1] += counts[k];
-        }
-        let mut place = counts.clone();
-        let mut turned = vec![(0, 0.0); entries.len()];
-        let rows = Lists { ends, entries };
-        for row in 0..rows.ends.len() {
-            for &(k, v) in rows.get(row) {
-                let at = &mut place[k as usize];
-                turned[*at as usize] = (row as u32, v);
-                *at += 1;
+        Self { rows: Lists { ends, entries }, columns, turned: OnceLock::new() }
+    }
+
+    fn turned(&self) -> &Lists {
+        self.turned.get_or_init(|| {
+            let rows = &self.rows;
+            let mut counts = vec![0u32; self.columns + 1];
+            rows.entries.iter().for_each(|e| counts[e.0 as usize + 1] += 1);
+            for k in 0..self.columns {
+                counts[k + 1] += counts[k];
             }
-        }
-        counts.remove(0);
-        Self { rows, columns: Lists { ends: counts, entries: turned } }
+            let mut place = counts.clone();
+            let mut entries = vec![(0, 0.0); rows.entries.len()];
+            for row in 0..rows.ends.len() {
+                for &(k, v) in rows.get(row) {
+                    let at = &mut place[k as usize];
+                    entries[*at as usize] = (row as u32, v);
+                    *at += 1;
+                }
+            }
+            counts.remove(0);
+            Lists { ends: counts, entries }
+        })
     }
 
     /// Number of columns.
     pub fn columns(&self) -> usize {
-        self.columns.ends.len()
+        self.columns
     }
 
     /// Column and value of the entries of row `i`.
@@ -77,16 +89,24 @@ impl Sparse {
         self.rows.sums(|k| x[k])
     }
 
-    /// Squared norms of the columns of diag(weight) A.
+    /// Squared norms of the columns of diag(weight) A, of as many rows as there are weights.
     pub fn column_norms(&self, weight: &[Rgb]) -> Vec<Rgb> {
-        let norm = |k: usize| {
-            let mut s = [0.0; 3];
-            for &(row, v) in self.columns.get(k) {
-                (0..3).for_each(|c| s[c] += (f64::from(v) * weight[row as usize][c]).powi(2));
+        let block = |(b, weight): (usize, &[Rgb])| {
+            let mut s = vec![[0.0; 3]; self.columns];
+            for (row, w) in weight.iter().enumerate() {
+                for &(k, v) in self.rows.get(b * ROWS + row) {
+                    let to = &mut s[k as usize];
+                    (0..3).for_each(|c| to[c] += (f64::from(v) * w[c]).powi(2));
+                }
             }
             s
         };
-        (0..self.columns()).into_par_iter().map(norm).collect()
+        let blocks: Vec<Vec<Rgb>> = weight.par_chunks(ROWS).enumerate().map(block).collect();
+        let mut sum = vec![[0.0; 3]; self.columns];
+        for block in blocks {
+            sum.iter_mut().zip(block).for_each(|(s, b)| (0..3).for_each(|c| s[c] += b[c]));
+        }
+        sum
     }
 }
 
@@ -108,6 +128,12 @@ fn inverse(x: Rgb) -> Rgb {
     x.map(|x| if x > 0.0 { 1.0 / x } else { 0.0 })
 }
 
+/// x times what scales it, number by number.
+fn scaled(x: &[Rgb], by: &[Rgb]) -> Vec<Rgb> {
+    let product = |(x, s): (&Rgb, &Rgb)| [x[0] * s[0], x[1] * s[1], x[2] * s[2]];
+    x.par_iter().zip(by).with_min_len(4096).map(product).collect()
+}
+
 /// a x + b y, channel by channel.
 fn combine(x: &mut [Rgb], a: Rgb, y: &[Rgb], b: Rgb) {
     x.par_iter_mut().zip(y).with_min_len(4096).for_each(|(x, y)| {
@@ -120,12 +146,14 @@ fn combine(x: &mut [Rgb], a: Rgb, y: &[Rgb], b: Rgb) {
 pub fn solve(a: &Sparse, weight: &[Rgb], b: &[Rgb], accuracy: f64, most: usize) -> (Vec<Rgb>, usize) {
     let scale: Vec<Rgb> = a.column_norms(weight).into_iter().map(|n| inverse(n.map(f64::sqrt))).collect();
     let times = |v: &[Rgb]| {
-        let mut u = a.rows.sums(|k| std::array::from_fn(|c| v[k][c] * scale[k][c]));
+        let v = scaled(v, &scale);
+        let mut u = a.rows.sums(|k| v[k]);
         u.par_iter_mut().zip(weight).for_each(|(u, w)| (0..3).for_each(|c| u[c] *= w[c]));
         u
     };
     let adjoint = |u: &[Rgb]| {
-        let mut v = a.columns.sums(|k| std::array::from_fn(|c| u[k][c] * weight[k][c]));
+        let u = scaled(u, weight);
+        let mut v = a.turned().sums(|k| u[k]);
         v.par_iter_mut().zip(&scale).for_each(|(v, s)| (0..3).for_each(|c| v[c] *= s[c]));
         v
     };
@@ -136,7 +164,7 @@ pub fn solve(a: &Sparse, weight: &[Rgb], b: &[Rgb], accuracy: f64, most: usize) 
     let mut alpha = norm(&v);
     v.iter_mut().for_each(|v| (0..3).for_each(|c| v[c] *= inverse(alpha)[c]));
     let mut w = v.clone();
-    let mut x = vec![[0.0; 3]; a.columns()];
+    let mut x = vec![[0.0; 3]; a.columns];
     let (mut phi_bar, mut rho_bar, first) = (beta, alpha, beta);
     let mut steps = 0;
     while steps < most {

@@ -35,6 +35,8 @@ pub struct Problem {
 
 /// Blocks of rows whose normal equations are summed apart.
 const BLOCKS: usize = 16;
+/// Samples whose squares are summed apart.
+const SAMPLES: usize = 1 << 12;
 /// What is added to the diagonal of normal equations, over it: a factor that moves from one map to another changes nothing.
 const RIDGE: f64 = 1e-11;
 
@@ -62,14 +64,33 @@ impl Problem {
 
     /// Right-hand sides of the first solution: logarithms of the samples.
     pub fn logs(&self) -> Vec<Rgb> {
-        let samples = (0..self.values.len()).map(|k| self.floored(k).map(f64::ln));
-        samples.chain(self.smooth.iter().map(|_| [0.0; 3])).collect()
+        let mut logs: Vec<Rgb> =
+            (0..self.values.len()).into_par_iter().map(|k| self.floored(k).map(f64::ln)).collect();
+        logs.extend(self.smooth.iter().map(|_| [0.0; 3]));
+        logs
     }
 
     /// Weights of all rows where the values are `of`.
-    pub fn weights(&self, of: impl Fn(usize) -> Rgb) -> Vec<Rgb> {
-        let weight = |k: usize| of(k).map(|v| self.share(k) * v.max(self.dim).powf(self.power));
-        (0..self.values.len()).map(weight).chain(self.smooth.iter().copied()).collect()
+    pub fn weights(&self, of: impl Fn(usize) -> Rgb + Sync) -> Vec<Rgb> {
+        let weight = |k: usize| of(k).map(|v| self.share(k) * raised(v.max(self.dim), self.power));
+        let mut weights: Vec<Rgb> = (0..self.values.len()).into_par_iter().map(weight).collect();
+        weights.extend(&self.smooth);
+        weights
+    }
+
+    /// Σ of the squares of a function of the samples, in blocks of fixed size, in their order.
+    fn squares(&self, of: impl Fn(usize) -> Rgb + Sync) -> Rgb {
+        let n = self.values.len();
+        let add = |mut sum: Rgb, x: Rgb| {
+            (0..3).for_each(|c| sum[c] += x[c]);
+            sum
+        };
+        let block = |b: usize| {
+            let range = b * SAMPLES..((b + 1) * SAMPLES).min(n);
+            range.fold([0.0; 3], |sum, k| add(sum, of(k).map(|x| x * x)))
+        };
+        let blocks: Vec<Rgb> = (0..n.div_ceil(SAMPLES)).into_par_iter().map(block).collect();
+        blocks.into_iter().fold([0.0; 3], add)
     }
 
     /// Least squares in the logarithm.
@@ -141,36 +162,28 @@ impl Problem {
 
     fn solution(&self, x: Vec<Rgb>, steps: usize) -> Solution {
         let model = self.a.times(&x);
-        let mut cost = [0.0; 3];
-        for (k, (v, m)) in self.values.iter().zip(&model).enumerate() {
-            let (floored, share) = (self.floored(k), self.share(k));
-            let error = |c: usize| share * floored[c].powf(self.power - 1.0) * (m[c].exp() - v[c]);
-            (0..3).for_each(|c| cost[c] += error(c).powi(2));
-        }
+        let cost = self.squares(|k| {
+            let (v, m, floored, share) = (&self.values[k], &model[k], self.floored(k), self.share(k));
+            std::array::from_fn(|c| share * raised(floored[c], self.power - 1.0) * (m[c].exp() - v[c]))
+        });
         Solution { x, model, cost, steps }
     }
 
     /// A solution's [`cost`](Solution::cost) over Σ (weight v)², the largest of the channels.
     pub fn relative(&self, cost: &Rgb) -> f64 {
-        let mut all = [0.0; 3];
-        for k in 0..self.values.len() {
-            let v = self.floored(k);
-            (0..3).for_each(|c| all[c] += (self.share(k) * v[c].powf(self.power)).powi(2));
-        }
+        let all = self.squares(|k| self.floored(k).map(|v| self.share(k) * raised(v, self.power)));
         (0..3).map(|c| if all[c] > 0.0 { cost[c] / all[c] } else { 0.0 }).fold(0.0, f64::max)
     }
 
     /// A Gauss–Newton step of the cost, v − e^m ≈ e^m δm, kept in the channels that it serves.
     pub fn refine(&self, now: &mut Solution) {
-        let rest = |(k, m): (usize, &Rgb)| -> Rgb {
-            let Some(v) = self.values.get(k) else { return m.map(|m| -m) };
-            std::array::from_fn(|c| {
-                let e = m[c].exp();
-                ((v[c] - e) / e.max(self.floor)).clamp(-1.0, 1.0)
-            })
+        let found: Vec<Rgb> = now.model[..self.values.len()].par_iter().map(|m| m.map(f64::exp)).collect();
+        let rest = |(v, e): (&Rgb, &Rgb)| -> Rgb {
+            std::array::from_fn(|c| ((v[c] - e[c]) / e[c].max(self.floor)).clamp(-1.0, 1.0))
         };
-        let rest: Vec<Rgb> = now.model.iter().enumerate().map(rest).collect();
-        let weights = self.weights(|k| now.model[k].map(f64::exp));
+        let mut rest: Vec<Rgb> = self.values.par_iter().zip(&found).map(rest).collect();
+        rest.extend(now.model[self.values.len()..].iter().map(|m| m.map(|m| -m)));
+        let weights = self.weights(|k| found[k]);
         let (step, taken) = self.least(&weights, &rest);
         let moved = |(x, s): (&Rgb, &Rgb)| std::array::from_fn(|c| x[c] + s[c]);
         let trial = self.solution(now.x.iter().zip(&step).map(moved).collect(), 0);
@@ -180,6 +193,17 @@ impl Problem {
             now.model.iter_mut().zip(&trial.model).for_each(|(m, t)| m[c] = t[c]);
         }
         now.steps += taken;
+    }
+}
+
+/// x^power, without asking for more than that where the power is 1 or 0.
+fn raised(x: f64, power: f64) -> f64 {
+    if power == 1.0 {
+        x
+    } else if power == 0.0 {
+        1.0
+    } else {
+        x.powf(power)
     }
 }
 

@@ -8,6 +8,7 @@
 //! On aarch64 plain loops with fused multiplication and addition stand for NEON, which compilers map to its vectors;
 //! `scripts/test-aarch64.sh` runs the tests there under emulation.
 
+pub mod functions;
 mod lanes;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod plain;

@@ -95,8 +95,9 @@ impl Light {
         // False for NaN too.
         if d2 > 0.0 {
             let d = d2.sqrt();
-            let most = LARGEST as f32;
-            Some((to.map(|x| x / d), self.power.map(|i| (i / d2).clamp(-most, most)), d))
+            // Of a subnormal number the reciprocal would be infinite, and 0 times that no number.
+            let (most, one, over) = (LARGEST as f32, d.recip(), d2.recip().min(f32::MAX));
+            Some((to.map(|x| x * one), self.power.map(|i| (i * over).clamp(-most, most)), d))
         } else {
             None
         }

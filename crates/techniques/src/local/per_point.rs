@@ -7,6 +7,7 @@ use crate::{GpuTechnique, PointChart, Points, Radiance};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::Certificate;
+use steradian_simd::{Arch, Kernel};
 
 /// A local technique's function of two directions, evaluated at every point for every light.
 pub struct PerPoint<T: TexturedTechnique> {
@@ -42,6 +43,24 @@ fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
 pub(crate) fn arriving(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> f32 {
     let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
     shadows.arriving(p, n, d, f64::from(distance)) as f32
+}
+
+/// A batch as a computation for every instruction set: a closure as large as this is inlined into none.
+struct Batch<'a, 'p, 'r, T: TexturedTechnique> {
+    tables: &'a T::Tables,
+    lights: &'a [Light],
+    shadows: Option<Shadows<'a>>,
+    q: &'a Points<'p>,
+    out: &'a mut Radiance<'r>,
+}
+
+impl<T: TexturedTechnique> Kernel for Batch<'_, '_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        run::<T>(self.tables, self.lights, self.shadows, self.q, self.out);
+    }
 }
 
 #[inline(always)]
@@ -83,7 +102,8 @@ fn run<T: TexturedTechnique>(
 impl<T: TexturedTechnique> LocalShading for PerPoint<T> {
     fn add(&self, shadows: Option<Shadows<'_>>, q: &Points<'_>, out: &mut Radiance<'_>) {
         if q.is_consistent() && out.rgb.iter().all(|p| p.len() == q.len()) {
-            steradian_simd::dispatch(|| run::<T>(&self.tables, &self.lights, shadows, q, out));
+            let (tables, lights) = (&*self.tables, &*self.lights);
+            steradian_simd::run(Batch::<T> { tables, lights, shadows, q, out });
         }
     }
 

@@ -1,6 +1,7 @@
 //! Parameters, and the maps as tables.
 
 use super::fit::{Layout, Samples, fit};
+use super::form::Form;
 use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::grid::GridStack;
 use crate::shared::tables::hemisphere::Map;
@@ -16,7 +17,7 @@ params! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Params {
         /// Entries a side; 64 where `None`.
-        pub resolution: Option<usize> = ParamInfo::whole("resolution", [8.0, 256.0], 0.0, "entries a side of the maps, fewer where symmetry allows, four times as many of isotropic reflectance over h; auto: 64").auto(0.0),
+        pub resolution: Option<usize> = ParamInfo::whole("resolution", [8.0, 256.0], 0.0, "rows of the map over v and l, of which the one over h has twice as many, four times of isotropic reflectance; columns as symmetry asks; auto: 64").auto(0.0),
         /// Samples for each unknown.
         pub samples: usize = ParamInfo::whole("samples", [4.0, 4096.0], 48.0, "samples of the reflectance for each unknown of the fit"),
         /// Power of f by which errors of its logarithm count.
@@ -35,8 +36,12 @@ pub struct Tables {
     pub side: GridStack,
     /// Q.
     pub half: GridStack,
-    /// f where P and Q are 0.
+    /// f where P and Q and the closed form are 0.
     pub scale: [f32; 3],
+    /// The power of 1/(n·v) and 1/(n·l) beside P.
+    pub grazing: f32,
+    /// What the half vector's components across the normal are multiplied with before Q is looked up.
+    pub stretch: [f32; 2],
     /// Relative RMS error of f · ⟨n·wi⟩ at the samples.
     pub residual: f64,
     pub samples: usize,
@@ -57,14 +62,15 @@ fn table(map: &Map, layout: &Layout, start: usize, x: &[Rgb]) -> GridStack {
 
 pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, BakeError> {
     let symmetry = Symmetry::of(&*m.brdf);
-    let layout = Layout::new(symmetry, p.resolution.unwrap_or(SIDE));
+    let form = Form::of(&*m.brdf, symmetry.isotropic);
+    let layout = Layout::new(symmetry, p.resolution.unwrap_or(SIDE), form);
     let count = p.samples * layout.count();
     // Samples, their rows twice, and vectors of the solver.
     let (need, allowed) = ((count * (72 + 24 * 8 + 24 * 6)) as u64, task.max_memory());
     if need > allowed {
         return Err(BakeError::Memory { slug: "homomorphic", need, allowed });
     }
-    let samples = Samples::new(&*m.brdf, count, symmetry.isotropic, task)?;
+    let samples = Samples::new(&*m.brdf, count, symmetry.isotropic, form, task)?;
     let found = fit(&layout, &samples, p.weight, task)?;
     Ok(Tables {
         side: table(&layout.sides, &layout, 0, &found.x),
@@ -72,6 +78,8 @@ pub(super) fn bake(m: &Material, p: &Params, task: &Task) -> Result<Tables, Bake
         sides: layout.sides,
         halves: layout.halves,
         scale: found.scale.map(|s| s as f32),
+        grazing: form.grazing as f32,
+        stretch: form.widths.map(|w| w.recip() as f32),
         residual: found.residual,
         samples: found.samples,
         steps: found.steps,

@@ -1,5 +1,6 @@
 //! The logarithms of the factors by least squares over samples of the reflectance.
 
+use super::form::Form;
 use crate::shared::material::symmetry::Symmetry;
 use crate::shared::tables::hemisphere::{Azimuths, Map, Rows};
 use glam::DVec3;
@@ -36,25 +37,24 @@ const ACCURACY: f64 = 1e-7;
 const REFINEMENTS: usize = 4;
 const ENOUGH: f64 = 0.99;
 
-/// The unknowns: P at the nodes of one map, then Q at those of the other.
+/// The unknowns: P at the nodes of one map, then Q at those of the other, stretched.
 pub struct Layout {
     pub sides: Map,
     pub halves: Map,
+    pub form: Form,
 }
 
 impl Layout {
-    pub fn new(symmetry: Symmetry, side: usize) -> Self {
-        let (azimuths, over_h) = match symmetry {
-            Symmetry { isotropic: true, .. } => (Azimuths::One, 4 * side),
-            Symmetry { mirrored: true, .. } => (Azimuths::Quarter, side),
-            _ => (Azimuths::Full, side),
+    pub fn new(symmetry: Symmetry, side: usize, form: Form) -> Self {
+        // Where the half vector is stretched elliptical highlights are round: rows matter, columns do not.
+        let (azimuths, over_h, columns) = match symmetry {
+            Symmetry { isotropic: true, .. } => (Azimuths::One, 4 * side, 1),
+            Symmetry { mirrored: true, .. } => (Azimuths::Quarter, 2 * side, side / 4 + 1),
+            _ => (Azimuths::Full, 2 * side, side / 2 + 1),
         };
         let sides = Map::new(azimuths, Rows::Horizon, side);
-        let mut halves = Map::new(azimuths, Rows::Pole, over_h);
-        if azimuths == Azimuths::Quarter {
-            halves.width = side / 2 + 1;
-        }
-        Self { sides, halves }
+        let halves = Map { width: columns, ..Map::new(azimuths, Rows::Pole, over_h) };
+        Self { sides, halves, form }
     }
 
     /// Unknown of a node within its map; the first column of the circle is its last one too.
@@ -94,7 +94,7 @@ impl Layout {
     pub fn row(&self, wi: DVec3, wo: DVec3, out: &mut Vec<(u32, f32)>) {
         self.taps(&self.sides, 0, wo, out);
         self.taps(&self.sides, 0, wi, out);
-        self.taps(&self.halves, self.first_half(), (wi + wo).normalize(), out);
+        self.taps(&self.halves, self.first_half(), self.form.stretched(wi + wo).normalize(), out);
     }
 
     /// Rows that say that an unknown lies half-way between its neighbours along an axis.
@@ -122,10 +122,12 @@ fn columns(map: &Map) -> usize {
 }
 
 /// Pairs of directions with their reflectance.
+#[derive(Default)]
 pub struct Samples {
     pub at: Vec<[DVec3; 2]>,
+    /// f without the power that it has at the horizon, f ((n·l)(n·v))^grazing.
     pub f: Vec<Rgb>,
-    /// (n·l) √(dω_l dω_v) over the density of samples, less at the horizon.
+    /// (n·l) √(dω_l dω_v) over the density of samples, less at the horizon, over what f is without.
     pub share: Vec<f64>,
 }
 
@@ -152,7 +154,13 @@ impl Samples {
     /// About `count` pairs. Half of them have half vectors as the rows of Q lie, and the light about them dense at their
     /// horizon; the others have light and view as the rows of P lie, so that each unknown has its samples. All weigh by the density
     /// of both kinds together (Veach & Guibas 1995, the balance heuristic).
-    pub fn new(brdf: &dyn Brdf, count: usize, isotropic: bool, task: &Task) -> Result<Self, Cancelled> {
+    pub fn new(
+        brdf: &dyn Brdf,
+        count: usize,
+        isotropic: bool,
+        form: Form,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
         // Roberts 2018, the quasirandom sequence in four dimensions: g⁵ = g + 1.
         let g = 1.167_303_978_261_418_7_f64;
         let steps: [f64; 4] = std::array::from_fn(|k| g.powi(-(k as i32) - 1));
@@ -160,8 +168,10 @@ impl Samples {
         let about_h = |u: [f64; 4]| {
             let (theta, elevation) = (angle(u[0]), angle(u[2]));
             let (s, c) = (if isotropic { 0.0 } else { TAU * u[1] }).sin_cos();
-            let h = DVec3::new(theta.sin() * c, theta.sin() * s, theta.cos());
-            let (t, b) = (DVec3::new(h.z * c, h.z * s, -theta.sin()), DVec3::new(-s, c, 0.0));
+            let h = form.half(DVec3::new(theta.sin() * c, theta.sin() * s, theta.cos()));
+            let sine = h.x.hypot(h.y);
+            let (s, c) = if sine > 0.0 { (h.y / sine, h.x / sine) } else { (s, c) };
+            let (t, b) = (DVec3::new(h.z * c, h.z * s, -sine), DVec3::new(-s, c, 0.0));
             let (s, c) = (TAU * u[3]).sin_cos();
             let (up, side) = (elevation.sin() * h, elevation.cos() * (c * t + s * b));
             [up + side, up - side]
@@ -181,27 +191,37 @@ impl Samples {
                 if wi.z <= LOWEST || wo.z <= LOWEST {
                     return None;
                 }
-                // (2π)² times the densities over dω_l dω_v = 4 (h·l) dω_h dω_d.
-                let sum = wi + wo;
-                let up = (0.5 * sum.length()).min(1.0);
-                let about =
-                    (4.0 * up * by_pole((sum.z / (2.0 * up)).min(1.0)) * by_horizon(up)).max(1e-30).recip();
+                // (2π)² times the densities over dω_l dω_v = 4 (h·l) dω_h dω_d, dω_h = w_x w_y |h'|³ dω' of h' = h stretched
+                // by 1/w.
+                let up = (0.5 * (wi + wo).length()).min(1.0);
+                let stretched = form.stretched((wi + wo) / (2.0 * up));
+                let length = stretched.length();
+                let turned = form.widths[0] * form.widths[1] * length.powi(3);
+                let by_rows = by_pole((stretched.z / length).min(1.0));
+                let about = (4.0 * up * turned * by_rows * by_horizon(up)).max(1e-30).recip();
                 let apart = (by_horizon(wi.z) * by_horizon(wo.z)).max(1e-30).recip();
                 let low = (wi.z.min(wo.z) / LOW).min(1.0);
                 // Both orders of light and view count.
                 let cosine2 = 0.5 * (wi.z * wi.z + wo.z * wo.z);
-                let f = brdf.eval(wi, wo).map(|f| if f.is_finite() { f.max(0.0) } else { 0.0 });
-                Some(([wi, wo], f, low * (2.0 * cosine2 / (about + apart)).sqrt()))
+                let risen = if form.grazing == 0.0 { 1.0 } else { (wi.z * wo.z).powf(form.grazing) };
+                let f = brdf.eval(wi, wo).map(|f| if f.is_finite() { f.max(0.0) * risen } else { 0.0 });
+                Some(([wi, wo], f, low / risen * (2.0 * cosine2 / (about + apart)).sqrt()))
             };
-            Ok::<_, Cancelled>(range.filter_map(sample).collect::<Vec<_>>())
+            let mut out = Self::default();
+            for (at, f, share) in range.filter_map(sample) {
+                out.at.push(at);
+                out.f.push(f);
+                out.share.push(share);
+            }
+            Ok::<_, Cancelled>(out)
         };
-        let blocks: Vec<_> =
+        let blocks: Vec<Self> =
             (0..count.div_ceil(BLOCK)).into_par_iter().map(block).collect::<Result<_, _>>()?;
-        let mut out = Self { at: Vec::new(), f: Vec::new(), share: Vec::new() };
-        for (at, f, share) in blocks.into_iter().flatten() {
-            out.at.push(at);
-            out.f.push(f);
-            out.share.push(share);
+        let mut out = Self::default();
+        for block in blocks {
+            out.at.extend(block.at);
+            out.f.extend(block.f);
+            out.share.extend(block.share);
         }
         Ok(out)
     }
@@ -229,7 +249,7 @@ fn bounded(samples: &Samples, scale: Rgb) -> Vec<f64> {
     samples.share.iter().zip(weights).map(|(s, w)| s * (most / w.max(1e-300)).min(1.0)).collect()
 }
 
-/// Rows and samples for the solver, without smoothness; f over `scale`.
+/// Rows of the samples and then those of smoothness, which weigh nothing yet; f over `scale`.
 pub fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb) {
     let (mut sum, mut all) = ([0.0; 3], 0.0);
     for (f, s) in samples.f.iter().zip(&samples.share) {
@@ -238,13 +258,8 @@ pub fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb)
     }
     let scale = sum.map(|s| if all > 0.0 { s / all } else { 0.0 });
     let over = |f: &Rgb| std::array::from_fn(|c| if scale[c] > 0.0 { f[c] / scale[c] } else { 1.0 });
-    let (mut ends, mut entries) = (Vec::with_capacity(samples.at.len()), Vec::new());
-    for [wi, wo] in &samples.at {
-        layout.row(*wi, *wo, &mut entries);
-        ends.push(entries.len() as u32);
-    }
     let problem = Problem {
-        a: Sparse::new(layout.count(), ends, entries),
+        a: rows(layout, samples),
         values: samples.f.iter().map(over).collect(),
         share: bounded(samples, scale),
         floor: FLOOR,
@@ -258,33 +273,44 @@ pub fn problem(layout: &Layout, samples: &Samples, power: f64) -> (Problem, Rgb)
     (problem, scale)
 }
 
-/// Adds the rows of smoothness. Returns what the samples of each row's unknown weigh too, and the largest of that last.
-fn smoothed(layout: &Layout, samples: &Samples, mut p: Problem) -> (Problem, Vec<Rgb>) {
-    let weights = p.weights(|k| p.floored(k));
-    let own = p.a.column_norms(&weights);
-    let most = own.iter().fold([0.0; 3], |m: Rgb, o| std::array::from_fn(|c| m[c].max(o[c])));
-    let (mut ends, mut entries) = (Vec::with_capacity(samples.at.len()), Vec::new());
-    for [wi, wo] in &samples.at {
-        layout.row(*wi, *wo, &mut entries);
-        ends.push(entries.len() as u32);
+/// One row per sample, then those of smoothness.
+fn rows(layout: &Layout, samples: &Samples) -> Sparse {
+    let block = |at: &[[DVec3; 2]]| {
+        let (mut ends, mut entries) = (Vec::with_capacity(at.len()), Vec::with_capacity(12 * at.len()));
+        for [wi, wo] in at {
+            layout.row(*wi, *wo, &mut entries);
+            ends.push(entries.len() as u32);
+        }
+        (ends, entries)
+    };
+    let blocks: Vec<(Vec<u32>, Vec<_>)> = samples.at.par_chunks(1 << 14).map(block).collect();
+    let (mut ends, mut entries) = (Vec::new(), Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum()));
+    for (own, taps) in blocks {
+        ends.extend(own.iter().map(|end| end + entries.len() as u32));
+        entries.extend(taps);
     }
-    let mut middles = Vec::new();
     layout.smoothness(|[a, b, c]| {
         entries.extend([(a as u32, -0.5), (b as u32, 1.0), (c as u32, -0.5)]);
         ends.push(entries.len() as u32);
-        middles.push(own[b]);
     });
-    middles.push(most);
-    p.a = Sparse::new(layout.count(), ends, entries);
-    (p, middles)
+    Sparse::new(layout.count(), ends, entries)
+}
+
+/// What the samples of each row's unknown weigh, in the order of the rows of smoothness, and the largest of that.
+fn middles(layout: &Layout, p: &Problem) -> (Vec<Rgb>, Rgb) {
+    let weights = p.weights(|k| p.floored(k));
+    let own = p.a.column_norms(&weights);
+    let most = own.iter().fold([0.0; 3], |m: Rgb, o| std::array::from_fn(|c| m[c].max(o[c])));
+    let mut middles = Vec::new();
+    layout.smoothness(|[_, b, _]| middles.push(own[b]));
+    (middles, most)
 }
 
 /// Fits ln f ≈ P(v) + Q(h) + P(l).
 pub fn fit(layout: &Layout, samples: &Samples, power: f64, task: &Task) -> Result<Fit, Cancelled> {
-    let (problem, scale) = problem(layout, samples, power);
-    let (mut problem, own) = smoothed(layout, samples, problem);
+    let (mut problem, scale) = problem(layout, samples, power);
+    let (own, most) = middles(layout, &problem);
     let smooth = |share: f64| {
-        let (most, own) = own.split_last().map_or(([0.0; 3], &[][..]), |(m, o)| (*m, o));
         let weight = |o: &Rgb| std::array::from_fn(|c| (share * o[c] + NOWHERE * most[c]).sqrt());
         own.iter().map(weight).collect::<Vec<Rgb>>()
     };
@@ -314,13 +340,14 @@ pub fn fit(layout: &Layout, samples: &Samples, power: f64, task: &Task) -> Resul
         now.x[..start].iter_mut().for_each(|x| x[c] -= most);
         now.x[start..].iter_mut().for_each(|x| x[c] += 2.0 * most);
     }
-    let (mut squares, mut all) = (0.0, 0.0);
-    for ((m, f), s) in now.model.iter().zip(&samples.f).zip(&samples.share) {
-        for c in 0..3 {
-            squares += (s * (scale[c] * m[c].exp() - f[c])).powi(2);
-            all += (s * f[c]).powi(2);
-        }
-    }
+    let of = |((m, f), s): ((&Rgb, &Rgb), &f64)| {
+        let error = |c: usize| (s * (scale[c] * m[c].exp() - f[c])).powi(2);
+        let square = |c: usize| (s * f[c]).powi(2);
+        [(0..3).map(error).sum::<f64>(), (0..3).map(square).sum()]
+    };
+    let each: Vec<[f64; 2]> =
+        now.model[..samples.f.len()].par_iter().zip(&samples.f).zip(&samples.share).map(of).collect();
+    let [squares, all] = [0, 1].map(|k| each.iter().map(|e| e[k]).sum::<f64>());
     let residual = if all > 0.0 { (squares / all).sqrt() } else { 0.0 };
     Ok(Fit { x: now.x, scale, residual, samples: samples.at.len(), steps: now.steps })
 }

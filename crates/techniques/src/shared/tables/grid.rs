@@ -117,8 +117,12 @@ impl GridStack {
     /// Bilinear in layer `k`.
     #[inline(always)]
     pub fn layer(&self, p: Place, k: usize) -> [f32; 4] {
-        let at = |i: usize| self.entries[p.entry + i * self.layers + k];
-        let (a, b, c, d) = (at(0), at(1), at(self.width), at(self.width + 1));
+        let row = |i: usize| {
+            let first = p.entry + i * self.layers + k;
+            let two = &self.entries[first..=first + self.layers];
+            (two[0], two[two.len() - 1])
+        };
+        let ((a, b), (c, d)) = (row(0), row(self.width));
         std::array::from_fn(|n| mix(mix(a[n], b[n], p.x), mix(c[n], d[n], p.x), p.y))
     }
 
@@ -148,7 +152,9 @@ fn mix(a: f32, b: f32, w: f32) -> f32 {
 /// The entry before a place in [0, 1], and the weight of the next.
 #[inline(always)]
 fn cell(u: f32, count: usize) -> (usize, f32) {
+    // Adding 1.5·2²³ rounds to whole numbers; on an entry either side of it is right. Conversion would ask for what is no number.
+    const ROUND: f32 = 12_582_912.0;
     let x = u.clamp(0.0, 1.0) * (count - 1) as f32;
-    let i = (x as usize).min(count - 2);
+    let i = ((x - 0.5 + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as usize).min(count - 2);
     (i, x - i as f32)
 }

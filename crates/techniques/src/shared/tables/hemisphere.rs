@@ -102,10 +102,15 @@ impl Map {
     /// Coordinates in [0, 1]² of a direction above the horizon.
     #[inline(always)]
     pub fn place(&self, w: [f32; 3]) -> [f32; 2] {
-        let sine = (w[0] * w[0] + w[1] * w[1]).sqrt();
+        self.place_along(w, (w[0] * w[0] + w[1] * w[1]).sqrt(), 1.0)
+    }
+
+    /// The same of a vector of this length, whose part across the normal has the length `across`.
+    #[inline(always)]
+    pub fn place_along(&self, w: [f32; 3], across: f32, length: f32) -> [f32; 2] {
         let row = match self.rows {
-            Rows::Pole => sine / (1.0 + w[2]),
-            Rows::Horizon => w[2] / (1.0 + sine),
+            Rows::Pole => across / (length + w[2]),
+            Rows::Horizon => w[2] / (length + across),
         };
         [self.azimuths.place(w[0], w[1]), row.max(0.0).sqrt()]
     }

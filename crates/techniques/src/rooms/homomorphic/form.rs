@@ -1,0 +1,111 @@
+//! What is known of the factors before they are fitted: how p grows at the horizon, and how wide q is.
+
+use glam::DVec3;
+use std::f64::consts::PI;
+use steradian_brdf::Brdf;
+
+/// The closed forms beside the tables: p(w) = (n·w)^−grazing e^P(w), and Q as a function of the half vector stretched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Form {
+    /// The power of 1/(n·v) and 1/(n·l) that f has at the horizon, where no table follows.
+    pub grazing: f64,
+    /// Tangents of the angles at which the highlight has about 1/e of its height, along tangent and bitangent: the half vector's
+    /// slopes count in units of these.
+    pub widths: [f64; 2],
+}
+
+/// Cosines with the normal between which powers are measured, and of the view that stays where it is.
+const GRAZING: [f64; 2] = [1e-4, 4e-4];
+const STILL: f64 = 1e-2;
+/// Powers up to this are none, and no power is larger than the other.
+const NONE: f64 = 1e-2;
+const MOST: f64 = 2.0;
+/// Powers that differ by more are those of a reflectance that is no such product.
+const ALIKE: f64 = 0.1;
+/// Azimuths that are looked at.
+const AZIMUTHS: usize = 8;
+/// Narrower than this the tails, which are as wide as ever, would have too few rows.
+const NARROWEST: f64 = 0.05;
+/// The half width of a Gaussian of slopes times this is its width.
+const OVER_HALF: f64 = 1.2;
+
+fn sum(f: [f64; 3]) -> f64 {
+    f.iter().sum()
+}
+
+impl Form {
+    /// By trial.
+    pub fn of(brdf: &dyn Brdf, isotropic: bool) -> Self {
+        let grazing = grazing(brdf);
+        let mut widths = [0.0, 0.5 * PI].map(|phi| width(brdf, phi, grazing));
+        if isotropic {
+            widths[1] = widths[0];
+        }
+        Self { grazing, widths }
+    }
+
+    /// A half vector's direction stretched, not of unit length.
+    pub fn stretched(&self, h: DVec3) -> DVec3 {
+        DVec3::new(h.x / self.widths[0], h.y / self.widths[1], h.z)
+    }
+
+    /// The unit half vector of a stretched one.
+    pub fn half(&self, stretched: DVec3) -> DVec3 {
+        let [x, y] = self.widths;
+        DVec3::new(stretched.x * x, stretched.y * y, stretched.z).normalize()
+    }
+}
+
+/// The power by which f grows where the light sinks and the view stands still across from it, near the horizon, so that the half
+/// vector stays near the normal; 0 unless f has twice that power where the view sinks too.
+fn grazing(brdf: &dyn Brdf) -> f64 {
+    let steps = (GRAZING[1] / GRAZING[0]).ln();
+    let power = |view: &dyn Fn(f64) -> f64| {
+        let of = |k: usize| {
+            let phi = 2.0 * PI * k as f64 / AZIMUTHS as f64;
+            let at = |z: f64, turn: f64| {
+                let s = (1.0 - z * z).sqrt();
+                DVec3::new(s * (phi + turn).cos(), s * (phi + turn).sin(), z)
+            };
+            let [low, high] = GRAZING.map(|z| sum(brdf.eval(at(z, 0.0), at(view(z), PI))));
+            (low / high).ln() / steps
+        };
+        let mut all: Vec<f64> = (0..AZIMUTHS).map(of).filter(|p| p.is_finite()).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    };
+    let (one, both) = (power(&|_| STILL), power(&|z| z));
+    let found = one.zip(both).filter(|(one, both)| (one - 0.5 * both).abs() < ALIKE);
+    let power = found.map_or(0.0, |(one, _)| one);
+    if power.abs() < NONE { 0.0 } else { power.clamp(-MOST, MOST) }
+}
+
+/// The tangent of the angle of h at which f without its power at the horizon, seen from where the light is, has lost half of what
+/// it loses down to 60°, as a width; 1 where it loses nothing.
+fn width(brdf: &dyn Brdf, phi: f64, grazing: f64) -> f64 {
+    let at = |t: f64| {
+        let h = DVec3::new(t * phi.cos(), t * phi.sin(), 1.0).normalize();
+        sum(brdf.eval(h, h)) * h.z.powf(2.0 * grazing)
+    };
+    let (first, last) = (at(0.0), at(3f64.sqrt()));
+    let half = 0.5 * (first + last);
+    let (mut low, mut high) = (0.0, 0.0);
+    let below = (0..60).map(|k| 0.01 * 1.1f64.powi(k)).find(|t| {
+        (low, high) = (high, *t);
+        at(*t) < half
+    });
+    // False for NaN too.
+    let falls = first > last * (1.0 + 1e-6);
+    if !falls || below.is_none() {
+        return 1.0;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if at(middle) < half {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    (OVER_HALF * high).clamp(NARROWEST, 1.0)
+}
