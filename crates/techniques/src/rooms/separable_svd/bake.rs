@@ -43,8 +43,10 @@ pub struct Tables {
     pub coordinates: Coordinates,
     /// g_k, four terms a layer.
     pub left: GridStack,
-    /// h_k: a colour a layer, or four terms of one where there is a tint.
+    /// h_k: a colour a layer, or four terms a layer, red, green and blue in turn, or of one where there is a tint.
     pub right: GridStack,
+    /// Has a layer four terms of one of three colours?
+    pub fours: bool,
     /// Number of terms.
     pub terms: usize,
     /// What h is multiplied with where it is one number.
@@ -67,8 +69,14 @@ impl Tables {
         let (x, y) = (coordinates.x, coordinates.y);
         let left = GridStack::new(x.width, x.height, layers, |i, j, k| four(&f.left, k, j * x.width + i));
         let grey = f.right.len() == 1;
+        // What reads fewer layers.
+        let fours = !grey && 3 * layers < terms;
         let right = if grey {
             GridStack::new(y.width, y.height, layers, |i, j, k| four(&f.right[0], k, j * y.width + i))
+        } else if fours {
+            GridStack::new(y.width, y.height, 3 * layers, |i, j, k| {
+                four(&f.right[k % 3], k / 3, j * y.width + i)
+            })
         } else {
             GridStack::new(y.width, y.height, terms.max(1), |i, j, k| {
                 let [r, g, b] = [0, 1, 2].map(|c| at(&f.right[c], k, j * y.width + i));
@@ -76,7 +84,7 @@ impl Tables {
             })
         };
         let tint = grey.then(|| samples.tint.map(|t| t as f32));
-        Self { coordinates, left, right, terms, tint, residual: f.residual.sqrt(), ratio }
+        Self { coordinates, left, right, fours, terms, tint, residual: f.residual.sqrt(), ratio }
     }
 
     pub(super) fn bytes(&self) -> usize {

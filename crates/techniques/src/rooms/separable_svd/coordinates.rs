@@ -98,10 +98,13 @@ impl Coordinates {
             return [self.x.place(wo), self.y.place(wi)];
         }
         let sum: [f32; 3] = std::array::from_fn(|k| wi[k] + wo[k]);
-        let scale = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt().max(1e-18).recip();
+        let across2 = sum[0] * sum[0] + sum[1] * sum[1];
+        let (across, length) = (across2.sqrt(), (across2 + sum[2] * sum[2]).sqrt().max(1e-18));
+        let scale = length.recip();
         let h = sum.map(|x| x * scale);
+        let half = self.x.place_along(sum, across, length);
         // h·l, as |l + v| = 2 h·l.
-        let up = (0.5 / scale).min(1.0);
+        let up = (0.5 * length).min(1.0);
         match self.form {
             Form::HalfDifference => {
                 let across = (1.0 - h[0] * h[0]).max(1e-12).sqrt().recip();
@@ -110,15 +113,15 @@ impl Coordinates {
                 let side = |h: f32, d: f32| {
                     if self.x.azimuths == Azimuths::Quarter && h < 0.0 { -d } else { d }
                 };
-                [self.x.place(h), self.y.place([side(h[0], d[0]), side(h[1], d[1]), up])]
+                [half, self.y.place([side(h[0], d[0]), side(h[1], d[1]), up])]
             }
             Form::IsotropicHalfDifference => {
-                let sine = (h[0] * h[0] + h[1] * h[1]).sqrt();
-                let (c, s) = if sine > 1e-12 { (h[0] / sine, h[1] / sine) } else { (1.0, 0.0) };
+                let sine = across * scale;
+                let (c, s) = if sine > 1e-12 { (sum[0] / across, sum[1] / across) } else { (1.0, 0.0) };
                 let (x, y) = (c * wi[0] + s * wi[1], c * wi[1] - s * wi[0]);
-                [self.x.place(h), self.y.place([h[2] * x - sine * wi[2], y, up])]
+                [half, self.y.place([h[2] * x - sine * wi[2], y, up])]
             }
-            Form::HalfView | Form::ViewLight => [self.x.place(h), self.y.place(wo)],
+            Form::HalfView | Form::ViewLight => [half, self.y.place(wo)],
         }
     }
 

@@ -20,6 +20,16 @@ pub(super) fn f_cos(t: &Tables, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
                 s += (g[0] * h[0] + g[1] * h[1]) + (g[2] * h[2] + g[3] * h[3]);
             }
             sum = tint.map(|c| c * s);
+        } else if t.fours {
+            let mut s = [[0.0f32; 4]; 3];
+            for layer in 0..t.left.layers() {
+                let g = t.left.layer(x, layer);
+                for c in 0..3 {
+                    let h = t.right.layer(y, 3 * layer + c);
+                    (0..4).for_each(|k| s[c][k] += g[k] * h[k]);
+                }
+            }
+            sum = s.map(|s| (s[0] + s[1]) + (s[2] + s[3]));
         } else {
             for layer in 0..t.left.layers() {
                 let g = t.left.layer(x, layer);
@@ -48,7 +58,11 @@ pub(super) fn text(t: &Tables) -> LocalText {
         Form::HalfDifference => include_str!("half_difference.wgsl"),
         Form::IsotropicHalfDifference => include_str!("isotropic.wgsl"),
     };
-    let sum = if t.tint.is_some() { include_str!("grey.wgsl") } else { include_str!("colours.wgsl") };
+    let sum = match (&t.tint, t.fours) {
+        (Some(_), _) => include_str!("grey.wgsl"),
+        (None, true) => include_str!("fours.wgsl"),
+        (None, false) => include_str!("colours.wgsl"),
+    };
     let module = [hemisphere::WGSL, places, sum, include_str!("shade.wgsl")].concat();
     let [r, g, b] = t.tint.unwrap_or([1.0; 3]);
     let azimuths = [t.coordinates.x.azimuths.code(), t.coordinates.y.azimuths.code()];
