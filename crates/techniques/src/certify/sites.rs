@@ -21,11 +21,11 @@ use steradian_sphere::sampling::{Pcg32, R2, SphereDistribution, cone, cosine_hem
 use steradian_transfer::Site;
 
 /// Points that are looked at, and views of each.
-const SITES: usize = 96;
+pub const SITES: usize = 96;
 const VIEWS: usize = 2;
-/// Shifts of the lattice, and its points.
+/// Shifts of the lattice, and its points where [`SITES`] are looked at; where more are, each gets fewer.
 const SHIFTS: u64 = 8;
-const POINTS: u32 = 256;
+const POINTS: usize = 256;
 /// How far off the surface rays start.
 const OFFSET: f32 = 1e-4;
 /// What the error is, in a certificate's words.
@@ -41,6 +41,8 @@ pub struct Paths<'a> {
     pub brdf: &'a dyn Brdf,
     /// Scattering events at most.
     pub events: u32,
+    /// Points that are looked at.
+    pub points: usize,
 }
 
 /// A point that reflects.
@@ -154,7 +156,7 @@ impl Paths<'_> {
             let [whole, evenly] = [areas.clone(), evened(&areas)].map(sums);
             let spot = |k: usize| {
                 let ends = if k.is_multiple_of(2) { &whole } else { &evenly };
-                let at = ends.last().unwrap_or(&0.0) * (k as f64 + 0.5) / SITES as f64;
+                let at = ends.last().unwrap_or(&0.0) * (k as f64 + 0.5) / self.points as f64;
                 let corners = triangles[ends.partition_point(|e| *e < at).min(ends.len() - 1)];
                 // Even over a triangle (Turk 1990).
                 let u = R2::default().point(k as u32);
@@ -165,12 +167,12 @@ impl Paths<'_> {
                 Spot { site: Site { p: mix(&mesh.positions), n }, corners, weights: [w[1], w[2]] }
             };
             if whole.last().is_some_and(|sum| *sum > 0.0) {
-                return Ok((0..SITES).map(spot).collect());
+                return Ok((0..self.points).map(spot).collect());
             }
         }
         let all = transport::sites(slug, self.geometry)?;
         let there: Vec<u32> = (0..all.len() as u32).filter(|&k| !all[k as usize].is_absent()).collect();
-        let count = SITES.min(there.len());
+        let count = self.points.min(there.len());
         let sites = (0..count).map(|k| there[k * there.len() / count.max(1)]);
         Ok(sites.map(|s| Spot { site: all[s as usize], corners: [s; 3], weights: [0.0; 2] }).collect())
     }
@@ -211,13 +213,14 @@ impl<'a> Through<'a> {
     fn radiance(&self, site: Site, frame: Frame, wo: DVec3, index: u64) -> ([f64; 3], f64) {
         let v = Vertex { p: site.p.as_dvec3(), side: frame.n, frame, wo, brdf: self.paths.brdf };
         let mut means = Vec::new();
+        let points = (POINTS * SITES / self.paths.points.max(1)).max(1) as u32;
         for shift in 0..SHIFTS {
             let mut random = Pcg32::new(index, shift);
             let lattice = R2 { shift: DVec2::new(random.next_f64(), random.next_f64()) };
             let mut mean = [0.0; 3];
-            for k in 0..POINTS {
+            for k in 0..points {
                 let l = self.path(v, lattice.point(k), &mut random);
-                (0..3).for_each(|c| mean[c] += l[c] / f64::from(POINTS));
+                (0..3).for_each(|c| mean[c] += l[c] / f64::from(points));
             }
             means.push(mean);
         }
@@ -323,7 +326,8 @@ mod tests {
         let brdf = parse("lambert").expect("a spec");
         let near = |mesh: Mesh| {
             let geometry = Geometry::new(Arc::new(mesh), Sites::Vertices);
-            let paths = Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1 };
+            let paths =
+                Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1, points: SITES };
             let spots = paths.spots("a").expect("spots");
             spots.iter().filter(|s| s.site.p.length() < 1.5).count()
         };

@@ -18,6 +18,8 @@ use steradian_transfer::{Link, Links, Scene, Site, TransferError};
 const SLUG: &str = "precomputed_visibility";
 /// Numbers of the vertices under the lights of a frame, at most: 128 MiB, what GPUs bind at least.
 const MOST: usize = 1 << 25;
+/// Points at which the error is measured: edges of shadows, which cross few triangles, have nearly all of it.
+const POINTS: usize = 768;
 /// How far off the surface rays start at most, over the diagonal of the mesh.
 const OFFSET: f32 = 1e-5;
 /// How far sites on the border of a wall move from their vertex into a triangle, over the way to its middle.
@@ -161,37 +163,42 @@ fn emitters(mesh: &Mesh) -> (Vec<Emitter>, Vec<[u32; 3]>) {
     (all, corners)
 }
 
-/// The error under three directional lights, against paths through the mesh, and their noise.
-fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> Result<[f64; 2], BakeError> {
+/// The error under three directional lights against paths through the mesh, two standard errors above what the points found, what they
+/// found, and the noise of the paths, which is taken out of both: it is independent of the technique.
+fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> Result<[f64; 3], BakeError> {
     let lights = three_directionals();
     let local = LocalLights { directionals: lights.directionals.clone(), points: Vec::new() };
     let lights_of_frame = local.rows(&View::default());
     let rows = t.seen.as_ref().map(|s| shade::Rows::new(s, &lights_of_frame, p)).unwrap_or_default();
-    let paths = Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events: p.bounces as u32 + 1 };
+    let paths =
+        Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events: p.bounces as u32 + 1, points: POINTS };
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::add(t, &rows, &lights_of_frame, None, q, out);
     };
     let c = paths.certificate(SLUG, &Report::default(), task, &shade)?;
-    let noise = c.details.iter().find(|d| d.0 == "noise of the paths").map_or(0.0, |d| d.1);
-    Ok([c.error, noise])
+    let figure = |name: &str| c.details.iter().find(|d| d.0 == name).map_or(0.0, |d| d.1);
+    let noise = figure("noise of the paths");
+    let without = |error: f64| (error * error - noise * noise).max(0.0).sqrt();
+    Ok([without(c.error), without(figure("error, mean of the probes")), noise])
 }
 
 /// The measured error; of points by themselves that of the reflectance.
 pub(super) fn error_of(t: &Tables, m: &Material) -> f64 {
     match t.measured {
-        Some([error, _]) => error,
+        Some([error, ..]) => error,
         None => error(&*m.brdf, &|wi, wo| m.brdf.f_cos(wi, wo), |wi, wo| shade::f_cos(t, wi, wo)),
     }
 }
 
 pub(super) fn details(t: &Tables) -> Vec<(&'static str, f64)> {
-    let (Some(s), Some([_, noise])) = (&t.seen, t.measured) else { return Vec::new() };
+    let (Some(s), Some([_, mean, noise])) = (&t.seen, t.measured) else { return Vec::new() };
     let met = s.links.iter().filter(|l| l.triangle != Link::NONE).count();
     let above: usize =
         s.frames.iter().map(|f| s.directions.iter().filter(|d| d.dot(f.n) > 0.0).count()).sum();
     vec![
         ("directions", s.directions.len() as f64),
         ("directions that meet surfaces", met as f64 / above.max(1) as f64),
+        ("error, mean of the points", mean),
         ("noise of the paths", noise),
     ]
 }

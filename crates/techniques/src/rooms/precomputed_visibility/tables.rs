@@ -37,8 +37,8 @@ impl Params {
 pub struct Tables {
     pub brdf: SharedBrdf,
     pub seen: Option<Seen>,
-    /// The error and the noise in it.
-    pub(super) measured: Option<[f64; 2]>,
+    /// The error as stated, its mean at the points, and the noise of the paths.
+    pub(super) measured: Option<[f64; 3]>,
 }
 
 /// A vertex as part of the triangles of one material.
