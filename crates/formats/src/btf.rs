@@ -6,8 +6,9 @@
 //! below. Where there is a column `source`, all rows say the same: `synthetic` for what was computed. Plain data: whether every view
 //! has every light is the reader's question.
 
-use crate::csv::{CsvTable, read_csv, write_csv};
-use crate::{FormatError, Limits, decode_csv};
+use crate::csv::{CsvTable, decode_csv_like, write_csv};
+use crate::image::read_bytes;
+use crate::{FormatError, Limits};
 use std::path::Path;
 
 /// A picture of a view under a light.
@@ -44,12 +45,12 @@ pub fn is_btf(table: &CsvTable) -> bool {
 
 /// Reads the list `path`.
 pub fn read_btf(path: &Path, limits: &Limits) -> Result<BtfList, FormatError> {
-    list(&read_csv(path, limits)?)
+    decode_btf(path, &read_bytes(path, limits)?, limits)
 }
 
 /// Parses a list that lies in memory; `name` is for messages.
 pub fn decode_btf(name: &Path, bytes: &[u8], limits: &Limits) -> Result<BtfList, FormatError> {
-    list(&decode_csv(name, bytes, limits)?)
+    list(&decode_csv_like(name, bytes, limits, "theta_i,phi_i,theta_o,phi_o,file")?)
 }
 
 fn list(table: &CsvTable) -> Result<BtfList, FormatError> {
@@ -165,6 +166,8 @@ mod tests {
         assert!(why("theta_i,phi_i,theta_o,phi_o\n0,0,0,0\n").contains("there is no column 'file'"));
         assert!(why("theta_i,phi_i,phi_o,file\n0,0,0,a\n").contains("there is no column 'theta_o'"));
         assert_eq!(why("theta_i,phi_i,theta_o,phi_o,file\n"), "a.csv: holds no picture");
+        assert!(why("\n").ends_with("such as theta_i,phi_i,theta_o,phi_o,file"), "{}", why("\n"));
+        assert!(why("0,0,15,60,1\n").ends_with("such as theta_i,phi_i,theta_o,phi_o,file"));
         let row = |r: &str| why(&format!("{GOOD}{r}\n"));
         assert!(row("95,0,0,0,x").starts_with("a.csv: line 4: theta_i is 95: the light must be above"));
         assert!(row("0,0,90,0,x").contains("line 4: theta_o is 90: the viewer must be above"));

@@ -32,8 +32,18 @@ pub fn read_csv(path: &Path, limits: &Limits) -> Result<CsvTable, FormatError> {
     decode_csv(path, &read_bytes(path, limits)?, limits)
 }
 
-/// Parses a table that lies in memory; `name` is for messages.
+/// Parses a table of points that lies in memory; `name` is for messages.
 pub fn decode_csv(name: &Path, bytes: &[u8], limits: &Limits) -> Result<CsvTable, FormatError> {
+    decode_csv_like(name, bytes, limits, "nx,ny,nz,vx,vy,vz")
+}
+
+/// Parses a table whose columns are `such_as` these; `name` and they are for messages.
+pub fn decode_csv_like(
+    name: &Path,
+    bytes: &[u8],
+    limits: &Limits,
+    such_as: &str,
+) -> Result<CsvTable, FormatError> {
     let invalid = |why: String| FormatError::invalid(name, why);
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
@@ -44,10 +54,10 @@ pub fn decode_csv(name: &Path, bytes: &[u8], limits: &Limits) -> Result<CsvTable
     limits.memory(name, bytes.len() as u128 + needed, bytes.len() as u64)?;
     let mut records = Records { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1, fields: 1 };
     let Some((_, header)) = records.next().transpose().map_err(invalid)? else {
-        return Err(invalid("the file is empty; a header row is needed, such as nx,ny,nz,vx,vy,vz".into()));
+        return Err(invalid(format!("the file is empty; a header row is needed, such as {such_as}")));
     };
     let header: Vec<String> = header.iter().map(|h| h.trim().to_string()).collect();
-    check_header(&header).map_err(invalid)?;
+    check_header(&header, such_as).map_err(invalid)?;
     records.fields = header.len();
     let mut table = CsvTable { name: name.into(), header, ..CsvTable::default() };
     for record in records {
@@ -62,11 +72,9 @@ pub fn decode_csv(name: &Path, bytes: &[u8], limits: &Limits) -> Result<CsvTable
     Ok(table)
 }
 
-fn check_header(header: &[String]) -> Result<(), String> {
+fn check_header(header: &[String], such_as: &str) -> Result<(), String> {
     if header.iter().all(|h| h.parse::<f64>().is_ok()) {
-        return Err(
-            "line 1: numbers where the names of the columns should be, such as nx,ny,nz,vx,vy,vz".into()
-        );
+        return Err(format!("line 1: numbers where the names of the columns should be, such as {such_as}"));
     }
     let mut seen = HashSet::new();
     for name in header {

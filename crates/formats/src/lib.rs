@@ -41,7 +41,7 @@ pub use below::{file_below, stays_below};
 pub use bsdf::decode_bsdf;
 pub use btf::{BtfList, BtfPicture, decode_btf, read_btf, write_btf};
 pub use container::{Container, Texels};
-pub use csv::{CsvTable, decode_csv, read_csv, write_csv};
+pub use csv::{CsvTable, decode_csv, decode_csv_like, read_csv, write_csv};
 pub use dds::{decode_dds, read_dds, write_dds};
 pub use error::{FormatError, Limits};
 pub use image::{
@@ -53,7 +53,7 @@ pub use ktx2::{
     Supercompression, TextureArray, TextureLevels, decode_ktx2, decode_ktx2_array, read_ktx2,
     read_ktx2_array, write_ktx2, write_ktx2_array, write_ktx2_as,
 };
-pub use lp::{LightPosition, decode_lp, read_lp, write_lp};
+pub use lp::{LightPosition, decode_lp, line_of_light, read_lp, write_lp};
 pub use measured::{
     AltaTable, AstmTable, BrdfLab, BrdfLabFit, BrdfLabLobe, CornellTable, CuretTable, MerlAnisotropic,
     NBRDF_NUMBERS, NPF_BYTES, NPF_COLUMNS, UTIA_BYTES, UTIA_DIRECTIONS, UTIA_ELEVATIONS, UTIA_TURNS,

@@ -61,6 +61,12 @@ pub fn decode_lp(name: &Path, bytes: &[u8], limits: &Limits) -> Result<Vec<Light
     Ok(lights)
 }
 
+/// The line, from 1, that light `k` of a list stands on.
+pub fn line_of_light(list: &str, k: usize) -> Option<usize> {
+    let mut lines = list.lines().enumerate().filter(|(_, l)| !trimmed(l).is_empty());
+    lines.nth(k + 1).map(|(at, _)| at + 1)
+}
+
 impl LightPosition {
     fn of(line: &str) -> Result<Self, String> {
         let mut rest = trimmed(line);
@@ -153,6 +159,8 @@ mod tests {
         let why = |text: &str| read(text).expect_err(text).to_string();
         assert_eq!(why(""), "a.lp: the file is empty");
         assert_eq!(why("\n \n"), "a.lp: the file is empty");
+        let list = "2\n\na 0 0 1\nb 0 1 1\n";
+        assert_eq!([0, 1, 2].map(|k| line_of_light(list, k)), [Some(3), Some(4), None]);
         assert_eq!(why("0\n"), "a.lp: holds no light");
         assert_eq!(why("a.jpg 0 0 1\n"), "a.lp: line 1: 'a.jpg 0 0 1' where the number of lights should be");
         assert_eq!(why("-1\na 0 0 1\n"), "a.lp: line 1: '-1' where the number of lights should be");

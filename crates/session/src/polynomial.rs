@@ -3,11 +3,13 @@
 use crate::inputs::all_finite;
 use crate::inspect::is_lp;
 use crate::scene_file::below;
-use crate::{Error, Session};
+use crate::{Error, Kind, Session};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use steradian_formats::{Ptm, PtmTexels, Raster, read_image, read_lp, read_ptm, write_ptm};
+use steradian_formats::{
+    Ptm, PtmTexels, Raster, line_of_light, read_image, read_lp, read_ptm, read_text, write_ptm,
+};
 use steradian_parallel::prelude::*;
 use steradian_relight::polynomial::{
     Basis, Fit, FitError, LUMINANCE, Luminance, Photographs, brightest, evaluate,
@@ -90,6 +92,23 @@ impl Session {
         Ok(facts)
     }
 
+    /// A photograph that a list names.
+    fn photograph(&self, folder: &Path, name: &str) -> Result<(PathBuf, Raster), Error> {
+        let file = below(folder, name)?;
+        let raster = all_finite(&file, read_image(&file, &self.limits())?)?;
+        Ok((file, raster))
+    }
+
+    /// What is wrong with photograph `k` of a list, with the list and its line.
+    fn listed(&self, list: &Path, k: usize, e: Error) -> Error {
+        if e.kind() != Kind::Input {
+            return e;
+        }
+        let text = read_text(list, 1 << 24, "a list of lights").unwrap_or_default();
+        let line = line_of_light(&text, k).map_or(String::new(), |line| format!("line {line}: "));
+        Error::input(format!("{}: {line}{e}", list.display()))
+    }
+
     /// The polynomials of the photographs that a list of light positions names.
     fn photographs<const N: usize>(
         &mut self,
@@ -106,10 +125,9 @@ impl Session {
         let mut all: Vec<Photographs<'_, N>> = Vec::new();
         let mut colours = Colours::default();
         self.task.begin("photographs", lights.len() as u64);
-        for light in &lights {
+        for (k, light) in lights.iter().enumerate() {
             self.task.check()?;
-            let file = below(folder, &light.file)?;
-            let raster = all_finite(&file, read_image(&file, &self.limits())?)?;
+            let (file, raster) = self.photograph(folder, &light.file).map_err(|e| self.listed(list, k, e))?;
             self.note_input(&file);
             let (w, h) = (raster.width, raster.height);
             let (width, height) = *size.get_or_insert((w, h));

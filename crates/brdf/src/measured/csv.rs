@@ -14,7 +14,7 @@ use crate::{Brdf, Info, SharedBrdf, SpecError};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 use steradian_base::ParamInfo;
-use steradian_formats::{CsvTable, FormatError, Limits, decode_csv};
+use steradian_formats::{CsvTable, FormatError, Limits, decode_csv_like};
 
 /// The page.
 pub static INFO: Info = Info {
@@ -40,7 +40,7 @@ const VALUES: [&str; 3] = ["r", "g", "b"];
 fn make(a: &Args) -> Result<SharedBrdf, SpecError> {
     let read = |path: &Path| {
         let bytes = a.bytes(path, MAX_BYTES, "a table of measurements")?;
-        let table = decode_csv(path, &bytes, &Limits::default())?;
+        let table = decode_csv_like(path, &bytes, &Limits::default(), "theta_i,phi_i,theta_o,phi_o,r,g,b")?;
         let rows = rows(&table)?;
         if rows.len() > MAX_ROWS {
             let what = format!("holds {} measurements; {MAX_ROWS} at most are read", rows.len());

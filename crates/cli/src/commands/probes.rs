@@ -78,7 +78,18 @@ fn bounds(text: &str) -> Result<[DVec3; 2], String> {
 pub fn run(o: Options, context: &mut Context) -> Outcome {
     check_output(&o.output, &["safetensors"])?;
     let at = match (o.grid, &o.at) {
-        (Some(n), _) => Where::Grid(n, o.bounds),
+        (Some(n), _) => {
+            let [lo, hi] = o.bounds.unwrap_or([DVec3::ZERO, DVec3::ONE]);
+            if let Some(k) = (0..3).find(|&k| n[k] > 1 && lo[k] >= hi[k]) {
+                let why = format!(
+                    "--bounds have no extent along {}, where --grid asks for {} probes: they would lie in one place",
+                    ["x", "y", "z"][k],
+                    n[k]
+                );
+                return Err(Failure::usage(why));
+            }
+            Where::Grid(n, o.bounds)
+        }
         (None, Some(path)) => {
             let table = context.read_table(path)?;
             let p = table.vectors(["px", "py", "pz"])?;

@@ -151,7 +151,8 @@ pub fn run(o: Options, context: &mut Context) -> Outcome {
     }
     if matches!(o.technique.as_deref(), Some("reference" | "path")) && o.local.get()?.flatten().is_some() {
         return Err(Failure::usage(
-            "--local belongs to a technique: the reference and path shade all light themselves",
+            "--local belongs to a technique: the reference and path shade all light themselves; leave it out, name another \
+             --technique, or see both side by side with compare --local",
         ));
     }
     let scene = scene(&o, context)?;

@@ -364,6 +364,8 @@ fn pictures_are_shaded_or_refused() {
     refused("../outside.png");
     put("theta_i,phi_i,theta_o,phi_o\n0,0,0,0\n");
     refused("there is no column 'file'");
+    put("\n");
+    refused("such as theta_i,phi_i,theta_o,phi_o,file");
     put(&text);
     let picture = dir.join("out/view_002/light_003.png");
     let whole = fs::read(&picture).expect("a picture");

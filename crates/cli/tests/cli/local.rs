@@ -59,6 +59,8 @@ fn local_techniques_say_what_they_do_not_take() {
         fails(d.path(), 2, why, &[&fixed[..], &made].concat());
         assert!(!d.path().join("x.pfm").exists());
     }
+    let made = ["-t", "reference", "-b", "lambert", "--local", "vertex_analytic", "-o", "x.pfm"];
+    fails(d.path(), 2, "leave it out, name another --technique", &[&fixed[..], &made].concat());
 }
 
 /// A height map of 8 × 8 texels with a wall across it, and one whose last height is no number.

@@ -69,6 +69,8 @@ fn lights_and_photographs_that_do_not_fit_are_refused() {
     write_image(&d.path().join("7.pfm"), &small, &WriteOptions::default()).expect("written");
     refused(d.path(), "7.pfm: is 1 x 1");
     fs::remove_file(d.path().join("7.pfm")).expect("removed");
+    // The list, its line, and the photograph.
+    refused(d.path(), "set.lp: line 9: ");
     refused(d.path(), "7.pfm");
     let outside = fs::read_to_string(d.path().join(LIST)).expect("a list").replace("7.pfm", "../7.pfm");
     fs::write(d.path().join(LIST), outside).expect("written");

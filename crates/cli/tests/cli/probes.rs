@@ -167,6 +167,7 @@ fn faults_are_said_in_one_line() {
     ends(dir, 2, "1 to 64 bands", &with(&["--grid", "1,1,1", "--bands", "65"]));
     ends(dir, 2, "rows", &with(&["--grid", "1,1,1", "--image", "5000"]));
     ends(dir, 3, "inside solids", &with(&["--grid", "1,1,1"]));
+    ends(dir, 2, "no extent along y", &with(&["--grid", "2,2,1", "--bounds", "-2,0,0,2,0,0"]));
     assert!(!dir.join("f.safetensors").exists());
     well(dir, &with(&["--grid", "2,1,1", "--bounds", "-2,0,0,2,0,0", "--bands", "2"]));
     let render = |name: &str, want: &str| {
