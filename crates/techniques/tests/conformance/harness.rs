@@ -9,7 +9,7 @@ use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::probe;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
 use steradian_scene::shapes;
-use steradian_sphere::Frame;
+use steradian_sphere::{Frame, Layout, SphereImage};
 use steradian_techniques::certify::probes;
 use steradian_techniques::shared::{light::distant, trials::lights};
 use steradian_techniques::{
@@ -59,12 +59,30 @@ pub fn around(points: &[ReferencePoint]) -> Geometry {
 }
 
 /// The lights that bakes are shared under.
-pub const LIGHTS: [(&str, Formula); 4] = [
+pub const LIGHTS: [(&str, Formula); 6] = [
     ("smooth", lights::smooth),
     ("studio", lights::studio),
     ("sunny", lights::sunny),
     ("furnace", lights::furnace),
+    ("bright", bright),
+    ("tiny", tiny),
 ];
+
+/// A studio with one texel and a sun of radiance 10⁵.
+fn bright() -> Lights {
+    let mut l = lights::studio();
+    let mut image =
+        l.environment.take().map_or_else(|| SphereImage::new(Layout::LatLong, 8, 4), |e| e.image.clone());
+    let k = image.index(0, 40, 50);
+    image.planes.iter_mut().for_each(|p| p[k] = 1e5);
+    let disk = DiskLight { direction: DVec3::Y, angular_radius: 1e-4, radiance: [1e5; 3] };
+    Lights { environment: Some(Arc::new(Environment { image })), disks: vec![disk], ..Lights::default() }
+}
+
+/// Two texels.
+fn tiny() -> Lights {
+    Environment { image: SphereImage::from_fn(Layout::LatLong, 2, 1, |_| [0.3; 3]) }.into()
+}
 
 /// A light by its name in [`LIGHTS`].
 pub fn light(name: &str) -> Lights {

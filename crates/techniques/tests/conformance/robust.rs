@@ -1,15 +1,14 @@
 //! Checks that need no reference: extremes, shaders, determinism, files, live changes.
 
 use super::harness::*;
-use glam::{DVec3, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use steradian_base::{ParamValues, Task};
 use steradian_formats::{Limits, Tensor, TensorData, TensorFile, decode_tensors};
-use steradian_light::{DiskLight, Environment, Lights};
-use steradian_sphere::{Layout, SphereImage};
+use steradian_light::Lights;
 use steradian_techniques::shared::trials::lights;
 use steradian_techniques::{
     AnyBake, AnyTechnique, BakeError, Check, Material, PointLobe, PointsBuf, Radiance, View, gpu, registry,
@@ -33,43 +32,30 @@ fn extreme_points() -> PointsBuf {
     q
 }
 
-fn bright() -> Lights {
-    let mut l = lights::studio();
-    let mut image =
-        l.environment.take().map_or_else(|| SphereImage::new(Layout::LatLong, 8, 4), |e| e.image.clone());
-    let k = image.index(0, 40, 50);
-    image.planes.iter_mut().for_each(|p| p[k] = 1e5);
-    let disk = DiskLight { direction: DVec3::Y, angular_radius: 1e-4, radiance: [1e5; 3] };
-    Lights { environment: Some(Arc::new(Environment { image })), disks: vec![disk], ..Lights::default() }
-}
-
-fn tiny() -> Lights {
-    Environment { image: SphereImage::from_fn(Layout::LatLong, 2, 1, |_| [0.3; 3]) }.into()
-}
-
 #[test]
 fn finite_on_extremes() {
     let q = extreme_points();
     for t in techniques(Check::Extremes) {
-        for (light, specs) in [(bright(), true), (tiny(), false), (Lights::default(), false)] {
-            // The sharpest and the roughest that the technique takes.
-            let more =
-                [["ggx:alpha=0.0001,f0=1", "phong:n=100000"], ["ggx:alpha=1,f0=0", "phong-map:n=0.01"]];
-            let takes = |s: &&&str| (t.card().materials)(&*material(s).brdf).is_ok();
-            let taken = more.iter().filter_map(|kind| kind.iter().find(takes)).filter(|_| specs);
-            for spec in t.card().specimens.iter().take(1).chain(taken) {
-                let b = bake(t, &light, spec, &[]);
-                let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
-                b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
-                for i in 0..q.len() {
-                    let facing: f32 = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum();
-                    for c in &rgb {
-                        assert!(c[i].is_finite(), "{}: {spec}: point {i}: {}", t.card().slug, c[i]);
-                        assert!(facing > 0.0 || c[i] == 0.0, "{}: light from behind", t.card().slug);
-                    }
+        let first = t.card().specimens[0];
+        // The sharpest and the roughest that the technique takes.
+        let more = [["ggx:alpha=0.0001,f0=1", "phong:n=100000"], ["ggx:alpha=1,f0=0", "phong-map:n=0.01"]];
+        let takes = |s: &&&str| (t.card().materials)(&*material(s).brdf).is_ok();
+        let taken = more.iter().filter_map(|kind| kind.iter().find(takes));
+        let extremes: Vec<_> = taken.map(|spec| (*spec, bake(t, &light("bright"), spec, &[]))).collect();
+        let dark = bake(t, &Lights::default(), first, &[]);
+        let bakes = extremes.iter().map(|(spec, b)| (*spec, &**b));
+        let usual = [shared(t, "bright", first), shared(t, "tiny", first), &*dark];
+        for (spec, b) in bakes.chain(usual.map(|b| (first, b))) {
+            let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![f32::NAN; q.len()]);
+            b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+            for i in 0..q.len() {
+                let facing: f32 = (0..3).map(|k| q.n[k][i] * q.wo[k][i]).sum();
+                for c in &rgb {
+                    assert!(c[i].is_finite(), "{}: {spec}: point {i}: {}", t.card().slug, c[i]);
+                    assert!(facing > 0.0 || c[i] == 0.0, "{}: light from behind", t.card().slug);
                 }
-                assert!(b.certificate().error.is_finite(), "{}: {spec}", t.card().slug);
             }
+            assert!(b.certificate().error.is_finite(), "{}: {spec}", t.card().slug);
         }
     }
 }
@@ -78,7 +64,7 @@ fn finite_on_extremes() {
 fn batches_that_do_not_fit_give_zero() {
     let q = extreme_points();
     for t in registry() {
-        let b = bake(*t, &tiny(), t.card().specimens[0], &[]);
+        let b = shared(*t, "tiny", t.card().specimens[0]);
         let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![1.0; 5]);
         b.shade(&q.as_points(), &mut Radiance::of(&mut rgb));
         assert!(rgb.iter().flatten().all(|x| *x == 0.0));
@@ -93,7 +79,7 @@ fn every_length_of_a_batch_shades_the_same() {
         // A lobe of its own for every other half of the batch: both of a technique's loops are run.
         let varied = PointLobe { spread: [4e-3, 1e-3, 2e-3], ..PointLobe::PLAIN };
         for t in registry() {
-            let b = bake(*t, &tiny(), t.card().specimens[0], &[]);
+            let b = shared(*t, "tiny", t.card().specimens[0]);
             for lobes in [false, true] {
                 q.lobe = varied.to_array().map(|x| vec![x; if lobes { q.len() } else { 0 }]);
                 let shade = |range: std::ops::Range<usize>| {
@@ -148,7 +134,8 @@ const TURNLESS: [&str; 1] = ["ambient"];
 #[test]
 fn a_frame_changes_what_it_says_and_no_more() {
     for t in registry() {
-        let mut b = bake(*t, &bright(), t.card().specimens[0], &[]);
+        let made = shared(*t, "bright", t.card().specimens[0]);
+        let mut b = t.load(&made.save()).expect("its own bake");
         let before = [Some(b.gpu()), b.gpu_varied()];
         let light_rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.4);
         b.frame(&View { light_rotation, eye: Vec3::new(1.0, 2.0, 3.0), ..View::default() });
@@ -202,7 +189,7 @@ fn saved_and_loaded_it_shades_the_same_bits() {
 #[test]
 fn foreign_and_damaged_bakes_are_refused() {
     for t in registry() {
-        let whole = bake(*t, &tiny(), t.card().specimens[0], &[]).save();
+        let whole = shared(*t, "tiny", t.card().specimens[0]).save();
         for other in registry().iter().filter(|o| o.card().slug != t.card().slug) {
             assert!(matches!(other.load(&whole), Err(BakeError::Load { .. })));
         }
@@ -293,7 +280,7 @@ fn edited_bakes_end_well() {
         let slug = t.card().slug;
         // The last specimen is the one with the most parts.
         let spec = t.card().specimens[t.card().specimens.len() - 1];
-        let whole = bake(*t, &tiny(), spec, &[]).save();
+        let whole = shared(*t, "tiny", spec).save();
         for (what, file) in edited(&whole, if full() { 10_000 } else { 12 }) {
             let start = Instant::now();
             let end = catch_unwind(AssertUnwindSafe(|| {
@@ -321,8 +308,8 @@ fn several_views_share_a_bake() {
     let points = points(60);
     let view = |angle| View { light_rotation: Mat3::from_rotation_y(angle), ..View::default() };
     for t in registry() {
-        let mut b = bake(*t, &tiny(), t.card().specimens[0], &[]);
-        b = b.with_light(&lights::quadratic(), &Task::quiet()).expect("a light");
+        let made = shared(*t, "tiny", t.card().specimens[0]);
+        let mut b = made.with_light(&lights::quadratic(), &Task::quiet()).expect("a light");
         let (one, other) = (b.with_view(&view(0.5)), b.with_view(&view(2.0)));
         let (first, second) = (shade(&*one, &points), shade(&*other, &points));
         assert_eq!(first == second, TURNLESS.contains(&t.card().slug), "{}", t.card().slug);
@@ -338,11 +325,11 @@ fn a_changed_factor_rebakes_alone() {
     for t in registry() {
         let specs = t.card().specimens;
         let (first, last) = (specs[0], specs[specs.len() - 1]);
-        let old = bake(*t, &lights::studio(), first, &[]);
-        let before = shade(&*old, &points);
+        let old = shared(*t, "studio", first);
+        let before = shade(old, &points);
         let mut b = old.with_light(&lights::smooth(), &Task::quiet()).expect("a light");
         b = b.with_material(&material(last), &Task::quiet()).expect("a specimen");
-        assert_eq!(shade(&*old, &points), before, "{}: the old bake shades on", t.card().slug);
+        assert_eq!(shade(old, &points), before, "{}: the old bake shades on", t.card().slug);
         let fresh = shared(*t, "smooth", last);
         assert_eq!(shade(&*b, &points), shade(fresh, &points), "{}", t.card().slug);
         assert_eq!(b.certificate(), fresh.certificate());
