@@ -131,6 +131,11 @@ impl Local {
         })
     }
 
+    /// All files that it is made of.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.files().map(|(_, file)| file).chain(self.saved.iter().map(|s| s.path.as_path()))
+    }
+
     /// The same with data per texel that no file holds, under the names of [`AnyLocal::planes`].
     pub fn with_planes(self, planes: Planes) -> Self {
         Self { planes, made: Arc::default(), ..self }

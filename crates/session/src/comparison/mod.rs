@@ -3,6 +3,7 @@
 mod chart;
 mod forms;
 mod kept;
+mod request;
 mod sweep;
 
 use crate::compare::Answer;
@@ -11,8 +12,10 @@ use steradian_render::Cell;
 
 pub use chart::drawing;
 pub use forms::{csv, document, html, latex, sheet, table};
-pub use kept::{Kept, digest};
-pub use sweep::{Sweep, Swept, mark};
+use kept::{Kept, digest};
+pub use request::{Request, short};
+use sweep::mark;
+pub use sweep::{Sweep, Swept};
 
 /// A row of a comparison: light, material and what every technique makes of them.
 pub struct Finding {
