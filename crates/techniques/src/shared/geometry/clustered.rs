@@ -212,7 +212,7 @@ impl Vectors for ClusterVectors<'_> {
             }
         }
         let all = row * self.each;
-        let first = weights[0] as usize * all;
+        let first = whole(sites[0]) * all;
         self.vectors.get(first..first + all)
     }
 

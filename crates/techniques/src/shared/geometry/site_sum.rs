@@ -108,7 +108,9 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
             for i in 0..count {
                 if facing[i] {
                     let sums = point::<A, P>(vectors, q, first + i, &own[i]);
-                    (0..3).for_each(|c| parts[c][i] = sums[c]);
+                    for c in 0..3 {
+                        parts[c][i] = sums[c];
+                    }
                 }
             }
             for c in 0..3 {
@@ -161,7 +163,9 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                         for (lane, corner) in some.iter().enumerate() {
                             let (i, corner) = (usize::from(corner / 3), usize::from(corner % 3));
                             let (_, mirror) = q.mirror(i);
-                            (0..3).for_each(|k| r[k][lane] = mirror[k]);
+                            for k in 0..3 {
+                                r[k][lane] = mirror[k];
+                            }
                             let mut own = [0.0; 2 * MOST];
                             if let Some(found) = vectors.at::<A>(q.index[corner][i], &mut own) {
                                 all = found;
@@ -177,12 +181,19 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
                         turned::<A>(&rows, &mut weights[..MOST]);
                         weights[0] = corners;
                         for lane in (0..LANES).step_by(A::F32::LANES) {
-                            h.eval_lanes([0, 1, 2].map(|k| A::F32::load(&r[k][lane..])), lane, &mut y);
+                            let r = [
+                                A::F32::load(&r[0][lane..]),
+                                A::F32::load(&r[1][lane..]),
+                                A::F32::load(&r[2][lane..]),
+                            ];
+                            h.eval_lanes(r, lane, &mut y);
                         }
                         let sums = side_by_side::<A, P, N>(all, &weights, &y);
                         for (lane, corner) in some.iter().enumerate() {
                             let i = first + usize::from(corner / 3);
-                            (0..3).for_each(|c| out.rgb[c][i] += sums[c][lane]);
+                            for c in 0..3 {
+                                out.rgb[c][i] += sums[c][lane];
+                            }
                         }
                     }
                 }
@@ -318,7 +329,8 @@ fn turned<A: Arch>(rows: &[[f32; LANES]; LANES], to: &mut [[f32; LANES]]) {
     }
 }
 
-/// Sums of as many corners as there are lanes, which have the same vectors, by channel.
+/// Sums of as many corners as there are lanes, which have the same vectors, by channel. (Neither here nor in the loops around it
+/// are there closures: some were compiled as functions of their own, for the narrowest instruction set.)
 #[inline(always)]
 fn side_by_side<A: Arch, const P: usize, const N: usize>(
     all: &[f32],
@@ -333,15 +345,22 @@ fn side_by_side<A: Arch, const P: usize, const N: usize>(
         }
         let mut sums = [A::F32::splat(0.0); 3];
         for (vector, weight) in all.chunks_exact(3 * P).zip(weights) {
-            let mut part = [A::F32::splat(0.0); 3];
-            for i in 0..N {
+            // Even and odd coefficients: three sums alone would wait for each other's last products.
+            let (mut even, mut odd) = ([A::F32::splat(0.0); 3], [A::F32::splat(0.0); 3]);
+            let (vector, mut i) = (&vector[..3 * P], 0);
+            while i + 1 < N {
                 for c in 0..3 {
-                    part[c] = own[i].fma(A::F32::splat(vector[c * P + i]), part[c]);
+                    even[c] = own[i].fma(A::F32::splat(vector[c * P + i]), even[c]);
+                    odd[c] = own[i + 1].fma(A::F32::splat(vector[c * P + i + 1]), odd[c]);
                 }
+                i += 2;
             }
             let weight = A::F32::load(&weight[lane..]);
             for c in 0..3 {
-                sums[c] = part[c].fma(weight, sums[c]);
+                if i < N {
+                    even[c] = own[i].fma(A::F32::splat(vector[c * P + i]), even[c]);
+                }
+                sums[c] = even[c].add(odd[c]).fma(weight, sums[c]);
             }
         }
         for c in 0..3 {
@@ -367,7 +386,9 @@ fn mirrored<A: Arch>(
         let d = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
         // False for NaN too.
         facing[lane] = d > 0.0;
-        (0..3).for_each(|k| r[k][lane] = 2.0 * d * n[k] - v[k]);
+        for k in 0..3 {
+            r[k][lane] = 2.0 * d * n[k] - v[k];
+        }
     }
     for lane in (0..LANES).step_by(A::F32::LANES) {
         h.eval_lanes([0, 1, 2].map(|k| A::F32::load(&r[k][lane..])), lane, y);
