@@ -43,6 +43,9 @@ pub struct Paths<'a> {
     pub events: u32,
     /// Points that are looked at.
     pub points: usize,
+    /// Do views count by the area that they show of the surface, n·v, as in pictures, or all alike? At the horizon interpolated
+    /// normals mirror light from which their triangles face away: such a view errs by a whole highlight, of which pictures show little.
+    pub projected: bool,
 }
 
 /// A point that reflects.
@@ -93,15 +96,16 @@ impl Paths<'_> {
         let exact = exact?;
         let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; views.len()]);
         shade(&q.as_points(), &mut Radiance::of(&mut rgb));
+        let weight = |k: usize| if self.projected { views[k].2.z.max(0.0) } else { 1.0 };
         let sample = |k: usize| ProbeSample {
-            weight: 1.0,
+            weight: weight(k),
             degrees: views[k].2.z.clamp(-1.0, 1.0).acos().to_degrees(),
             shaded: [0, 1, 2].map(|c| f64::from(rgb[c][k])),
             exact: exact[k].0,
         };
         let samples: Vec<ProbeSample> = (0..views.len()).map(sample).collect();
-        let energy: f64 = samples.iter().flat_map(|l| l.exact).map(|x| x * x).sum();
-        let noise: f64 = exact.iter().map(|e| e.1).sum();
+        let energy: f64 = samples.iter().map(|l| l.weight * l.exact.iter().map(|x| x * x).sum::<f64>()).sum();
+        let noise: f64 = samples.iter().zip(&exact).map(|(l, e)| l.weight * e.1).sum();
         let noise = if energy > 0.0 { (noise / energy).sqrt() } else { 0.0 };
         Ok(Errors::of(&samples).certificate(report).metric(METRIC).detail("noise of the paths", noise))
     }
@@ -326,8 +330,14 @@ mod tests {
         let brdf = parse("lambert").expect("a spec");
         let near = |mesh: Mesh| {
             let geometry = Geometry::new(Arc::new(mesh), Sites::Vertices);
-            let paths =
-                Paths { geometry: &geometry, lights: &lights, brdf: &*brdf, events: 1, points: SITES };
+            let paths = Paths {
+                geometry: &geometry,
+                lights: &lights,
+                brdf: &*brdf,
+                events: 1,
+                points: SITES,
+                projected: false,
+            };
             let spots = paths.spots("a").expect("spots");
             spots.iter().filter(|s| s.site.p.length() < 1.5).count()
         };

@@ -72,8 +72,14 @@ impl Given {
         let mut frame = T::Frame::default();
         T::frame(b, &View::default(), &mut frame);
         let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| T::shade(b, &frame, q, out);
-        let paths =
-            sites::Paths { geometry, lights, brdf: &**brdf, events: T::events(b), points: sites::SITES };
+        let paths = sites::Paths {
+            geometry,
+            lights,
+            brdf: &**brdf,
+            events: T::events(b),
+            points: sites::SITES,
+            projected: false,
+        };
         Ok(Some(paths.certificate(T::CARD.slug, report, task, &shade)?))
     }
 }

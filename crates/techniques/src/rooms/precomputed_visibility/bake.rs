@@ -19,7 +19,7 @@ const SLUG: &str = "precomputed_visibility";
 /// Numbers of the vertices under the lights of a frame, at most: 128 MiB, what GPUs bind at least.
 const MOST: usize = 1 << 25;
 /// Points at which the error is measured: edges of shadows, which cross few triangles, have nearly all of it.
-const POINTS: usize = 768;
+const POINTS: usize = 1536;
 /// How far off the surface rays start at most, over the diagonal of the mesh.
 const OFFSET: f32 = 1e-5;
 /// How far sites on the border of a wall move from their vertex into a triangle, over the way to its middle.
@@ -163,15 +163,21 @@ fn emitters(mesh: &Mesh) -> (Vec<Emitter>, Vec<[u32; 3]>) {
     (all, corners)
 }
 
-/// The error under three directional lights against paths through the mesh, two standard errors above what the points found, what they
-/// found, and the noise of the paths, which is taken out of both: it is independent of the technique.
+/// The error under three directional lights against paths through the mesh, with views by the area that they show: two standard errors
+/// above what the points found, what they found, and the noise of the paths, which is taken out of both: it is independent of the technique.
 fn measured(t: &Tables, m: &Material, g: &Geometry, p: &Params, task: &Task) -> Result<[f64; 3], BakeError> {
     let lights = three_directionals();
     let local = LocalLights { directionals: lights.directionals.clone(), points: Vec::new() };
     let lights_of_frame = local.rows(&View::default());
     let rows = t.seen.as_ref().map(|s| shade::Rows::new(s, &lights_of_frame, p)).unwrap_or_default();
-    let paths =
-        Paths { geometry: g, lights: &lights, brdf: &*m.brdf, events: p.bounces as u32 + 1, points: POINTS };
+    let paths = Paths {
+        geometry: g,
+        lights: &lights,
+        brdf: &*m.brdf,
+        events: p.bounces as u32 + 1,
+        points: POINTS,
+        projected: true,
+    };
     let shade = |q: &crate::Points<'_>, out: &mut crate::Radiance<'_>| {
         shade::add(t, &rows, &lights_of_frame, None, q, out);
     };

@@ -82,8 +82,9 @@ impl TexturedTechnique for PrecomputedVisibility {
         ..local::CARD
     };
     const PLANES: &'static [Plane] = &[];
-    const METRIC: &'static str = "relative RMS error of outgoing radiance over points of the mesh and views under three directional \
-                                  lights, against paths through it; without a mesh that of f cos over directions";
+    const METRIC: &'static str = "relative RMS error of outgoing radiance over points of the mesh and views, by the area that these show \
+                                  of it, half of them mirroring light, under three directional lights, against paths through it; \
+                                  without a mesh that of f cos over directions";
     const PER_POINT: &'static [(&'static str, f64)] = ALONE;
     type Params = Params;
     type Tables = Tables;
