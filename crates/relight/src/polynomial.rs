@@ -197,19 +197,37 @@ impl<const N: usize> Fit<N> {
 /// Polynomials of luminance and the colour that they scale.
 pub type Luminance<const N: usize> = (Vec<[f32; N]>, Vec<[u8; 3]>);
 
-/// Polynomials of luminance and the colour that they scale, photograph by photograph: 72 bytes a texel of six coefficients,
+/// Texels of a block of [`Photographs`], which is given back as soon as it is finished.
+const BLOCK: usize = 1 << 16;
+
+/// Sums of a block of texels.
+struct Sums<const N: usize> {
+    luminance: Vec<[f64; N]>,
+    color: Vec<[f32; 3]>,
+}
+
+/// Polynomials of luminance and the colour that they scale, photograph by photograph: 60 bytes a texel of six coefficients,
 /// whatever the number of photographs.
 pub struct Photographs<'a, const N: usize = TERMS> {
     fit: &'a Fit<N>,
-    luminance: Vec<[f64; N]>,
-    color: Vec<[f64; 3]>,
+    blocks: Vec<Sums<N>>,
+    texels: usize,
     taken: usize,
 }
 
 impl<'a, const N: usize> Photographs<'a, N> {
     /// Photographs of `texels` texels each under the lights of `fit`.
     pub fn new(fit: &'a Fit<N>, texels: usize) -> Self {
-        Self { fit, luminance: vec![[0.0; N]; texels], color: vec![[0.0; 3]; texels], taken: 0 }
+        let block = |from: usize| {
+            let n = BLOCK.min(texels - from);
+            Sums { luminance: vec![[0.0; N]; n], color: vec![[0.0; 3]; n] }
+        };
+        Self { fit, blocks: (0..texels).step_by(BLOCK).map(block).collect(), texels, taken: 0 }
+    }
+
+    /// Bytes that so many texels take.
+    pub fn bytes(texels: usize) -> u64 {
+        (size_of::<[f64; N]>() + size_of::<[f32; 3]>()) as u64 * texels as u64
     }
 
     /// Adds the photograph under the next light: linear red, green and blue planes.
@@ -217,7 +235,7 @@ impl<'a, const N: usize> Photographs<'a, N> {
     /// # Panics
     /// If there is no further light.
     pub fn add(&mut self, planes: [&[f32]; 3]) -> Result<(), FitError> {
-        let (photograph, want) = (self.taken, self.color.len());
+        let (photograph, want) = (self.taken, self.texels);
         if let Some(plane) = planes.iter().find(|p| p.len() != want) {
             return Err(FitError::Size { photograph, got: plane.len(), want });
         }
@@ -225,17 +243,17 @@ impl<'a, const N: usize> Photographs<'a, N> {
             return Err(FitError::Finite(photograph));
         }
         let rule = &self.fit.rule[photograph];
-        self.luminance.par_iter_mut().zip(self.color.par_iter_mut()).enumerate().for_each(
-            |(k, (luminance, color))| {
+        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
+            let sums = block.luminance.iter_mut().zip(&mut block.color);
+            for (k, (luminance, color)) in (b * BLOCK..).zip(sums) {
                 let mut l = 0.0;
                 for c in 0..3 {
-                    let v = f64::from(planes[c][k]);
-                    color[c] += v.max(0.0);
-                    l += LUMINANCE[c] * v;
+                    color[c] += planes[c][k].max(0.0);
+                    l += LUMINANCE[c] * f64::from(planes[c][k]);
                 }
                 luminance.iter_mut().zip(rule).for_each(|(a, r)| *a += l * r);
-            },
-        );
+            }
+        });
         self.taken += 1;
         Ok(())
     }
@@ -247,7 +265,8 @@ impl<'a, const N: usize> Photographs<'a, N> {
     /// If photographs are missing.
     pub fn finish(self) -> Luminance<N> {
         assert_eq!(self.taken, self.fit.lights(), "a photograph for each light");
-        let texel = |(a, sum): (&[f64; N], &[f64; 3])| -> ([f32; N], [u8; 3]) {
+        let texel = |(a, sum): (&[f64; N], &[f32; 3])| -> ([f32; N], [u8; 3]) {
+            let sum = sum.map(f64::from);
             let largest = sum.iter().fold(0.0f64, |m, x| m.max(*x));
             let total: f64 = sum.iter().zip(LUMINANCE).map(|(s, w)| s * w).sum();
             if total <= 0.0 {
@@ -256,8 +275,12 @@ impl<'a, const N: usize> Photographs<'a, N> {
             let scale = WHITE * largest / total;
             (a.map(|a| (scale * a) as f32), sum.map(|s| (255.0 * s / largest).round() as u8))
         };
-        let all: Vec<_> = self.luminance.par_iter().zip(self.color.par_iter()).map(texel).collect();
-        all.into_iter().unzip()
+        let mut out = (Vec::with_capacity(self.texels), Vec::with_capacity(self.texels));
+        for block in self.blocks {
+            let all: Vec<_> = block.luminance.par_iter().zip(block.color.par_iter()).map(texel).collect();
+            out.extend(all);
+        }
+        out
     }
 }
 

@@ -144,6 +144,11 @@ impl Session {
                 PolynomialKind::Rgb => &[[0; 3], [1; 3], [2; 3]],
             };
             if all.is_empty() {
+                let need = channels.len() as u64 * Photographs::<N>::bytes(w * h);
+                if need > self.task.max_memory() {
+                    let why = format!("sums over photographs of {w} x {h} texels take {} MiB", need >> 20);
+                    return Err(Error::failed(format!("{}: {why}: raise --max-memory", list.display())));
+                }
                 all.extend(channels.iter().map(|_| Photographs::new(&fit, w * h)));
             }
             for (sums, channels) in all.iter_mut().zip(channels) {
