@@ -269,34 +269,44 @@ impl Session {
         renderers: &[Renderer],
     ) -> Result<(Stage, &'static str, Answer, Entry), Error> {
         let card = technique.card();
-        let spec = usual_specimen(card);
-        let planes = specimens::planes(technique.planes());
-        let bidirectional = specimens::is_bidirectional(technique.planes());
+        let planes = technique.planes();
         let stage = match scatters(technique) {
             true => Stage::Scattered,
-            false if planes.is_empty() && !bidirectional => Stage::Local,
+            false if planes.is_empty() && !specimens::is_bidirectional(planes) => Stage::Local,
             false => Stage::Textured,
         };
+        let (spec, scene, other) = self.near(plan, technique, card.slug)?;
+        let paths = stage == Stage::Scattered;
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
+        let answers = self.compared(&scene, &[other], renderers, &comparison)?;
+        let mut answers = answers.into_iter();
+        let truth = answers.next().ok_or_else(no_answer)?;
+        Ok((stage, spec, truth, Entry { card, answers: answers.collect() }))
+    }
+
+    /// The knot under three directional lights by a technique for them, with its parameters: the reflectance, the scene, and what stands
+    /// beside it, which has no light to shade. Paths go as far as its light does.
+    fn near(
+        &mut self,
+        plan: &Plan,
+        technique: &'static dyn AnyLocal,
+        local: &str,
+    ) -> Result<(&'static str, Scene, Method), Error> {
+        let (spec, planes) = (usual_specimen(technique.card()), technique.planes());
         self.paths = Paths { bounces: SCATTERED, noise: plan.noise };
         let mut scene = self.knot(plan, spec)?;
         scene.lights = three_lights();
-        let mut local = Local::parse(card.slug)?.map(|l| l.with_planes(planes));
-        if bidirectional {
+        let mut local = Local::parse(local)?.map(|l| l.with_planes(specimens::planes(planes)));
+        if specimens::is_bidirectional(planes) {
             local = local.map(|l| l.with_apparent(specimens::apparent()));
         }
         scene.materials.iter_mut().for_each(|m| m.local.clone_from(&local));
-        // What stands beside it has no light to shade.
         let brdf = &scene.materials[0].brdf;
         let idle =
             |t: &&&'static dyn AnyTechnique| !t.card().needs.sites && (t.card().materials)(&**brdf).is_ok();
         let other = registry().iter().find(idle);
         let other = other.ok_or_else(|| Error::failed(format!("{spec}: no technique takes it")))?;
-        let paths = stage == Stage::Scattered;
-        let comparison = Comparison { reference_tolerance: TOLERANCE, paths, ev: 0.0 };
-        let answers = self.compared(&scene, &[Method::Technique(*other)], renderers, &comparison)?;
-        let mut answers = answers.into_iter();
-        let truth = answers.next().ok_or_else(no_answer)?;
-        Ok((stage, spec, truth, Entry { card, answers: answers.collect() }))
+        Ok((spec, scene, Method::Technique(*other)))
     }
 
     fn knot(&mut self, plan: &Plan, spec: &str) -> Result<Scene, Error> {

@@ -32,6 +32,19 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
     assert_eq!(csv.lines().count(), 1 + atlas.chapters.iter().map(|c| c.entries.len()).sum::<usize>());
 }
 
+/// Shadows and reflections along links bring the picture nearer to paths.
+#[test]
+fn links_are_seen_to_shadow_and_to_reflect() {
+    let only = vec!["precomputed_visibility".to_string()];
+    let plan = Plan { size: [32, 24], noise: 0.2, only };
+    let atlas = Session::new().atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
+    let named = |name: &str| COLUMNS.iter().position(|c| c.0 == name).expect("a column");
+    for name in ["self-shadowing", "inter-reflections"] {
+        let tried = &atlas.rows[0].tried[named(name)];
+        assert!(tried.claimed && matches!(tried.outcome, Outcome::Holds(_)), "{name}: {tried:?}");
+    }
+}
+
 /// Choices that make a technique shadow by itself are found.
 #[test]
 fn shadows_by_a_parameter_are_found() {

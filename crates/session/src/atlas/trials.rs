@@ -119,7 +119,7 @@ impl Session {
         }
         for t in locals().iter().copied().filter(|t| plan.has(t.card())) {
             let mut outcomes = reflectances(t.card());
-            outcomes.extend(near(t, chapters));
+            outcomes.extend(near(t, chapters, self.scattered(plan, t)?));
             rows.push(row(t.card(), outcomes));
         }
         Ok(rows)
@@ -206,6 +206,31 @@ impl Session {
     }
 }
 
+impl Session {
+    /// Shadows and light from surface to surface of a technique for directional and point lights that knows the mesh: does either bring it
+    /// nearer to paths?
+    fn scattered(&mut self, plan: &Plan, t: &'static dyn AnyLocal) -> Result<Option<[Outcome; 2]>, Error> {
+        if !super::scatters(t) {
+            return Ok(None);
+        }
+        let small = Plan { size: SMALL, ..plan.clone() };
+        let comparison = Comparison { reference_tolerance: TOLERANCE, paths: true, ev: 0.0 };
+        let mut error = |params: &str| -> Result<f64, Error> {
+            let (_, scene, other) = self.near(&small, t, &format!("{}{params}", t.card().slug))?;
+            let answers = self.compared(&scene, &[other], &[Renderer::Cpu], &comparison)?;
+            let found = answers.get(1).and_then(|a| a.rendering()?.errors.as_ref());
+            Ok(found.map_or(f64::NAN, |e| 100.0 * e.0.relative_rms))
+        };
+        let whole = error("")?;
+        let mut less = |params: &str| -> Result<Outcome, Error> {
+            let without = error(params)?;
+            let text = format!("{without:.1} % off without, {whole:.1} % with");
+            Ok(if whole < without { Outcome::Holds(text) } else { Outcome::Fails(text) })
+        };
+        Ok(Some([less(":shadow=none")?, less(":bounces=0")?]))
+    }
+}
+
 fn row(card: &'static steradian_techniques::Card, outcomes: Vec<Outcome>) -> Row {
     let mut outcomes = outcomes.into_iter();
     let tried = COLUMNS.map(|(_, claims)| Tried {
@@ -269,7 +294,7 @@ fn moved(t: &dyn AnyTechnique) -> Outcome {
 }
 
 /// The six other columns of a technique for directional and point lights.
-fn near(t: &'static dyn AnyLocal, chapters: &[Chapter]) -> Vec<Outcome> {
+fn near(t: &'static dyn AnyLocal, chapters: &[Chapter], scattered: Option<[Outcome; 2]>) -> Vec<Outcome> {
     let slug = t.card().slug;
     let textured = chapters.iter().filter(|c| c.stage == Stage::Textured).find_map(|c| {
         let error = c.entries.iter().find(|e| e.card.slug == slug)?.error()?;
@@ -277,13 +302,14 @@ fn near(t: &'static dyn AnyLocal, chapters: &[Chapter]) -> Vec<Outcome> {
     });
     let data = || textured.clone().unwrap_or_else(|| Outcome::Fails("no data per texel".into()));
     let measured = || Outcome::Untried("its chapter says against what it was measured".into());
+    let [shadows, bounces] = scattered.unwrap_or_else(|| [measured(), measured()]);
     let bumps =
         if t.planes().is_empty() { Outcome::Holds("each point brings its frame".into()) } else { data() };
     vec![
         data(),
         bumps,
-        measured(),
-        measured(),
+        shadows,
+        bounces,
         // By construction: tables are made of the reflectance alone, or of the mesh beside it.
         Outcome::Holds("its bake takes no light".into()),
         if super::scatters(t) {

@@ -23,6 +23,8 @@ use steradian_session::{Local, Material, Method, Paths, Scene, Session, Shadows}
 const SIDE: usize = 256;
 /// Stops below the automatic exposure: highlights of small lights.
 const DARKER: f32 = 1.0;
+/// The same where nothing but highlights is seen.
+const HIGHLIGHTS: f32 = 3.5;
 /// Height of the largest bump over the width of a tile.
 pub const BUMPS: f32 = 0.16;
 /// Noise of paths, relative.
@@ -136,7 +138,7 @@ pub fn analytical(o: &Options) -> Result<()> {
             .zip([slug.to_string(), "the model".into()])
             .map(|(way, name)| Ok((name, film(&scene, &way)?)))
             .collect::<Result<Vec<_>>>()?;
-        rows.push(row(spec.split(':').next().unwrap_or(spec), &films, DARKER)?);
+        rows.push(row(spec.split(':').next().unwrap_or(spec), &films, HIGHLIGHTS)?);
     }
     let subtitle = "two-dimensional tables against the models, under three directional lights";
     save(o, "star04-6.png", &sheet("Analytical decomposition", subtitle, rows).draw())
