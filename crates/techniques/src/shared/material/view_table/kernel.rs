@@ -189,6 +189,18 @@ impl<V: Single> Xyz<V> {
     }
 }
 
+/// [`Xyz::tangents`] of sixteen points.
+#[inline(always)]
+pub(super) fn tangents<A: Arch>(n: &Vectors, along: &Vectors) -> Vectors {
+    let mut out = [[0.0; SIDE]; 3];
+    let mut lane = 0;
+    while lane < SIDE {
+        Xyz::<A::F32>::load(n, lane).tangents(Xyz::load(along, lane)).store(&mut out, lane);
+        lane += A::F32::LANES;
+    }
+    out
+}
+
 /// [`Xyz::angles`] of sixteen frames with tangents along `along`.
 #[inline(always)]
 pub(super) fn frame_angles<A: Arch>(n: &Vectors, along: &Vectors) -> [[f32; SIDE]; 6] {
@@ -240,11 +252,7 @@ impl Look {
         mut angles: Option<&mut [[f32; SIDE]; 6]>,
     ) {
         let mut up = [0.0; SIDE];
-        let [reach, h] = lattice(table.size);
-        let (zero, one) = (A::F32::splat(0.0), A::F32::splat(1.0));
-        let (reach, inverse) = (A::F32::splat(reach as f32), A::F32::splat((1.0 / h) as f32));
-        let (most, last) = (A::F32::splat((table.size - 1) as f32), A::F32::splat((table.size - 2) as f32));
-        let row = A::F32::splat(table.size as f32);
+        let texels = Texels::<A::F32>::new(table);
         let mut lane = 0;
         while lane < SIDE {
             let [n, along, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(along, lane), Xyz::load(wo, lane)];
@@ -256,31 +264,58 @@ impl Look {
                     a[k].store(&mut angles[k][lane..]);
                 }
             }
-            // The texels and weights of the local views. Whether a view is in front is decided by products that are rounded
-            // each, as everywhere else.
-            let [x, y, z] = n.0;
-            let z = wo.0[0].mul(x).add(wo.0[1].mul(y)).add(wo.0[2].mul(z));
-            z.store(&mut up[lane..]);
-            let scale = one.div(one.add(z.if_positive(z, zero)));
-            let (mut w, mut cells, local) = ([zero; 2], [zero; 2], [wo.dot(t), wo.dot(b)]);
-            for k in 0..2 {
-                // NaN: the first texel.
-                let p = local[k].fma(scale, reach).mul(inverse);
-                let p = p.if_positive(p.min(most), zero);
-                let c = p.truncate().min(last);
-                cells[k] = c;
-                w[k] = p.sub(c);
-            }
-            // Whole numbers below 2^24, which f32 has exactly.
-            cells[1].fma(row, cells[0]).store_whole(&mut self.texel[lane..]);
-            let [u, v] = w;
-            let both = u.mul(v);
-            one.sub(u).sub(v).add(both).store(&mut self.weights[0][lane..]);
-            u.sub(both).store(&mut self.weights[1][lane..]);
-            v.sub(both).store(&mut self.weights[2][lane..]);
-            both.store(&mut self.weights[3][lane..]);
+            self.texels(&texels, lane, [n, t, b], wo, &mut up);
             lane += A::F32::LANES;
         }
+        self.weigh(table, &up);
+    }
+
+    /// Looks from points of frames with these normals and tangents, unit and perpendicular.
+    #[inline(always)]
+    pub(super) fn set_in_frames<A: Arch>(&mut self, table: &ViewTable, n: &Vectors, t: &Vectors, wo: &Vectors) {
+        let mut up = [0.0; SIDE];
+        let texels = Texels::<A::F32>::new(table);
+        let mut lane = 0;
+        while lane < SIDE {
+            let [n, t, wo] = [Xyz::<A::F32>::load(n, lane), Xyz::load(t, lane), Xyz::load(wo, lane)];
+            self.texels(&texels, lane, [n, t, n.cross(t)], wo, &mut up);
+            lane += A::F32::LANES;
+        }
+        self.weigh(table, &up);
+    }
+
+    /// The texels and weights of local views, and the cosines of these. Whether a view is in front is decided by products that are
+    /// rounded each, as everywhere else.
+    #[inline(always)]
+    fn texels<V: Single>(&mut self, of: &Texels<V>, lane: usize, frame: [Xyz<V>; 3], wo: Xyz<V>, up: &mut [f32; SIDE]) {
+        let (zero, one) = (V::splat(0.0), V::splat(1.0));
+        let [n, t, b] = frame;
+        let [x, y, z] = n.0;
+        let z = wo.0[0].mul(x).add(wo.0[1].mul(y)).add(wo.0[2].mul(z));
+        z.store(&mut up[lane..]);
+        let scale = one.div(one.add(z.if_positive(z, zero)));
+        let (mut w, mut cells, local) = ([zero; 2], [zero; 2], [wo.dot(t), wo.dot(b)]);
+        for k in 0..2 {
+            // NaN: the first texel.
+            let p = local[k].fma(scale, of.reach).mul(of.inverse);
+            let p = p.if_positive(p.min(of.most), zero);
+            let c = p.truncate().min(of.last);
+            cells[k] = c;
+            w[k] = p.sub(c);
+        }
+        // Whole numbers below 2^24, which f32 has exactly.
+        cells[1].fma(of.row, cells[0]).store_whole(&mut self.texel[lane..]);
+        let [u, v] = w;
+        let both = u.mul(v);
+        one.sub(u).sub(v).add(both).store(&mut self.weights[0][lane..]);
+        u.sub(both).store(&mut self.weights[1][lane..]);
+        v.sub(both).store(&mut self.weights[2][lane..]);
+        both.store(&mut self.weights[3][lane..]);
+    }
+
+    /// Takes the power of the cosines into the weights.
+    #[inline(always)]
+    fn weigh(&mut self, table: &ViewTable, up: &[f32; SIDE]) {
         for i in 0..SIDE {
             self.facing[i] = up[i] > 0.0;
         }
@@ -289,6 +324,31 @@ impl Look {
                 let power = table.power(up[i]);
                 self.weights.iter_mut().for_each(|w| w[i] *= power);
             }
+        }
+    }
+}
+
+/// How the texels of a table lie on the paraboloid.
+struct Texels<V> {
+    reach: V,
+    inverse: V,
+    /// The last place, and the last texel with one behind it.
+    most: V,
+    last: V,
+    row: V,
+}
+
+impl<V: Single> Texels<V> {
+    #[inline(always)]
+    fn new(table: &ViewTable) -> Self {
+        let ([reach, h], size) = (lattice(table.size), table.size);
+        let of = |x: f64| V::splat(x as f32);
+        Self {
+            reach: of(reach),
+            inverse: of(1.0 / h),
+            most: of((size - 1) as f64),
+            last: of((size - 2) as f64),
+            row: of(size as f64),
         }
     }
 }

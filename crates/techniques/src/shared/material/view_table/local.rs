@@ -3,7 +3,7 @@
 
 use super::ViewTable;
 use super::kernel::{
-    Block, Corners, LightLanes, Look, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, turned,
+    Block, Corners, LightLanes, Look, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, tangents, turned,
 };
 use crate::shared::maths::number::Number;
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
@@ -16,8 +16,8 @@ use steradian_sphere::sh::{Angle, Exchange, turn};
 /// Most bands of what is kept per site.
 pub const MOST_BANDS: usize = 6;
 
-/// Normals, tangents and positions of sites. Tangents of a mesh without any are zero: the frame is that of a surface without
-/// tangents.
+/// Normals, tangents and positions of sites. Tangents are unit vectors perpendicular to the normals; where a mesh has none, those
+/// of the frame of a surface without tangents.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SiteFrames {
     n: [Vec<f32>; 3],
@@ -42,11 +42,13 @@ impl SiteFrames {
             }
             _ => none,
         };
-        Ok(Self {
+        let mut frames = Self {
             n: planes(sites.iter().map(|s| s.n)),
             t: planes(along.into_iter()),
             p: planes(sites.iter().map(|s| s.p)),
-        })
+        };
+        steradian_simd::run(Complete(&mut frames));
+        Ok(frames)
     }
 
     /// How many sites there are.
@@ -59,7 +61,7 @@ impl SiteFrames {
         self.len() == 0
     }
 
-    /// Normal and tangent (zero where there is none) of a site.
+    /// Normal and tangent of a site.
     pub fn at(&self, k: usize) -> [Vec3; 2] {
         [&self.n, &self.t].map(|v| Vec3::new(v[0][k], v[1][k], v[2][k]))
     }
@@ -67,6 +69,26 @@ impl SiteFrames {
     /// Normals and tangents, six numbers a site, for GPUs.
     pub fn numbers(&self) -> Vec<f32> {
         (0..self.len()).flat_map(|k| self.at(k).map(|v| v.to_array())).flatten().collect()
+    }
+}
+
+/// Makes tangents of what lies along them.
+struct Complete<'a>(&'a mut SiteFrames);
+
+impl Kernel for Complete<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let (n, t, len) = (&self.0.n, &mut self.0.t, self.0.n[0].len());
+        for first in (0..len).step_by(SIDE) {
+            let normals = read([&n[0], &n[1], &n[2]], first, len);
+            let whole = tangents::<A>(&normals, &read([&t[0], &t[1], &t[2]], first, len));
+            let of = SIDE.min(len - first);
+            for k in 0..3 {
+                t[k][first..first + of].copy_from_slice(&whole[k][..of]);
+            }
+        }
     }
 }
 
@@ -277,8 +299,8 @@ struct Corner {
     /// 0 where the point faces away, or has no such site.
     weight: [f32; SIDE],
     look: Look,
-    /// Sites by which memory is asked for earlier, where they follow each other.
-    ahead: u32,
+    /// Sites whose light is asked for: those behind, where they follow each other.
+    asked: [u32; SIDE],
 }
 
 impl<N: Number> Kernel for Local<'_, '_, '_, N> {
@@ -312,7 +334,7 @@ impl<N: Number> Local<'_, '_, '_, N> {
     /// them at a time by itself.
     #[inline(always)]
     fn corners<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(mut self) {
-        let none = || Corner { first: 0, site: [0; SIDE], weight: [0.0; SIDE], look: Look::NONE, ahead: 0 };
+        let none = || Corner { first: 0, site: [0; SIDE], weight: [0.0; SIDE], look: Look::NONE, asked: [0; SIDE] };
         let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
         let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
         let mut more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[now]);
@@ -340,7 +362,12 @@ impl<N: Number> Local<'_, '_, '_, N> {
                 for k in 0..3 {
                     prefetch(q.n[k], first + AHEAD);
                     prefetch(q.wo[k], first + AHEAD);
-                    self.out.rgb[k][first..(first + SIDE).min(len)].fill(0.0);
+                    let out = &mut self.out.rgb[k][first..len];
+                    // (Of unknown length it would be a call.)
+                    match out.first_chunk_mut::<SIDE>() {
+                        Some(out) => *out = [0.0; SIDE],
+                        None => out.fill(0.0),
+                    }
                 }
                 let (u, v) = (of_block(q.site.weight[0], first), of_block(q.site.weight[1], first));
                 for i in 0..SIDE {
@@ -381,29 +408,43 @@ impl<N: Number> Local<'_, '_, '_, N> {
         wo: &Vectors,
         to: &mut Corner,
     ) {
-        let (mut own, mut along) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
+        let (mut own, mut t) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
         let (from, mut off) = (to.site[0], 0);
         for i in 0..SIDE {
             off |= to.site[i] ^ from.wrapping_add(i as u32);
         }
-        to.ahead = if off == 0 { SIDE as u32 } else { 0 };
+        let (ahead, last) = (if off == 0 { SIDE as u32 } else { 0 }, (self.frames.len() - 1) as u32);
+        for i in 0..SIDE {
+            to.asked[i] = (to.site[i] + ahead).min(last);
+        }
         if off == 0 {
             let from = from as usize;
             for k in 0..3 {
                 prefetch(&self.frames.n[k], from + AHEAD);
                 prefetch(&self.frames.t[k], from + AHEAD);
                 own[k].copy_from_slice(&self.frames.n[k][from..from + SIDE]);
-                along[k].copy_from_slice(&self.frames.t[k][from..from + SIDE]);
+                t[k].copy_from_slice(&self.frames.t[k][from..from + SIDE]);
             }
         } else {
             for i in 0..SIDE {
                 for k in 0..3 {
                     own[k][i] = self.frames.n[k][to.site[i] as usize];
-                    along[k][i] = self.frames.t[k][to.site[i] as usize];
+                    t[k][i] = self.frames.t[k][to.site[i] as usize];
                 }
             }
         }
-        to.look.set::<A>(self.table, &own, &along, &carried::<A>(n, &own, wo), None);
+        // At vertices nothing turns.
+        let mut other = 0;
+        for k in 0..3 {
+            for i in 0..SIDE {
+                other |= n[k][i].to_bits() ^ own[k][i].to_bits();
+            }
+        }
+        if other == 0 {
+            to.look.set_in_frames::<A>(self.table, &own, &t, wo);
+        } else {
+            to.look.set_in_frames::<A>(self.table, &own, &t, &carried::<A>(n, &own, wo));
+        }
     }
 
     /// Asks for the memory of one point of a corner.
@@ -418,11 +459,12 @@ impl<N: Number> Local<'_, '_, '_, N> {
             prefetch(near, k * line);
             prefetch(far, k * line);
         }
-        let from = (b.site[i] + b.ahead) as usize * 3 * C;
+        let from = b.asked[i] as usize * 3 * C;
+        let light = &self.data[from..from + 2 * C + P];
         for k in 0..(3 * C).div_ceil(line) {
-            prefetch(self.data, from + k * line);
+            prefetch(light, k * line);
         }
-        prefetch(self.data, from + 3 * C);
+        prefetch(light, 3 * C - 1);
     }
 
     /// Adds the radiance of one corner of each of sixteen points. Point by point it asks for the memory of the next: for all at once
