@@ -20,7 +20,7 @@ pub use lanes::Lanes;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 use plain::Plain;
 use std::sync::OnceLock;
-pub use vector::{Double, Single, Vector};
+pub use vector::{Double, Short, Single, Vector};
 #[cfg(target_arch = "x86_64")]
 use x86::{EightSingle, FourSingle, Pair, Sixteen, SseLanes, TwoDouble};
 
@@ -527,6 +527,50 @@ mod tests {
                 let want = if sign == 1 { -size } else { size } * 2f32.powi(-24);
                 assert_eq!(out[5][k], want, "{isa:?} {:#x}", half[k]);
             }
+        }
+    }
+
+    /// Sums, fractions and products of pairs of as many i16 as there are, as whole numbers.
+    struct Shorts<'a>([&'a [i16]; 2]);
+
+    impl Kernel for Shorts<'_> {
+        type Output = Vec<f32>;
+        #[inline(always)]
+        fn run<A: Arch>(self) -> Vec<f32> {
+            type S<A> = <<A as Arch>::F32 as Single>::Short;
+            let (lanes, one, mut out) = (2 * A::F32::LANES, S::<A>::splat(1), Vec::new());
+            for (a, b) in self.0[0].chunks_exact(lanes).zip(self.0[1].chunks_exact(lanes)) {
+                let (a, b) = (S::<A>::load(a), S::<A>::load(b));
+                // Sums and fractions are seen by products: with (1, 1).
+                for v in [a.pairs(b), a.add(b).pairs(one), a.fraction(b).pairs(one)] {
+                    let mut lanes = [0.0; 16];
+                    v.store(&mut lanes);
+                    out.extend(&lanes[..A::F32::LANES]);
+                }
+            }
+            // In the order of the numbers, whatever the lanes.
+            let n = A::F32::LANES;
+            let kind = |k: usize| out.chunks_exact(n).skip(k).step_by(3).flatten().copied();
+            (0..3).flat_map(kind).collect()
+        }
+    }
+
+    #[test]
+    fn sixteen_bit_numbers_are_the_same_on_every_instruction_set() {
+        let mut x: Vec<i16> = (0..64).map(|k: i32| (k * 7919 % 65536 - 32768) as i16).collect();
+        x[..8].copy_from_slice(&[32767, -32767, 0, 1, -1, 16384, -16384, -32768]);
+        let mut y: Vec<i16> = x.iter().rev().map(|x| x.wrapping_mul(31) | 1).collect();
+        y[..8].copy_from_slice(&[32767, 32767, -32768, 16384, 16384, 1, 1, 3]);
+        let pairs = |f: &dyn Fn(i32, i32) -> i32| -> Vec<f32> {
+            let each: Vec<i32> = x.iter().zip(&y).map(|(x, y)| f(i32::from(*x), i32::from(*y))).collect();
+            each.chunks_exact(2).map(|p| (p[0] + p[1]) as f32).collect()
+        };
+        let sum = |a: i32, b: i32| i32::from((a + b) as i16);
+        let fraction = |a: i32, b: i32| (a * b + (1 << 14)) >> 15;
+        let want = [pairs(&|a, b| a * b), pairs(&sum), pairs(&fraction)].concat();
+        assert_eq!(Shorts([&x, &y]).run::<Separate>(), want);
+        for isa in Isa::available() {
+            assert_eq!(run_on(isa, Shorts([&x, &y])), want, "{isa:?}");
         }
     }
 

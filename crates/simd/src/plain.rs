@@ -1,6 +1,6 @@
 //! Registers without intrinsics: what compilers map to NEON, and what the tests compare the others with.
 
-use crate::vector::{Double, Single, Vector};
+use crate::vector::{Double, Short, Single, Vector};
 
 /// N lanes without intrinsics.
 #[derive(Clone, Copy)]
@@ -125,6 +125,7 @@ fn single(bits: u16) -> f32 {
 
 impl<const FUSED: bool> Single for Plain<f32, 4, FUSED> {
     type Double = Plain<f64, 2, FUSED>;
+    type Short = PlainShort<FUSED>;
 
     #[inline(always)]
     fn load_half(x: &[u16]) -> Self {
@@ -174,5 +175,44 @@ impl<const FUSED: bool> Single for Plain<f32, 4, FUSED> {
     #[inline(always)]
     fn narrow(a: Self::Double, b: Self::Double) -> Self {
         Self([a.0[0] as f32, a.0[1] as f32, b.0[0] as f32, b.0[1] as f32])
+    }
+}
+
+/// Eight i16 without intrinsics.
+#[derive(Clone, Copy)]
+pub struct PlainShort<const FUSED: bool>([i16; 8]);
+
+impl<const FUSED: bool> Short for PlainShort<FUSED> {
+    type Single = Plain<f32, 4, FUSED>;
+
+    #[inline(always)]
+    fn splat(x: i16) -> Self {
+        Self([x; 8])
+    }
+    #[inline(always)]
+    fn load(x: &[i16]) -> Self {
+        let mut v = [0; 8];
+        v.copy_from_slice(&x[..8]);
+        Self(v)
+    }
+    #[inline(always)]
+    fn add(mut self, b: Self) -> Self {
+        for k in 0..8 {
+            self.0[k] = self.0[k].wrapping_add(b.0[k]);
+        }
+        self
+    }
+    #[inline(always)]
+    fn fraction(mut self, b: Self) -> Self {
+        for k in 0..8 {
+            self.0[k] = ((i32::from(self.0[k]) * i32::from(b.0[k]) + (1 << 14)) >> 15) as i16;
+        }
+        self
+    }
+    #[inline(always)]
+    fn pairs(self, b: Self) -> Self::Single {
+        let product = |k: usize| i32::from(self.0[k]) * i32::from(b.0[k]);
+        let pair = |k: usize| product(2 * k).wrapping_add(product(2 * k + 1)) as f32;
+        Plain([pair(0), pair(1), pair(2), pair(3)])
     }
 }

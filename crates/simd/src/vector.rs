@@ -54,6 +54,8 @@ pub trait Double: Vector<T = f64> {
 pub trait Single: Vector<T = f32> {
     /// The register of f64.
     type Double: Double;
+    /// The register of i16.
+    type Short: Short<Single = Self>;
 
     /// The lanes of `a`, then those of `b`, rounded.
     fn narrow(a: Self::Double, b: Self::Double) -> Self;
@@ -78,4 +80,24 @@ pub trait Single: Vector<T = f32> {
     fn store_whole(self, x: &mut [u32]);
     /// Per lane: `yes` where self > 0, `no` elsewhere and where self is NaN.
     fn if_positive(self, yes: Self, no: Self) -> Self;
+}
+
+/// A register of i16, two for each lane of one of f32. All of it is exact: the bits are the same on every instruction set.
+pub trait Short: Copy {
+    /// The register of f32.
+    type Single;
+
+    /// All lanes the same.
+    fn splat(x: i16) -> Self;
+    /// The first lanes of a slice.
+    ///
+    /// # Panics
+    /// If the slice is shorter than a register.
+    fn load(x: &[i16]) -> Self;
+    /// self + b, without carry.
+    fn add(self, b: Self) -> Self;
+    /// self · b / 2^15, rounded to the nearest, upwards in the middle: b as a fraction. Not for both −2^15.
+    fn fraction(self, b: Self) -> Self;
+    /// The sums of the products of two neighbours each, as f32. Not for four times −2^15.
+    fn pairs(self, b: Self) -> Self::Single;
 }

@@ -13,7 +13,7 @@ macro_rules! register {
         /// of intrinsics sound.
         #[derive(Clone, Copy)]
         #[repr(transparent)]
-        pub struct $name($reg);
+        pub struct $name(pub(crate) $reg);
 
         impl Vector for $name {
             type T = $t;
@@ -179,6 +179,7 @@ macro_rules! transposed_sums {
 
 transposed_sums!(Four, Eight);
 
+mod short;
 mod sse;
 pub use sse::{FourSingle, Lanes as SseLanes, Pair, TwoDouble};
 
@@ -447,6 +448,7 @@ impl Double for Eight {
 
 impl Single for EightSingle {
     type Double = Four;
+    type Short = short::SixteenShort;
 
     #[inline(always)]
     fn narrow(a: Four, b: Four) -> Self {
@@ -498,6 +500,7 @@ impl Single for EightSingle {
 
 impl Single for Sixteen {
     type Double = Eight;
+    type Short = short::ThirtyTwoShort;
 
     #[inline(always)]
     fn narrow(a: Eight, b: Eight) -> Self {

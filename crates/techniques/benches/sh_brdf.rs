@@ -84,7 +84,7 @@ fn main() {
         shade(COLOURED, "nothing", false, 5.0)
     });
     row("light fixed, 5 bands", Some(0.99), || shade(SPEC, "light", false, 5.0));
-    row("light fixed, 5 bands, 16-bit floats", Some(0.99), || shade(SPEC, "light", true, 5.0));
+    row("light fixed, 5 bands, 16-bit numbers", Some(0.99), || shade(SPEC, "light", true, 5.0));
     row("view fixed, light turned, 5 bands", Some(7.15), || {
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
         let mut b = bake(SPEC, "view", false, 5.0, &geometry);

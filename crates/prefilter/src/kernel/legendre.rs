@@ -36,16 +36,19 @@ impl Kernel for Moments<'_> {
             for (k, point) in block.iter().enumerate() {
                 (x[k], w[k]) = *point;
             }
-            let at =
-                |v: &[f64]| -> [A::F64; GROUP] { std::array::from_fn(|g| A::F64::load(&v[g * lanes..])) };
+            let zero = [A::F64::splat(0.0); GROUP];
             // w P_l obeys P_l's recursion.
-            let (x, mut p, mut before) = (at(&x), at(&w), [A::F64::splat(0.0); GROUP]);
+            let (mut at, mut p, mut before) = (zero, zero, zero);
+            for g in 0..GROUP {
+                at[g] = A::F64::load(&x[g * lanes..]);
+                p[g] = A::F64::load(&w[g * lanes..]);
+            }
             for (sum, [a, b]) in sums.chunks_exact_mut(lanes).zip(&steps) {
                 let (a, b) = (A::F64::splat(*a), A::F64::splat(*b));
                 let mut all = A::F64::load(sum);
                 for g in 0..GROUP {
                     all = all.add(p[g]);
-                    let next = a.mul(x[g]).fma(p[g], b.mul(before[g]));
+                    let next = a.mul(at[g]).fma(p[g], b.mul(before[g]));
                     (before[g], p[g]) = (p[g], next);
                 }
                 all.store(sum);

@@ -130,6 +130,7 @@ impl Double for TwoDouble {
 
 impl Single for FourSingle {
     type Double = TwoDouble;
+    type Short = super::short::EightShort;
 
     #[inline(always)]
     fn narrow(a: TwoDouble, b: TwoDouble) -> Self {

@@ -26,7 +26,7 @@ params! {
         /// Where the window ends; 0 for none.
         pub window: f64 = ParamInfo::real("window", [0.0, 32.0], 0.0, "band at which a window of Hann ends that takes ringing off the light; 0: none"),
         /// 16-bit data.
-        pub halves: bool = ParamInfo::switch("halves", false, "matrices, table and the light of sites of 16-bit floats"),
+        pub halves: bool = ParamInfo::switch("halves", false, "matrices and table of 16-bit floats, and the light of sites of whole numbers of 16 bits"),
     }
 }
 

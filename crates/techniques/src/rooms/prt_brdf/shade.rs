@@ -30,7 +30,7 @@ impl Frame {
             let Some(m) = b.transfer.all.at(site as u32).filter(|m| m.len() == n * n) else { return };
             steradian_simd::dispatch(|| multiply(m, l, to));
         });
-        self.local = if b.params.halves { local.halved(&b.material.table) } else { local };
+        self.local = if b.params.halves { local.shortened(&b.material.table) } else { local };
     }
 }
 

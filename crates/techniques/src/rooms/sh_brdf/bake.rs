@@ -34,7 +34,7 @@ params! {
         /// Tables along a line of widths.
         pub nodes: Option<usize> = ParamInfo::whole("nodes", [2.0, MOST_NODES as f64], 0.0, "tables along each of the numbers that vary; auto: as many as bring the error between them to 1 %, 17 at most, 9 where both vary").auto(f64::NAN),
         /// 16-bit table.
-        pub halves: bool = ParamInfo::switch("halves", false, "a table, and a fixed light at sites, of 16-bit floats"),
+        pub halves: bool = ParamInfo::switch("halves", false, "a table of 16-bit floats, and a fixed light at sites of whole numbers of 16 bits"),
     }
 }
 

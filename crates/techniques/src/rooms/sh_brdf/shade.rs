@@ -50,7 +50,7 @@ impl Frame {
             Fix::Light if turned => {
                 let local = LocalLight::turned(frames, light);
                 self.kept = Kept::Light(Arc::new(if b.params.halves {
-                    local.halved(&b.material.table)
+                    local.shortened(&b.material.table)
                 } else {
                     local
                 }));

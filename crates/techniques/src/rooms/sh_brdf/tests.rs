@@ -222,8 +222,8 @@ fn the_wrong_inputs_say_what_to_do() {
     assert!(matches!(e, BakeError::Memory { .. }));
 }
 
-fn typed(fix: &str, g: &Geometry) -> Bake<ShBrdf> {
-    let mut values = ParamValues::default();
+fn typed(fix: &str, halves: bool, g: &Geometry) -> Bake<ShBrdf> {
+    let mut values: ParamValues = [("halves", f64::from(u8::from(halves)))].into_iter().collect();
     values.0.insert("fix".into(), fix.into());
     let params = <Params as steradian_base::Params>::from_values(&values).unwrap();
     let (task, lights) = (Task::quiet(), lights::sunny());
@@ -266,16 +266,17 @@ fn fixed_light_and_fixed_view_keep_what_stands_still() {
         ShBrdf::shade(b, f, &q.as_points(), &mut Radiance::of(&mut rgb));
         rgb
     };
-    let free = typed("nothing", &g);
-    for fix in ["light", "view"] {
-        let b = typed(fix, &g);
+    let free = typed("nothing", false, &g);
+    // Whole numbers of 16 bits: 25 products of two, each off by 2^-16 of the largest, and 16-bit floats in the table.
+    for (fix, halves, most) in [("light", false, 2e-5), ("view", false, 2e-5), ("light", true, 1e-3)] {
+        let b = typed(fix, halves, &g);
         let (mut f, mut other) = (Frame::default(), Frame::default());
         let mut kept = Vec::new();
         for v in [view(0.4, eyes[0]), view(0.4, eyes[1]), view(1.4, eyes[1]), view(1.4, eyes[1])] {
             ShBrdf::frame(&b, &v, &mut f);
             ShBrdf::frame(&free, &v, &mut other);
             let (a, c) = (shade(&b, &f, v.eye), shade(&free, &other, v.eye));
-            assert!(off(&a, &c) < 2e-5, "{fix}: {}", off(&a, &c));
+            assert!(off(&a, &c) < most, "{fix}, {halves}: {}", off(&a, &c));
             kept.push(match &f.kept {
                 shade::Kept::Nothing => panic!("{fix}"),
                 shade::Kept::Light(l) => Arc::as_ptr(l).addr(),

@@ -329,7 +329,11 @@ fn group<A: Arch, T: Number>(
             }
         }
         let next = if two == 2 { light[i + 1] } else { [0.0; 3] };
-        let own = [light[i], next].map(|l| l.map(A::F32::splat));
+        let mut own = [[A::F32::splat(0.0); 3]; 2];
+        for c in 0..3 {
+            own[0][c] = A::F32::splat(light[i][c]);
+            own[1][c] = A::F32::splat(next[c]);
+        }
         let [first, second] = &rows;
         let mut lane = 0;
         while lane < GROUP {

@@ -391,7 +391,9 @@ fn mirrored<A: Arch>(
         }
     }
     for lane in (0..LANES).step_by(A::F32::LANES) {
-        h.eval_lanes([0, 1, 2].map(|k| A::F32::load(&r[k][lane..])), lane, y);
+        let (a, b, c) =
+            (A::F32::load(&r[0][lane..]), A::F32::load(&r[1][lane..]), A::F32::load(&r[2][lane..]));
+        h.eval_lanes([a, b, c], lane, y);
     }
     facing
 }

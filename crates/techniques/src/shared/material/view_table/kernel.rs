@@ -5,7 +5,6 @@
 //! of reflectance under three of light it is a third of the work.
 
 use super::{Places, ViewTable, lattice};
-use crate::shared::maths::number::Number;
 use crate::{Points, Radiance};
 use steradian_simd::{Arch, Kernel, Single, Vector};
 use steradian_sphere::sh::{Angle, Exchange, ShRgb, turn};
@@ -218,14 +217,15 @@ pub(super) fn frame_angles<A: Arch>(n: &Vectors, along: &Vectors) -> [[f32; SIDE
     out
 }
 
-/// The vectors of sixteen points from the first; the last point fills up. Zeros where there are none.
+/// The vectors of sixteen points from the first; the last point fills up. Zeros where there are none. (By registers: what is copied
+/// by smaller ones can't be read by a whole one before it has reached the cache, and sixteen points took twice as long.)
 #[inline(always)]
-pub(super) fn read(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
+pub(super) fn read<A: Arch>(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
     let mut out = [[0.0; SIDE]; 3];
     for k in 0..3 {
         if v[k].len() >= len && len > 0 {
             if let Some(x) = v[k].get(first..first + SIDE) {
-                out[k].copy_from_slice(x);
+                copy::<A>(x, &mut out[k]);
             } else {
                 for i in 0..SIDE {
                     out[k][i] = v[k][(first + i).min(len - 1)];
@@ -234,6 +234,16 @@ pub(super) fn read(v: [&[f32]; 3], first: usize, len: usize) -> Vectors {
         }
     }
     out
+}
+
+/// Copies sixteen numbers by registers.
+#[inline(always)]
+pub(super) fn copy<A: Arch>(from: &[f32], to: &mut [f32; SIDE]) {
+    let mut lane = 0;
+    while lane < SIDE {
+        A::F32::load(&from[lane..]).store(&mut to[lane..]);
+        lane += A::F32::LANES;
+    }
 }
 
 impl Look {
@@ -272,7 +282,13 @@ impl Look {
 
     /// Looks from points of frames with these normals and tangents, unit and perpendicular.
     #[inline(always)]
-    pub(super) fn set_in_frames<A: Arch>(&mut self, table: &ViewTable, n: &Vectors, t: &Vectors, wo: &Vectors) {
+    pub(super) fn set_in_frames<A: Arch>(
+        &mut self,
+        table: &ViewTable,
+        n: &Vectors,
+        t: &Vectors,
+        wo: &Vectors,
+    ) {
         let mut up = [0.0; SIDE];
         let texels = Texels::<A::F32>::new(table);
         let mut lane = 0;
@@ -287,7 +303,14 @@ impl Look {
     /// The texels and weights of local views, and the cosines of these. Whether a view is in front is decided by products that are
     /// rounded each, as everywhere else.
     #[inline(always)]
-    fn texels<V: Single>(&mut self, of: &Texels<V>, lane: usize, frame: [Xyz<V>; 3], wo: Xyz<V>, up: &mut [f32; SIDE]) {
+    fn texels<V: Single>(
+        &mut self,
+        of: &Texels<V>,
+        lane: usize,
+        frame: [Xyz<V>; 3],
+        wo: Xyz<V>,
+        up: &mut [f32; SIDE],
+    ) {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let [n, t, b] = frame;
         let [x, y, z] = n.0;
@@ -342,13 +365,12 @@ impl<V: Single> Texels<V> {
     #[inline(always)]
     fn new(table: &ViewTable) -> Self {
         let ([reach, h], size) = (lattice(table.size), table.size);
-        let of = |x: f64| V::splat(x as f32);
         Self {
-            reach: of(reach),
-            inverse: of(1.0 / h),
-            most: of((size - 1) as f64),
-            last: of((size - 2) as f64),
-            row: of(size as f64),
+            reach: V::splat(reach as f32),
+            inverse: V::splat((1.0 / h) as f32),
+            most: V::splat((size - 1) as f32),
+            last: V::splat((size - 2) as f32),
+            row: V::splat(size as f32),
         }
     }
 }
@@ -358,7 +380,12 @@ impl Block {
     #[inline(always)]
     pub(super) fn at<A: Arch>(table: &ViewTable, q: &Points<'_>, first: usize) -> Self {
         let len = q.len();
-        Self::new::<A>(table, &read(q.n, first, len), &read(q.t, first, len), &read(q.wo, first, len))
+        Self::new::<A>(
+            table,
+            &read::<A>(q.n, first, len),
+            &read::<A>(q.t, first, len),
+            &read::<A>(q.wo, first, len),
+        )
     }
 
     /// Points of these normals and directions to the viewer, with tangents along `along`.
@@ -396,20 +423,26 @@ impl Block {
 }
 
 /// The four texels around one point's view: P numbers of each.
-pub(super) struct Corners<'a, V, N, const P: usize> {
-    rows: [&'a [N; P]; 4],
+pub(super) struct Corners<'a, V, const P: usize> {
+    rows: [&'a [f32; P]; 4],
     weights: [V; 4],
 }
 
-impl<'a, V: Single, N: Number, const P: usize> Corners<'a, V, N, P> {
+impl<'a, V: Single, const P: usize> Corners<'a, V, P> {
     /// Of point `i`, from number `from` of `texels`, a table's of `size` texels a row, `texel` numbers each.
     ///
     /// # Panics
     /// If the table ends before.
     #[inline(always)]
-    pub(super) fn at(texels: &'a [N], [size, texel]: [usize; 2], look: &Look, i: usize, from: usize) -> Self {
+    pub(super) fn at(
+        texels: &'a [f32],
+        [size, texel]: [usize; 2],
+        look: &Look,
+        i: usize,
+        from: usize,
+    ) -> Self {
         let (near, far) = (&texels[from..], &texels[from + size * texel..]);
-        let row = |r: &'a [N]| r.first_chunk::<P>().expect("rows are of this length");
+        let row = |r: &'a [f32]| r.first_chunk::<P>().expect("rows are of this length");
         Self {
             rows: [row(near), row(&near[texel..]), row(far), row(&far[texel..])],
             weights: [
@@ -424,45 +457,36 @@ impl<'a, V: Single, N: Number, const P: usize> Corners<'a, V, N, P> {
     /// A register of coefficients from the `j`-th.
     #[inline(always)]
     pub(super) fn load(&self, j: usize) -> V {
-        let mut sum = N::load::<V>(&self.rows[0][j..]).mul(self.weights[0]);
+        let mut sum = V::load(&self.rows[0][j..]).mul(self.weights[0]);
         for k in 1..4 {
-            sum = N::load::<V>(&self.rows[k][j..]).fma(self.weights[k], sum);
+            sum = V::load(&self.rows[k][j..]).fma(self.weights[k], sum);
         }
         sum
     }
 }
 
-/// P numbers of point `i`, from number `first` of a texel, in the mean over its tables.
+/// P numbers of point `i`, from number `first` of a texel, in the mean over its tables. (Closures and `map` over arrays of registers
+/// are compiled as functions of the narrowest instruction set, which call one for each instruction.)
 #[inline(always)]
 fn gather<A: Arch, const P: usize>(table: &ViewTable, b: &Block, i: usize, first: usize, to: &mut [f32]) {
-    let of = |k: usize| {
-        let from = b.look.texel[i] as usize * table.channels * table.stride + b.offsets[k][i] + first;
-        Corners::<A::F32, f32, P>::at(
-            &table.data,
-            [table.size, table.channels * table.stride],
-            &b.look,
-            i,
-            from,
-        )
-    };
-    let corners = of(0);
-    let mut at = 0;
-    if b.tables == 1 {
+    let shape = [table.size, table.channels * table.stride];
+    let from = b.look.texel[i] as usize * shape[1] + first;
+    for k in 0..b.tables {
+        let corners = Corners::<A::F32, P>::at(&table.data, shape, &b.look, i, from + b.offsets[k][i]);
+        let share = A::F32::splat(b.shares[k][i]);
+        let mut at = 0;
         while at < P {
-            corners.load(at).store(&mut to[at..]);
+            let v = corners.load(at);
+            let v = if b.tables == 1 {
+                v
+            } else if k == 0 {
+                v.mul(share)
+            } else {
+                v.fma(share, A::F32::load(&to[at..]))
+            };
+            v.store(&mut to[at..]);
             at += A::F32::LANES;
         }
-        return;
-    }
-    let others = [1, 2, 3].map(of);
-    let shares = b.shares.map(|s| A::F32::splat(s[i]));
-    while at < P {
-        let mut sum = corners.load(at).mul(shares[0]);
-        for k in 1..b.tables {
-            sum = others[k - 1].load(at).fma(shares[k], sum);
-        }
-        sum.store(&mut to[at..]);
-        at += A::F32::LANES;
     }
 }
 
@@ -542,8 +566,10 @@ fn many<A: Arch>(table: &ViewTable, exchange: &Exchange, b: &Block, to: &mut imp
                 (0..A::F32::LANES).for_each(|i| column[i] = rows[lane + i][k]);
                 *f = A::F32::load(&column);
             }
-            let load = |k: usize| A::F32::load(&b.angles[k][lane..]);
-            let angles = [0, 2, 4].map(|k| [load(k), load(k + 1)]);
+            let mut angles = [[A::F32::splat(0.0); 2]; 3];
+            for k in 0..6 {
+                angles[k / 2][k % 2] = A::F32::load(&b.angles[k][lane..]);
+            }
             exchange.turn(&angles, &mut f[..n], &mut scratch[..n]);
             to.take(c, lane, &f[..n]);
             lane += A::F32::LANES;

@@ -3,9 +3,10 @@
 
 use super::ViewTable;
 use super::kernel::{
-    Block, Corners, LightLanes, Look, MOST, SIDE, Sink, Vectors, Xyz, frame_angles, read, tangents, turned,
+    Block, Corners, LightLanes, Look, MOST, SIDE, Sink, Vectors, Xyz, copy, frame_angles, read, tangents,
+    turned,
 };
-use crate::shared::maths::number::Number;
+use super::shorts::{self, SHARE};
 use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
 use crate::{BakeError, Geometry, Part, Points, Radiance, Sites};
 use glam::Vec3;
@@ -82,8 +83,8 @@ impl Kernel for Complete<'_> {
     fn run<A: Arch>(self) {
         let (n, t, len) = (&self.0.n, &mut self.0.t, self.0.n[0].len());
         for first in (0..len).step_by(SIDE) {
-            let normals = read([&n[0], &n[1], &n[2]], first, len);
-            let whole = tangents::<A>(&normals, &read([&t[0], &t[1], &t[2]], first, len));
+            let normals = read::<A>([&n[0], &n[1], &n[2]], first, len);
+            let whole = tangents::<A>(&normals, &read::<A>([&t[0], &t[1], &t[2]], first, len));
             let of = SIDE.min(len - first);
             for k in 0..3 {
                 t[k][first..first + of].copy_from_slice(&whole[k][..of]);
@@ -119,8 +120,8 @@ impl Part for SiteFrames {
 #[derive(Debug, Clone, PartialEq)]
 enum Rows {
     Single(Vec<f32>),
-    /// Bits of 16-bit floats, and what they are multiplied with.
-    Half(Vec<u16>, f32),
+    /// Whole numbers of 16 bits, and what they are multiplied with.
+    Short(Vec<i16>, f32),
 }
 
 /// Light in the frame of each site: site after site, then channel, then coefficient.
@@ -158,24 +159,23 @@ impl LocalLight {
         Self { count, rows: Rows::Single(data) }
     }
 
-    /// With 16-bit floats, which are off by 2^-11 of a number or 2^-25 of the largest, for a table of such.
+    /// With whole numbers of 16 bits, which are off by 2^-16 of the largest, for a table with such.
     #[must_use]
-    pub fn halved(self, table: &ViewTable) -> Self {
-        let Rows::Single(data) = self.rows else { return self };
-        if !table.is_half() {
-            return Self { rows: Rows::Single(data), ..self };
+    pub fn shortened(self, table: &ViewTable) -> Self {
+        match self.rows {
+            Rows::Single(data) if table.shorts.is_some() => {
+                let (short, scale) = shorts::shortened(data.iter());
+                Self { count: self.count, rows: Rows::Short(short.collect(), scale) }
+            }
+            rows => Self { rows, ..self },
         }
-        let largest = data.iter().fold(0.0f32, |m, x| m.max(x.abs()));
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        let half = |x: &f32| half::f16::from_f32(x / scale).to_bits();
-        Self { count: self.count, rows: Rows::Half(data.par_iter().map(half).collect(), scale) }
     }
 
     /// The numbers, site after site.
     pub fn numbers(&self) -> Vec<f32> {
         let mut all = match &self.rows {
             Rows::Single(v) => v.clone(),
-            Rows::Half(v, scale) => v.iter().map(|x| scale * half::f16::from_bits(*x).to_f32()).collect(),
+            Rows::Short(v, scale) => v.iter().map(|x| scale * f32::from(*x)).collect(),
         };
         all.truncate(all.len().saturating_sub(MOST));
         all
@@ -184,7 +184,7 @@ impl LocalLight {
     fn sites(&self) -> usize {
         let len = match &self.rows {
             Rows::Single(v) => v.len(),
-            Rows::Half(v, _) => v.len(),
+            Rows::Short(v, _) => v.len(),
         };
         len.saturating_sub(MOST) / (3 * self.count).max(1)
     }
@@ -216,16 +216,18 @@ impl Kernel for IntoFrames<'_> {
 impl IntoFrames<'_> {
     #[inline(always)]
     fn few<A: Arch, const N: usize>(self) {
-        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let view = |v: &'_ [Vec<f32>; 3]| read::<A>([&v[0], &v[1], &v[2]], self.first, self.frames.len());
         let angles = frame_angles::<A>(&view(&self.frames.n), &view(&self.frames.t));
         let minus = A::F32::splat(-1.0);
         let mut lane = 0;
         while lane < SIDE {
             // The inverse: −α, β, −γ.
-            let angle = |k: usize| {
-                Angle::new(A::F32::load(&angles[k][lane..]), A::F32::load(&angles[k + 1][lane..]).mul(minus))
-            };
-            let all = [angle(4), angle(2), angle(0)];
+            let (mut cos, mut sin) = ([A::F32::splat(0.0); 3], [A::F32::splat(0.0); 3]);
+            for k in 0..3 {
+                cos[k] = A::F32::load(&angles[4 - 2 * k][lane..]);
+                sin[k] = A::F32::load(&angles[5 - 2 * k][lane..]).mul(minus);
+            }
+            let all = [Angle::new(cos[0], sin[0]), Angle::new(cos[1], sin[1]), Angle::new(cos[2], sin[2])];
             for c in 0..3 {
                 let mut f = [A::F32::splat(0.0); N];
                 for i in 0..N {
@@ -264,31 +266,163 @@ pub fn shade_local(
         && !frames.is_empty();
     if known {
         let count = light.count;
-        match (&light.rows, &table.halves) {
-            (Rows::Single(data), _) => {
-                let texels = &table.data[..];
-                steradian_simd::run(Local { table, texels, frames, data, count, scale: 1.0, q, out });
+        match (&light.rows, &table.shorts) {
+            (Rows::Single(light), _) => {
+                let kept = Floats { texels: &table.data, light };
+                steradian_simd::run(Local { table, kept, frames, count, q, out });
             }
-            (Rows::Half(data, scale), Some(texels)) => {
-                steradian_simd::run(Local { table, texels, frames, data, count, scale: *scale, q, out });
+            (Rows::Short(light, scale), Some(shorts)) => {
+                let kept = Shortened { texels: &shorts.data, light, scale: SHARE * shorts.scale * scale };
+                steradian_simd::run(Local { table, kept, frames, count, q, out });
             }
-            (Rows::Half(..), None) => out.rgb.iter_mut().for_each(|p| p.fill(0.0)),
+            (Rows::Short(..), None) => out.rgb.iter_mut().for_each(|p| p.fill(0.0)),
         }
     } else {
         out.rgb.iter_mut().for_each(|p| p.fill(0.0));
     }
 }
 
-struct Local<'a, 'b, 'c, N> {
+struct Local<'a, 'b, 'c, K> {
     table: &'a ViewTable,
-    /// The numbers of the table.
-    texels: &'a [N],
+    /// The numbers of table and light.
+    kept: K,
     frames: &'a SiteFrames,
-    data: &'a [N],
     count: usize,
-    scale: f32,
     q: &'a Points<'b>,
     out: &'a mut Radiance<'c>,
+}
+
+/// Table and light in one kind of number: C coefficients of light for each channel, in rows of P numbers in the table, of so many
+/// channels there.
+trait Numbers: Copy {
+    type Number;
+
+    fn texels(&self) -> &[Self::Number];
+    fn light(&self) -> &[Self::Number];
+    /// What sums are multiplied with.
+    fn scale(&self) -> f32;
+    /// Numbers of a channel of a texel.
+    fn stride(&self, count: usize) -> usize;
+    /// Finds what [`Numbers::sums`] weighs texels with, once for sixteen points.
+    fn weigh<A: Arch>(&self, to: &mut Corner);
+    /// The sums over coefficients of point `i`, still in lanes.
+    fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &self,
+        b: &Corner,
+        i: usize,
+        size: usize,
+    ) -> [A::F32; 3];
+}
+
+#[derive(Clone, Copy)]
+struct Floats<'a> {
+    texels: &'a [f32],
+    light: &'a [f32],
+}
+
+impl Numbers for Floats<'_> {
+    type Number = f32;
+
+    #[inline(always)]
+    fn texels(&self) -> &[f32] {
+        self.texels
+    }
+
+    #[inline(always)]
+    fn light(&self) -> &[f32] {
+        self.light
+    }
+
+    #[inline(always)]
+    fn scale(&self) -> f32 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn stride(&self, count: usize) -> usize {
+        count.next_multiple_of(16)
+    }
+
+    #[inline(always)]
+    fn weigh<A: Arch>(&self, _: &mut Corner) {}
+
+    #[inline(always)]
+    fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &self,
+        b: &Corner,
+        i: usize,
+        size: usize,
+    ) -> [A::F32; 3] {
+        // The last channel of the last site has as much behind it.
+        let first = b.site[i] as usize * 3 * C;
+        let light = &self.light[first..first + 2 * C + P];
+        let mut sum = [A::F32::splat(0.0); 3];
+        for c in 0..CHANNELS {
+            let from = b.look.texel[i] as usize * CHANNELS * P + c * P;
+            let view = Corners::<A::F32, P>::at(self.texels, [size, CHANNELS * P], &b.look, i, from);
+            let mut j = 0;
+            // Beyond the coefficients the view's are zero.
+            while j < P {
+                let f = view.load(j);
+                if CHANNELS == 1 {
+                    sum[0] = f.fma(A::F32::load(&light[j..]), sum[0]);
+                    sum[1] = f.fma(A::F32::load(&light[C + j..]), sum[1]);
+                    sum[2] = f.fma(A::F32::load(&light[2 * C + j..]), sum[2]);
+                } else {
+                    sum[c] = f.fma(A::F32::load(&light[c * C + j..]), sum[c]);
+                }
+                j += A::F32::LANES;
+            }
+        }
+        sum
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Shortened<'a> {
+    texels: &'a [i16],
+    light: &'a [i16],
+    scale: f32,
+}
+
+impl Numbers for Shortened<'_> {
+    type Number = i16;
+
+    #[inline(always)]
+    fn texels(&self) -> &[i16] {
+        self.texels
+    }
+
+    #[inline(always)]
+    fn light(&self) -> &[i16] {
+        self.light
+    }
+
+    #[inline(always)]
+    fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    #[inline(always)]
+    fn stride(&self, count: usize) -> usize {
+        shorts::stride(count)
+    }
+
+    #[inline(always)]
+    fn weigh<A: Arch>(&self, to: &mut Corner) {
+        to.shares = shorts::shares::<A>(&to.look);
+    }
+
+    #[inline(always)]
+    fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
+        &self,
+        b: &Corner,
+        i: usize,
+        size: usize,
+    ) -> [A::F32; 3] {
+        let light = &self.light[b.site[i] as usize * 3 * C..];
+        shorts::sums::<A, C, P, CHANNELS>(self.texels, [b.look.texel[i] as usize, size], &b.shares, i, light)
+    }
 }
 
 /// What one corner adds to each of sixteen points.
@@ -299,24 +433,32 @@ struct Corner {
     /// 0 where the point faces away, or has no such site.
     weight: [f32; SIDE],
     look: Look,
+    /// The weights of texels as whole numbers.
+    shares: [[i16; SIDE]; 4],
     /// Sites whose light is asked for: those behind, where they follow each other.
     asked: [u32; SIDE],
 }
 
-impl<N: Number> Kernel for Local<'_, '_, '_, N> {
+impl<K: Numbers> Kernel for Local<'_, '_, '_, K> {
     type Output = ();
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        match (self.count, self.table.stride, self.table.channels) {
+        match (self.count, self.kept.stride(self.count), self.table.channels) {
             (9, 16, 1) => self.corners::<A, 9, 16, 1>(),
             (9, 16, 3) => self.corners::<A, 9, 16, 3>(),
+            (9, 32, 1) => self.corners::<A, 9, 32, 1>(),
+            (9, 32, 3) => self.corners::<A, 9, 32, 3>(),
             (16, 16, 1) => self.corners::<A, 16, 16, 1>(),
             (16, 16, 3) => self.corners::<A, 16, 16, 3>(),
+            (16, 32, 1) => self.corners::<A, 16, 32, 1>(),
+            (16, 32, 3) => self.corners::<A, 16, 32, 3>(),
             (25, 32, 1) => self.corners::<A, 25, 32, 1>(),
             (25, 32, 3) => self.corners::<A, 25, 32, 3>(),
             (36, 48, 1) => self.corners::<A, 36, 48, 1>(),
             (36, 48, 3) => self.corners::<A, 36, 48, 3>(),
+            (36, 64, 1) => self.corners::<A, 36, 64, 1>(),
+            (36, 64, 3) => self.corners::<A, 36, 64, 3>(),
             _ => {}
         }
     }
@@ -328,13 +470,20 @@ const AHEAD: usize = 6 * SIDE;
 /// Sums of sixteen points by channel, each still in lanes.
 type Parts<V> = [[V; SIDE]; 3];
 
-impl<N: Number> Local<'_, '_, '_, N> {
+impl<K: Numbers> Local<'_, '_, '_, K> {
     /// C coefficients, in rows of P numbers in the table, of so many channels there. Where the next points look is found, and the
     /// memory there asked for, before the ones at hand are shaded: texels and light lie anywhere, and a core waits for few of
     /// them at a time by itself.
     #[inline(always)]
     fn corners<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(mut self) {
-        let none = || Corner { first: 0, site: [0; SIDE], weight: [0.0; SIDE], look: Look::NONE, asked: [0; SIDE] };
+        let none = || Corner {
+            first: 0,
+            site: [0; SIDE],
+            weight: [0.0; SIDE],
+            look: Look::NONE,
+            shares: [[0; SIDE]; 4],
+            asked: [0; SIDE],
+        };
         let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
         let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
         let mut more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[now]);
@@ -369,18 +518,19 @@ impl<N: Number> Local<'_, '_, '_, N> {
                         None => out.fill(0.0),
                     }
                 }
-                let (u, v) = (of_block(q.site.weight[0], first), of_block(q.site.weight[1], first));
+                let (u, v) = (numbers::<A>(q.site.weight[0], first), numbers::<A>(q.site.weight[1], first));
                 for i in 0..SIDE {
                     to.weight[i] = 1.0 - u[i] - v[i];
                 }
             } else {
-                to.weight = of_block(q.site.weight[corner - 1], first);
+                to.weight = numbers::<A>(q.site.weight[corner - 1], first);
             }
             if !any(&to.weight) {
                 continue;
             }
-            let index = of_block(q.site.index[corner], first);
-            let (n, wo) = (read(q.n, first, len), read(q.wo, first, len));
+            let mut spare = [0; SIDE];
+            let index = whole(q.site.index[corner], first, &mut spare);
+            let (n, wo) = (read::<A>(q.n, first, len), read::<A>(q.wo, first, len));
             for i in 0..SIDE {
                 let facing = n[0][i] * wo[0][i] + n[1][i] * wo[1][i] + n[2][i] * wo[2][i];
                 // Sites beyond the end have no light.
@@ -422,8 +572,8 @@ impl<N: Number> Local<'_, '_, '_, N> {
             for k in 0..3 {
                 prefetch(&self.frames.n[k], from + AHEAD);
                 prefetch(&self.frames.t[k], from + AHEAD);
-                own[k].copy_from_slice(&self.frames.n[k][from..from + SIDE]);
-                t[k].copy_from_slice(&self.frames.t[k][from..from + SIDE]);
+                copy::<A>(&self.frames.n[k][from..from + SIDE], &mut own[k]);
+                copy::<A>(&self.frames.t[k][from..from + SIDE], &mut t[k]);
             }
         } else {
             for i in 0..SIDE {
@@ -445,22 +595,23 @@ impl<N: Number> Local<'_, '_, '_, N> {
         } else {
             to.look.set_in_frames::<A>(self.table, &own, &t, &carried::<A>(n, &own, wo));
         }
+        self.kept.weigh::<A>(to);
     }
 
     /// Asks for the memory of one point of a corner.
     #[inline(always)]
     fn ask<const C: usize, const P: usize, const CHANNELS: usize>(&self, b: &Corner, i: usize) {
-        let line = 64 / size_of::<N>();
+        let (line, texels) = (64 / size_of::<K::Number>(), self.kept.texels());
         // The two texels of a row lie side by side.
         let (from, both) = (b.look.texel[i] as usize * CHANNELS * P, 2 * CHANNELS * P);
         let far = from + self.table.size * CHANNELS * P;
-        let (near, far) = (&self.texels[from..from + both], &self.texels[far..far + both]);
+        let (near, far) = (&texels[from..from + both], &texels[far..far + both]);
         for k in 0..both.div_ceil(line) {
             prefetch(near, k * line);
             prefetch(far, k * line);
         }
         let from = b.asked[i] as usize * 3 * C;
-        let light = &self.data[from..from + 2 * C + P];
+        let light = &self.kept.light()[from..from + 2 * C + P];
         for k in 0..(3 * C).div_ceil(line) {
             prefetch(light, k * line);
         }
@@ -476,33 +627,13 @@ impl<N: Number> Local<'_, '_, '_, N> {
         next: &Corner,
         parts: &mut Parts<A::F32>,
     ) {
-        let (texels, lanes, shape) = (self.texels, A::F32::LANES, [self.table.size, CHANNELS * P]);
+        let (lanes, scale) = (A::F32::LANES, self.kept.scale());
         for i in 0..SIDE {
             self.ask::<C, P, CHANNELS>(next, i);
-            // The last channel of the last site has as much behind it.
-            let first = b.site[i] as usize * 3 * C;
-            let light = &self.data[first..first + 2 * C + P];
-            let mut sum = [A::F32::splat(0.0); 3];
-            for c in 0..CHANNELS {
-                let from = b.look.texel[i] as usize * CHANNELS * P + c * P;
-                let view = Corners::<A::F32, N, P>::at(texels, shape, &b.look, i, from);
-                let mut j = 0;
-                // Beyond the coefficients the view's are zero.
-                while j < P {
-                    let f = view.load(j);
-                    if CHANNELS == 1 {
-                        sum[0] = f.fma(N::load(&light[j..]), sum[0]);
-                        sum[1] = f.fma(N::load(&light[C + j..]), sum[1]);
-                        sum[2] = f.fma(N::load(&light[2 * C + j..]), sum[2]);
-                    } else {
-                        sum[c] = f.fma(N::load(&light[c * C + j..]), sum[c]);
-                    }
-                    j += lanes;
-                }
+            let sum = self.kept.sums::<A, C, P, CHANNELS>(b, i, self.table.size);
+            for k in 0..3 {
+                parts[k][i] = sum[k];
             }
-            parts[0][i] = sum[0];
-            parts[1][i] = sum[1];
-            parts[2][i] = sum[2];
         }
         for k in 0..3 {
             let mut sums = [0.0f32; SIDE];
@@ -512,17 +643,20 @@ impl<N: Number> Local<'_, '_, '_, N> {
                 lane += lanes;
             }
             let out = &mut self.out.rgb[k][b.first..];
-            let mut whole = of_block(out, 0);
-            for i in 0..SIDE {
-                let more = whole[i] + self.scale * (b.weight[i] * sums[i]);
-                // Points without weight keep what they have, whatever their sites hold.
-                whole[i] = if b.weight[i] == 0.0 { whole[i] } else { more };
-            }
-            match out.first_chunk_mut() {
-                Some(out) => *out = whole,
-                None => out.copy_from_slice(&whole[..out.len()]),
+            match out.first_chunk_mut::<SIDE>() {
+                Some(out) => add_weighed(out, &b.weight, &sums, scale),
+                None => add_weighed(out, &b.weight, &sums, scale),
             }
         }
+    }
+}
+
+/// Adds sums times weights. Points without weight keep what they have, whatever their sites hold.
+#[inline(always)]
+fn add_weighed(out: &mut [f32], weight: &[f32; SIDE], sums: &[f32; SIDE], scale: f32) {
+    for (i, out) in out.iter_mut().enumerate() {
+        let more = *out + scale * (weight[i] * sums[i]);
+        *out = if weight[i] == 0.0 { *out } else { more };
     }
 }
 
@@ -537,17 +671,23 @@ fn any(weights: &[f32; SIDE]) -> bool {
     bits << 1 != 0
 }
 
-/// Numbers of sixteen points from the first; the last point fills up.
+/// Values of sixteen points from the first; the last point fills `spare` up.
 #[inline(always)]
-fn of_block<T: Copy + Default>(v: &[T], first: usize) -> [T; SIDE] {
-    let mut out = [T::default(); SIDE];
-    if let Some(all) = v.get(first..first + SIDE) {
-        out.copy_from_slice(all);
-    } else {
-        for i in 0..SIDE {
-            out[i] = v.get((first + i).min(v.len().saturating_sub(1))).copied().unwrap_or_default();
-        }
+fn whole<'a, T: Copy + Default>(v: &'a [T], first: usize, spare: &'a mut [T; SIDE]) -> &'a [T; SIDE] {
+    if let Some(all) = v[first..].first_chunk() {
+        return all;
     }
+    for i in 0..SIDE {
+        spare[i] = v.get((first + i).min(v.len().saturating_sub(1))).copied().unwrap_or_default();
+    }
+    spare
+}
+
+/// The same of numbers, copied.
+#[inline(always)]
+fn numbers<A: Arch>(v: &[f32], first: usize) -> [f32; SIDE] {
+    let (mut spare, mut out) = ([0.0; SIDE], [0.0; SIDE]);
+    copy::<A>(whole(v, first, &mut spare), &mut out);
     out
 }
 
@@ -632,7 +772,7 @@ impl Kernel for Towards<'_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        let view = |v: &'_ [Vec<f32>; 3]| read([&v[0], &v[1], &v[2]], self.first, self.frames.len());
+        let view = |v: &'_ [Vec<f32>; 3]| read::<A>([&v[0], &v[1], &v[2]], self.first, self.frames.len());
         let p = view(&self.frames.p);
         let mut wo: Vectors = [[0.0; SIDE]; 3];
         for i in 0..SIDE {

@@ -16,6 +16,7 @@ mod local;
 mod part;
 mod places;
 mod rule;
+mod shorts;
 mod sites;
 #[cfg(test)]
 mod tests;
@@ -35,6 +36,7 @@ pub use wgsl::{
 use crate::shared::tables::aligned::Aligned;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
 use glam::DVec3;
+use shorts::Shorts;
 use steradian_base::{Cancelled, Task};
 use steradian_brdf::Brdf;
 
@@ -61,8 +63,8 @@ pub struct ViewTable {
     stride: usize,
     /// Table by table, row by row from t = −1, then channel, then l² + l + m.
     data: Aligned<f32>,
-    /// The bits of the same numbers as 16-bit floats, where they are such.
-    halves: Option<Aligned<u16>>,
+    /// Nearly the same as whole numbers, where they are 16-bit floats and in need of no power of a cosine.
+    shorts: Option<Shorts>,
 }
 
 /// Numbers of a channel of a texel.
@@ -99,7 +101,7 @@ impl ViewTable {
             pole: brdfs.iter().map(|b| fill::pole(*b)).fold(0.0, f64::min) as f32,
             stride: stride(bands),
             data: Aligned::default(),
-            halves: None,
+            shorts: None,
         };
         let mut data = Vec::new();
         for brdf in brdfs {
@@ -159,19 +161,17 @@ impl ViewTable {
     /// Rounded to 16-bit floats.
     pub fn halve(&mut self) {
         self.data.iter_mut().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
-        self.find_halves();
+        self.find_shorts();
     }
 
-    /// Keeps the numbers as 16-bit floats too, if all of them are such.
-    fn find_halves(&mut self) {
-        let halves = self.data.iter().map(|x| half::f16::from_f32(*x));
-        let are = halves.clone().zip(self.data.iter()).all(|(h, x)| h.is_finite() && h.to_f32() == *x);
-        self.halves = are.then(|| halves.map(half::f16::to_bits).collect());
-    }
-
-    /// Are the numbers 16-bit floats?
-    pub fn is_half(&self) -> bool {
-        self.halves.is_some()
+    /// Keeps the numbers as whole ones too, if all of them are 16-bit floats.
+    fn find_shorts(&mut self) {
+        let is_half = |x: &f32| {
+            let half = half::f16::from_f32(*x);
+            half.is_finite() && half.to_f32() == *x
+        };
+        let are = self.pole == 0.0 && self.data.iter().all(is_half);
+        self.shorts = are.then(|| Shorts::new(&self.data, self.stride, self.bands * self.bands));
     }
 
     /// The coefficients at a local view, by channel, of the first table.
@@ -268,8 +268,8 @@ impl ViewTable {
         let data = Aligned::from(&data[..]);
         let tables = rows / size;
         let mut out =
-            Self { bands, size, tables, channels, tint, pole, stride: stride(bands), data, halves: None };
-        out.find_halves();
+            Self { bands, size, tables, channels, tint, pole, stride: stride(bands), data, shorts: None };
+        out.find_shorts();
         Ok(out)
     }
 }
