@@ -84,7 +84,7 @@ fn spread(t: &[f32], bands: usize, channels: usize) -> Vec<f32> {
 
 impl Gather<'_> {
     /// `own` and what `sites` gather of the vertices' vectors `from`, with the standard errors of the gathering. Where
-    /// `adapt` is set, grids are refined until these are within the tolerance.
+    /// `adapt` is set, grids are refined until these are within their share of the tolerance.
     fn gather(
         &self,
         sites: &[Site],
@@ -135,7 +135,7 @@ impl Gather<'_> {
             }
             let squares: f64 = sums[0].iter().zip(&sums[1]).map(|(a, b)| (a - b) * (a - b)).sum();
             let error = (squares / row.len() as f64).sqrt();
-            if adapt && error > 0.5 * self.settings.tolerance && *level < *LEVELS.end() {
+            if adapt && error > 0.5 * self.settings.shares()[1] && *level < *LEVELS.end() {
                 *level += 1;
                 continue;
             }

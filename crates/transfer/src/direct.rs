@@ -67,10 +67,10 @@ pub(crate) fn direct(
 ) -> Result<Direct, TransferError> {
     let (bands, wide) = (settings.bands, settings.wide());
     let magnitude = [magnitude(bands), magnitude(wide)];
-    // Two standard errors stay within the tolerance.
+    // Two standard errors stay within it.
     let effort = match settings.rays {
         Some(rays) => Effort::Level(Settings::level(rays)),
-        None => Effort::Error(0.5 * settings.tolerance / magnitude[0].max(magnitude[1])),
+        None => Effort::Error(0.5 * settings.shares()[0] / magnitude[0].max(magnitude[1])),
     };
     let table = Table::new(bands, wide, settings.table_level());
     let kernels = [sh::zonal::cosine(bands - 1), sh::zonal::phong(wide - 1, 0.0)];
