@@ -72,6 +72,30 @@ fn in_the_open_it_is_the_table_alone() {
     }
 }
 
+/// With 16-bit numbers radiance is nearly what it is without, between vertices too.
+#[test]
+fn sixteen_bits_are_enough() {
+    let g = balls();
+    let mut q = vertices(&g.mesh);
+    for (k, t) in g.mesh.triangles.iter().enumerate().step_by(7) {
+        let n = g.mesh.normals[t[0] as usize];
+        q.push(n, Local::from_normal(n.as_dvec3()).t.as_vec3(), n, g.mesh.positions[t[0] as usize]);
+        q.locate(Vec2::ZERO, *t, [0.3, 0.1 + 0.5 * (k as f32).sin().abs()]);
+    }
+    for spec in
+        [SPEC, "lambert:albedo=0.8/0.5/0.2", "ashikhmin-shirley:nu=24,nv=8,rs=0.9/0.6/0.3,rd=0.1/0.2/0.3"]
+    {
+        let of = |halves: f64| {
+            let material = Material::new(steradian_brdf::parse(spec).unwrap());
+            let values: ParamValues = [("halves", halves)].into_iter().collect();
+            let t = find("prt_brdf").unwrap();
+            shade(&*t.bake(&lights::studio(), &material, Some(&g), &values, &Task::quiet()).unwrap(), &q)
+        };
+        let e = off(&of(1.0), &of(0.0));
+        assert!(e < 1e-3, "{spec}: {e}");
+    }
+}
+
 /// Under light of three bands a lambertian surface is that of transfer vectors, up to the bands of the cosine beyond five.
 #[test]
 fn lambert_is_diffuse_transfer() {

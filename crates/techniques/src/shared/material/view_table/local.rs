@@ -164,8 +164,8 @@ impl LocalLight {
     pub fn shortened(self, table: &ViewTable) -> Self {
         match self.rows {
             Rows::Single(data) if table.shorts.is_some() => {
-                let (short, scale) = shorts::shortened(data.iter());
-                Self { count: self.count, rows: Rows::Short(short.collect(), scale) }
+                let (numbers, scale) = shorts::shortened(&data);
+                Self { count: self.count, rows: Rows::Short(numbers, scale) }
             }
             rows => Self { rows, ..self },
         }

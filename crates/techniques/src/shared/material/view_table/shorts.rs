@@ -13,11 +13,21 @@ pub(super) const fn stride(count: usize) -> usize {
     count.next_multiple_of(32)
 }
 
-/// Numbers as whole ones, and what these are multiplied with: the largest over 32767.
-pub(super) fn shortened<'a>(all: impl Iterator<Item = &'a f32> + Clone) -> (impl Iterator<Item = i16>, f32) {
+/// The largest whole number in a table: what is interpolated between four such is off by eight at most, as weights and products are
+/// rounded, and must not go beyond 2^15.
+const LARGEST_TEXEL: f32 = LARGEST - 8.0;
+
+/// Numbers as whole ones up to `most`, and what these are multiplied with: the largest over `most`.
+fn whole<'a>(all: impl Iterator<Item = &'a f32> + Clone, most: f32) -> (impl Iterator<Item = i16>, f32) {
     let largest = all.clone().fold(0.0f32, |m, x| m.max(x.abs()));
-    let scale = if largest > 0.0 { largest / LARGEST } else { 1.0 };
-    (all.map(move |x| (x / scale).round().clamp(-LARGEST, LARGEST) as i16), scale)
+    let scale = if largest > 0.0 { largest / most } else { 1.0 };
+    (all.map(move |x| (x / scale).round().clamp(-most, most) as i16), scale)
+}
+
+/// Light as whole numbers, and what these are multiplied with.
+pub(super) fn shortened(light: &[f32]) -> (Vec<i16>, f32) {
+    let (numbers, scale) = whole(light.iter(), LARGEST);
+    (numbers.collect(), scale)
 }
 
 /// The first table of a reflectance.
@@ -30,7 +40,7 @@ pub(super) struct Shorts {
 impl Shorts {
     /// Of channels of `count` numbers, each with zeros behind up to `from` numbers.
     pub(super) fn new(data: &[f32], from: usize, count: usize) -> Self {
-        let (mut numbers, scale) = shortened(data.iter());
+        let (mut numbers, scale) = whole(data.iter(), LARGEST_TEXEL);
         let mut out = Aligned::zeros(data.len() / from * stride(count));
         for to in out.chunks_exact_mut(stride(count)) {
             for (k, x) in numbers.by_ref().take(from).enumerate() {
