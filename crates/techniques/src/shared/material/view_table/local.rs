@@ -268,12 +268,12 @@ pub fn shade_local(
         let count = light.count;
         match (&light.rows, &table.shorts) {
             (Rows::Single(light), _) => {
-                let kept = Floats { texels: &table.data, light };
-                steradian_simd::run(Local { table, kept, frames, count, q, out });
+                let texels = &table.data[..];
+                steradian_simd::run(Local { table, texels, light, scale: 1.0, frames, count, q, out });
             }
             (Rows::Short(light, scale), Some(shorts)) => {
-                let kept = Shortened { texels: &shorts.data, light, scale: SHARE * shorts.scale * scale };
-                steradian_simd::run(Local { table, kept, frames, count, q, out });
+                let (texels, scale) = (&shorts.data[..], SHARE * shorts.scale * scale);
+                steradian_simd::run(Local { table, texels, light, scale, frames, count, q, out });
             }
             (Rows::Short(..), None) => out.rgb.iter_mut().for_each(|p| p.fill(0.0)),
         }
@@ -282,84 +282,58 @@ pub fn shade_local(
     }
 }
 
-struct Local<'a, 'b, 'c, K> {
+struct Local<'a, 'b, 'c, N> {
     table: &'a ViewTable,
-    /// The numbers of table and light.
-    kept: K,
+    /// The numbers of the table, those of the light, and what their sums are multiplied with.
+    texels: &'a [N],
+    light: &'a [N],
+    scale: f32,
     frames: &'a SiteFrames,
     count: usize,
     q: &'a Points<'b>,
     out: &'a mut Radiance<'c>,
 }
 
-/// Table and light in one kind of number: C coefficients of light for each channel, in rows of P numbers in the table, of so many
+/// The kind of number of table and light: C coefficients of light for each channel, in rows of P numbers in the table, of so many
 /// channels there.
 trait Numbers: Copy {
-    type Number;
-
-    fn texels(&self) -> &[Self::Number];
-    fn light(&self) -> &[Self::Number];
-    /// What sums are multiplied with.
-    fn scale(&self) -> f32;
     /// Numbers of a channel of a texel.
-    fn stride(&self, count: usize) -> usize;
+    fn stride(count: usize) -> usize;
     /// Finds what [`Numbers::sums`] weighs texels with, once for sixteen points.
-    fn weigh<A: Arch>(&self, to: &mut Corner);
-    /// The sums over coefficients of point `i`, still in lanes.
+    fn weigh<A: Arch>(to: &mut Corner);
+    /// The sums of point `i` over coefficients, still in lanes, of a table of `size` texels a row; `light` begins with its site's.
     fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
-        &self,
+        texels: &[Self],
+        size: usize,
         b: &Corner,
         i: usize,
-        size: usize,
+        light: &[Self],
     ) -> [A::F32; 3];
 }
 
-#[derive(Clone, Copy)]
-struct Floats<'a> {
-    texels: &'a [f32],
-    light: &'a [f32],
-}
-
-impl Numbers for Floats<'_> {
-    type Number = f32;
-
+impl Numbers for f32 {
     #[inline(always)]
-    fn texels(&self) -> &[f32] {
-        self.texels
-    }
-
-    #[inline(always)]
-    fn light(&self) -> &[f32] {
-        self.light
-    }
-
-    #[inline(always)]
-    fn scale(&self) -> f32 {
-        1.0
-    }
-
-    #[inline(always)]
-    fn stride(&self, count: usize) -> usize {
+    fn stride(count: usize) -> usize {
         count.next_multiple_of(16)
     }
 
     #[inline(always)]
-    fn weigh<A: Arch>(&self, _: &mut Corner) {}
+    fn weigh<A: Arch>(_: &mut Corner) {}
 
     #[inline(always)]
     fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
-        &self,
+        texels: &[f32],
+        size: usize,
         b: &Corner,
         i: usize,
-        size: usize,
+        light: &[f32],
     ) -> [A::F32; 3] {
         // The last channel of the last site has as much behind it.
-        let first = b.site[i] as usize * 3 * C;
-        let light = &self.light[first..first + 2 * C + P];
+        let light = &light[..2 * C + P];
         let mut sum = [A::F32::splat(0.0); 3];
         for c in 0..CHANNELS {
             let from = b.look.texel[i] as usize * CHANNELS * P + c * P;
-            let view = Corners::<A::F32, P>::at(self.texels, [size, CHANNELS * P], &b.look, i, from);
+            let view = Corners::<A::F32, P>::at(texels, [size, CHANNELS * P], &b.look, i, from);
             let mut j = 0;
             // Beyond the coefficients the view's are zero.
             while j < P {
@@ -378,50 +352,26 @@ impl Numbers for Floats<'_> {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Shortened<'a> {
-    texels: &'a [i16],
-    light: &'a [i16],
-    scale: f32,
-}
-
-impl Numbers for Shortened<'_> {
-    type Number = i16;
-
+impl Numbers for i16 {
     #[inline(always)]
-    fn texels(&self) -> &[i16] {
-        self.texels
-    }
-
-    #[inline(always)]
-    fn light(&self) -> &[i16] {
-        self.light
-    }
-
-    #[inline(always)]
-    fn scale(&self) -> f32 {
-        self.scale
-    }
-
-    #[inline(always)]
-    fn stride(&self, count: usize) -> usize {
+    fn stride(count: usize) -> usize {
         shorts::stride(count)
     }
 
     #[inline(always)]
-    fn weigh<A: Arch>(&self, to: &mut Corner) {
+    fn weigh<A: Arch>(to: &mut Corner) {
         to.shares = shorts::shares::<A>(&to.look);
     }
 
     #[inline(always)]
     fn sums<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
-        &self,
+        texels: &[i16],
+        size: usize,
         b: &Corner,
         i: usize,
-        size: usize,
+        light: &[i16],
     ) -> [A::F32; 3] {
-        let light = &self.light[b.site[i] as usize * 3 * C..];
-        shorts::sums::<A, C, P, CHANNELS>(self.texels, [b.look.texel[i] as usize, size], &b.shares, i, light)
+        shorts::sums::<A, C, P, CHANNELS>(texels, [b.look.texel[i] as usize, size], &b.shares, i, light)
     }
 }
 
@@ -439,12 +389,12 @@ struct Corner {
     asked: [u32; SIDE],
 }
 
-impl<K: Numbers> Kernel for Local<'_, '_, '_, K> {
+impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        match (self.count, self.kept.stride(self.count), self.table.channels) {
+        match (self.count, N::stride(self.count), self.table.channels) {
             (9, 16, 1) => self.corners::<A, 9, 16, 1>(),
             (9, 16, 3) => self.corners::<A, 9, 16, 3>(),
             (9, 32, 1) => self.corners::<A, 9, 32, 1>(),
@@ -470,7 +420,7 @@ const AHEAD: usize = 6 * SIDE;
 /// Sums of sixteen points by channel, each still in lanes.
 type Parts<V> = [[V; SIDE]; 3];
 
-impl<K: Numbers> Local<'_, '_, '_, K> {
+impl<N: Numbers> Local<'_, '_, '_, N> {
     /// C coefficients, in rows of P numbers in the table, of so many channels there. Where the next points look is found, and the
     /// memory there asked for, before the ones at hand are shaded: texels and light lie anywhere, and a core waits for few of
     /// them at a time by itself.
@@ -595,13 +545,13 @@ impl<K: Numbers> Local<'_, '_, '_, K> {
         } else {
             to.look.set_in_frames::<A>(self.table, &own, &t, &carried::<A>(n, &own, wo));
         }
-        self.kept.weigh::<A>(to);
+        N::weigh::<A>(to);
     }
 
     /// Asks for the memory of one point of a corner.
     #[inline(always)]
     fn ask<const C: usize, const P: usize, const CHANNELS: usize>(&self, b: &Corner, i: usize) {
-        let (line, texels) = (64 / size_of::<K::Number>(), self.kept.texels());
+        let (line, texels) = (64 / size_of::<N>(), self.texels);
         // The two texels of a row lie side by side.
         let (from, both) = (b.look.texel[i] as usize * CHANNELS * P, 2 * CHANNELS * P);
         let far = from + self.table.size * CHANNELS * P;
@@ -611,7 +561,7 @@ impl<K: Numbers> Local<'_, '_, '_, K> {
             prefetch(far, k * line);
         }
         let from = b.asked[i] as usize * 3 * C;
-        let light = &self.kept.light()[from..from + 2 * C + P];
+        let light = &self.light[from..from + 2 * C + P];
         for k in 0..(3 * C).div_ceil(line) {
             prefetch(light, k * line);
         }
@@ -627,10 +577,11 @@ impl<K: Numbers> Local<'_, '_, '_, K> {
         next: &Corner,
         parts: &mut Parts<A::F32>,
     ) {
-        let (lanes, scale) = (A::F32::LANES, self.kept.scale());
+        let (lanes, scale) = (A::F32::LANES, self.scale);
         for i in 0..SIDE {
             self.ask::<C, P, CHANNELS>(next, i);
-            let sum = self.kept.sums::<A, C, P, CHANNELS>(b, i, self.table.size);
+            let light = &self.light[b.site[i] as usize * 3 * C..];
+            let sum = N::sums::<A, C, P, CHANNELS>(self.texels, self.table.size, b, i, light);
             for k in 0..3 {
                 parts[k][i] = sum[k];
             }
