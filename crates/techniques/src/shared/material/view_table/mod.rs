@@ -11,6 +11,7 @@
 
 mod energy;
 mod fill;
+mod frames;
 mod kernel;
 mod local;
 mod part;
@@ -21,10 +22,12 @@ mod sites;
 #[cfg(test)]
 mod tests;
 mod wgsl;
+mod world;
 
 pub use energy::{Energies, ORDER};
+pub use frames::SiteFrames;
 pub use kernel::{LightLanes, shade, shade_places};
-pub use local::{LocalLight, MOST_BANDS, SiteFrames, WorldViews, shade_local};
+pub use local::{LocalLight, MOST_BANDS, shade_local};
 pub use part::Views;
 pub use places::{MOST_NODES, PLANE, Places};
 pub use rule::{Projection, Rule};
@@ -32,6 +35,7 @@ pub use sites::shade_sites;
 pub use wgsl::{
     fixed_modules, light_uniforms, local_modules, modules, place_modules, site_modules, views_buffer,
 };
+pub use world::WorldViews;
 
 use crate::shared::tables::aligned::Aligned;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
