@@ -23,8 +23,13 @@ struct Samples {
     width: usize,
     height: usize,
     channels: usize,
-    bits: u8,
-    values: Vec<u16>,
+    codes: Codes,
+}
+
+/// What the file holds: bytes stay bytes, which matters for photographs of many megapixels.
+enum Codes {
+    Eight(Vec<u8>),
+    Sixteen(Vec<u16>),
 }
 
 /// PNG or JPEG by their first bytes.
@@ -78,13 +83,12 @@ fn decode_png(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Sample
     let mut raw = vec![0; size];
     reader.next_frame(&mut raw).map_err(invalid)?;
     let wide = depth == png::BitDepth::Sixteen;
-    let values = if wide {
-        raw.as_chunks::<2>().0.iter().map(|b| u16::from_be_bytes(*b)).collect()
+    let codes = if wide {
+        Codes::Sixteen(raw.as_chunks::<2>().0.iter().map(|b| u16::from_be_bytes(*b)).collect())
     } else {
-        raw.into_iter().map(u16::from).collect()
+        Codes::Eight(raw)
     };
-    let bits = if wide { 16 } else { 8 };
-    Ok(Samples { width: width as usize, height: height as usize, channels, bits, values })
+    Ok(Samples { width: width as usize, height: height as usize, channels, codes })
 }
 
 fn decode_jpeg(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Samples, FormatError> {
@@ -99,11 +103,11 @@ fn decode_jpeg(name: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Sampl
     let info = decoder.info().ok_or_else(|| FormatError::invalid(name, "no frame header"))?;
     let (width, height) = (info.width.into(), info.height.into());
     options.limits.image(name, width as u64, height as u64, channels as u64, bytes.len() as u64)?;
-    let values: Vec<u16> = decoder.decode().map_err(invalid)?.into_iter().map(u16::from).collect();
+    let values = decoder.decode().map_err(invalid)?;
     if values.len() != width * height * channels {
         return Err(FormatError::invalid(name, "damaged JPEG: the pixels do not fill the frame"));
     }
-    Ok(Samples { width, height, channels, bits: 8, values })
+    Ok(Samples { width, height, channels, codes: Codes::Eight(values) })
 }
 
 /// The size that a PNG's first chunk gives, before anything else is believed.
@@ -147,10 +151,14 @@ fn split(samples: &Samples, data: bool) -> Vec<Channel> {
         3 => &["R", "G", "B"],
         _ => &["R", "G", "B", "A"],
     };
-    let (color, straight) = (Curve::of(samples.bits, data), Curve::of(samples.bits, true));
+    let bits = if matches!(samples.codes, Codes::Eight(_)) { 8 } else { 16 };
+    let (color, straight) = (Curve::of(bits, data), Curve::of(bits, true));
     let plane = |(c, name): (usize, &&str)| {
         let curve = if *name == "A" { &straight } else { &color };
-        let data = samples.values.iter().skip(c).step_by(k).map(|&v| curve.get(v)).collect();
+        let data = match &samples.codes {
+            Codes::Eight(all) => all.iter().skip(c).step_by(k).map(|&v| curve.get(v.into())).collect(),
+            Codes::Sixteen(all) => all.iter().skip(c).step_by(k).map(|&v| curve.get(v)).collect(),
+        };
         Channel { name: (*name).into(), data }
     };
     names.iter().enumerate().map(plane).collect()

@@ -119,7 +119,10 @@ impl Session {
         self.note_input(list);
         let fault = |e: FitError| Error::input(format!("{}: {e}", list.display()));
         let directions: Vec<DVec3> = lights.iter().map(|l| DVec3::from(l.position)).collect();
-        let fit = Fit::<N>::new(&directions).map_err(fault)?;
+        let fit = Fit::<N>::new(&directions).map_err(|e| match e {
+            FitError::Below(k, ..) => self.listed(list, k, Error::input(e.to_string())),
+            e => fault(e),
+        })?;
         let folder = list.parent().unwrap_or(Path::new(""));
         let mut size = None;
         let mut all: Vec<Photographs<'_, N>> = Vec::new();

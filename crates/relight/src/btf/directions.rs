@@ -86,6 +86,17 @@ impl Pairing {
             None => Ok(Self { views, lights, pictures: table }),
         }
     }
+
+    /// Directions of the light that no view is of, where every view is one of the light's and most of the light's are views: sets such
+    /// as Bonn's look from where they light, so that these views may be missing altogether, which leaves the pictures complete.
+    pub fn unseen(&self) -> Vec<DVec3> {
+        let mut views = Directions::default();
+        self.views.iter().for_each(|v| _ = views.number(*v));
+        let unseen: Vec<DVec3> =
+            self.lights.iter().copied().filter(|l| views.number(*l) >= self.views.len()).collect();
+        let shared = self.lights.len() - unseen.len();
+        if shared == self.views.len() && unseen.len() < shared { unseen } else { Vec::new() }
+    }
 }
 
 /// Directions, each once.

@@ -262,6 +262,20 @@ fn pictures_are_sorted_into_views_and_lights() {
 }
 
 #[test]
+fn views_that_no_picture_is_of_are_found_where_light_is() {
+    let unseen = |views: usize, lights: usize| {
+        let all = spread(81);
+        let pairs: Vec<_> =
+            all[..views].iter().flat_map(|v| all[..lights].iter().map(move |l| (*l, *v))).collect();
+        Pairing::new(&pairs).expect("complete").unseen()
+    };
+    assert_eq!(unseen(80, 81), bonn()[80..]);
+    assert!(unseen(81, 81).is_empty() && unseen(81, 80).is_empty());
+    // Few views under many lights are meant to be few.
+    assert!(unseen(7, 81).is_empty());
+}
+
+#[test]
 fn what_does_not_fit_is_refused() {
     let up = [DVec3::Z];
     let new = |w, h, v: &[DVec3], l: &[DVec3]| Btf::new((w, h), v, l, true);

@@ -117,7 +117,7 @@ fn mesh(field: &HeightField) -> Mesh {
 }
 
 /// Angle from the normal and azimuth, degrees, without the rounding of their sines.
-fn angles(d: DVec3) -> [f64; 2] {
+pub(super) fn angles(d: DVec3) -> [f64; 2] {
     let round = |x: f64| (x * 1e9).round() / 1e9;
     let (across, phi) = (d.truncate().length(), d.y.atan2(d.x).to_degrees());
     let phi = if across < 1e-12 { 0.0 } else { round(phi.rem_euclid(360.0)) };

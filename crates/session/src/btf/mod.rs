@@ -65,11 +65,27 @@ impl Session {
         planes.map(|p| (w, h, p)).ok_or_else(|| Error::input(format!("{}: has no colour", file.display())))
     }
 
+    /// Tells of views that a list may lack altogether.
+    fn tell_of_unseen(&self, path: &Path, pairing: &Pairing) {
+        let unseen = pairing.unseen();
+        if let Some(first) = unseen.first() {
+            let [theta, phi] = capture::angles(*first);
+            self.say(format_args!(
+                "{}: {} directions of the light have no view, ({theta:.2}, {phi:.2}) the first, where the other {} have one: \
+                 if it was photographed from all of them, rows are missing",
+                path.display(),
+                unseen.len(),
+                pairing.views.len()
+            ));
+        }
+    }
+
     /// The function whose pictures a list (.csv) names, in its folder or below, in half precision.
     pub fn btf(&mut self, path: &Path) -> Result<Btf, Error> {
         let list = read_btf(path, &self.limits())?;
         self.note_input(path);
         let pairing = Pairing::new(&directions(&list)).map_err(|e| fault(path, &list, e))?;
+        self.tell_of_unseen(path, &pairing);
         let folder = path.parent().unwrap_or(Path::new(""));
         let (views, lights) = (pairing.views.len(), pairing.lights.len());
         let (width, height, _) = self.picture(folder, &list.pictures[0].file)?;
@@ -113,6 +129,7 @@ impl Session {
         let list = read_btf(path, &self.limits())?;
         self.note_input(path);
         let pairing = Pairing::new(&directions(&list)).map_err(|e| fault(path, &list, e))?;
+        self.tell_of_unseen(path, &pairing);
         let folder = path.parent().unwrap_or(Path::new(""));
         for p in &list.pictures {
             let file = below(folder, &p.file)?;
