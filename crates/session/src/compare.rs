@@ -16,6 +16,7 @@ use steradian_render::{
 };
 use steradian_scene::surface::Planes;
 use steradian_scene::{Bvh, Camera};
+use steradian_techniques::{Capabilities, find};
 
 /// Between the names of a technique and of that for directional and point lights.
 const BESIDE: &str = " + ";
@@ -116,6 +117,14 @@ impl Answer {
             Some((technique, local)) => (self.on_backend(technique), Some(local.into())),
             None => (self.name(), None),
         }
+    }
+
+    /// What the technique allows; `None` for the reference.
+    pub fn capabilities(&self) -> Option<Capabilities> {
+        let label = self.label();
+        let slug = label.split_once(BESIDE).map_or(label, |(technique, _)| technique);
+        let slug = slug.split_once(' ').map_or(slug, |(technique, _)| technique);
+        Some(find(slug)?.card().capabilities)
     }
 
     /// Relative RMS error of a technique's picture.

@@ -6,6 +6,7 @@ use crate::compare::{Answer, Rendering};
 use crate::page::Page;
 use serde_json::{Value, json};
 use steradian_render::{Row, Sheet};
+use steradian_techniques::Capabilities;
 
 fn columns(findings: &[Finding]) -> Vec<String> {
     // Every row answers for the same methods; those that no row shows have no column.
@@ -112,6 +113,33 @@ impl Column {
     }
 }
 
+/// What a technique allows beside its error, columns of figure 11 of Kautz, *Hardware Lighting and Shading: a Survey* (2004).
+struct Claim {
+    /// In CSV and in the JSON document.
+    name: &'static str,
+    /// In words.
+    head: &'static str,
+    holds: fn(&Capabilities) -> bool,
+}
+
+const CLAIMS: [Claim; 3] = [
+    Claim { name: "bump_mapping", head: "normal maps", holds: |c| c.bump_mapping },
+    Claim { name: "dynamic_lighting", head: "light changes", holds: |c| c.dynamic_lighting },
+    Claim { name: "dynamic_objects", head: "objects deform", holds: |c| c.dynamic_objects },
+];
+
+impl Claim {
+    fn text(&self, a: &Answer) -> String {
+        a.capabilities().map_or("-", |c| if (self.holds)(&c) { "yes" } else { "no" }).into()
+    }
+}
+
+/// For the JSON document: what the technique of an answer allows.
+pub(super) fn claims(a: &Answer) -> impl Iterator<Item = (String, Value)> + use<> {
+    let all = a.capabilities();
+    CLAIMS.iter().map(move |claim| (claim.name.into(), all.as_ref().map(claim.holds).into()))
+}
+
 /// Has any row a technique for directional and point lights? It then has a column of its own.
 fn has_local(findings: &[Finding]) -> bool {
     findings.iter().flat_map(|f| &f.answers).any(|a| a.names().1.is_some())
@@ -132,7 +160,13 @@ fn names(f: &Finding, a: &Answer, local: bool) -> Vec<String> {
 
 fn head(local: bool) -> Vec<String> {
     let names = headings(local).iter().copied();
-    names.chain(COLUMNS.iter().map(|c| c.head)).map(String::from).collect()
+    let all = names.chain(COLUMNS.iter().map(|c| c.head)).chain(CLAIMS.iter().map(|c| c.head));
+    all.map(String::from).collect()
+}
+
+/// Columns before the last, which says why where there is a refusal.
+fn before_last(local: bool) -> usize {
+    headings(local).len() + COLUMNS.len() + CLAIMS.len() - 1
 }
 
 /// Cells of one line of the table; a refusal says why.
@@ -140,10 +174,13 @@ fn line(f: &Finding, a: &Answer, local: bool) -> Vec<String> {
     let mut out = names(f, a, local);
     match a {
         Answer::Refused { why, .. } => {
-            out.resize(headings(local).len() - 1 + COLUMNS.len(), "-".into());
+            out.resize(before_last(local), "-".into());
             out.push(why.clone());
         }
-        Answer::Rendered(r) => out.extend(COLUMNS.iter().map(|c| c.text(r).unwrap_or_else(|| "-".into()))),
+        Answer::Rendered(r) => {
+            out.extend(COLUMNS.iter().map(|c| c.text(r).unwrap_or_else(|| "-".into())));
+            out.extend(CLAIMS.iter().map(|c| c.text(a)));
+        }
     }
     out
 }
@@ -153,7 +190,7 @@ pub fn table(findings: &[Finding]) -> String {
     let local = has_local(findings);
     let mut lines = vec![head(local)];
     lines.extend(findings.iter().flat_map(|f| f.answers.iter().map(|a| line(f, a, local))));
-    let last = headings(local).len() - 1 + COLUMNS.len();
+    let last = before_last(local);
     let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..last).map(width).collect();
     lines
@@ -168,7 +205,7 @@ pub fn table(findings: &[Finding]) -> String {
 /// The table as CSV (RFC 4180), numbers in full; a refusal leaves them out and says why.
 pub fn csv(findings: &[Finding]) -> String {
     let quoted = |t: &str| format!("\"{}\"", t.replace('"', "\"\""));
-    let columns: Vec<&str> = COLUMNS.iter().map(|c| c.name).collect();
+    let columns: Vec<&str> = COLUMNS.iter().map(|c| c.name).chain(CLAIMS.iter().map(|c| c.name)).collect();
     // The value of a sweep has a column of its own, for plots.
     let swept = findings.iter().any(|f| f.value.is_some());
     let value = if swept { "value," } else { "" };
@@ -181,7 +218,8 @@ pub fn csv(findings: &[Finding]) -> String {
                 |c: &Column| a.rendering().and_then(c.value).map_or_else(String::new, |v| v.to_string());
             let value = f.value.filter(|_| swept).map(|v| v.to_string());
             let names = names(f, a, local).into_iter().map(|t| quoted(&t)).chain(value);
-            let cells = names.chain(COLUMNS.iter().map(number));
+            let claims = CLAIMS.iter().map(|c| c.text(a).replace('-', ""));
+            let cells = names.chain(COLUMNS.iter().map(number)).chain(claims);
             out.push_str(&format!("{},{why}\n", cells.collect::<Vec<_>>().join(",")));
         }
     }
@@ -198,13 +236,15 @@ pub fn latex(findings: &[Finding]) -> String {
     };
     let local = has_local(findings);
     let left = "l".repeat(headings(local).len());
-    let mut out = format!("\\begin{{tabular}}{{{left}{}}}\n\\toprule\n", "r".repeat(COLUMNS.len()));
+    let right = "r".repeat(COLUMNS.len()) + &"l".repeat(CLAIMS.len());
+    let mut out = format!("\\begin{{tabular}}{{{left}{right}}}\n\\toprule\n");
     out.push_str(&row(head(local)));
     out.push_str("\\midrule\n");
     for f in findings {
         for (a, r) in f.answers.iter().filter_map(|a| Some((a, a.rendering()?))) {
             let number = |c: &Column| c.text(r).unwrap_or_else(|| "--".into());
-            out.push_str(&row(names(f, a, local).into_iter().chain(COLUMNS.iter().map(number)).collect()));
+            let cells = names(f, a, local).into_iter().chain(COLUMNS.iter().map(number));
+            out.push_str(&row(cells.chain(CLAIMS.iter().map(|c| c.text(a))).collect()));
         }
     }
     out.push_str("\\bottomrule\n\\end{tabular}\n");

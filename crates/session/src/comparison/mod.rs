@@ -61,21 +61,32 @@ pub fn answer_json(answer: &Answer) -> Value {
         Answer::Refused { label, backend, why } => {
             json!({"technique": label, "backend": backend, "refused": why})
         }
-        Answer::Rendered(r) => json!({
-            "technique": r.label,
-            "backend": r.backend,
-            "relative_rms": r.errors.as_ref().map(|e| e.0.relative_rms),
-            "rmse": r.errors.as_ref().map(|e| e.0.rmse),
-            "median": r.errors.as_ref().map(|e| e.0.median),
-            "ninetieth": r.errors.as_ref().map(|e| e.0.ninetieth),
-            "stops": r.errors.as_ref().map(|e| e.0.stops),
-            "rel_mse": r.errors.as_ref().map(|e| e.0.rel_mse),
-            "flip": r.errors.as_ref().map(|e| e.1),
-            "flip_to_cpu": r.flip_to_cpu,
-            "certificate": r.certificate.as_ref().map(|c| json!({"error": c.error, "known": c.known.word()})),
-            "bake_seconds": r.bake_seconds,
-            "shade_seconds": r.shade_seconds,
-            "bytes": r.bytes,
-        }),
+        Answer::Rendered(r) => with_claims(
+            answer,
+            json!({
+                "technique": r.label,
+                "backend": r.backend,
+                "relative_rms": r.errors.as_ref().map(|e| e.0.relative_rms),
+                "rmse": r.errors.as_ref().map(|e| e.0.rmse),
+                "median": r.errors.as_ref().map(|e| e.0.median),
+                "ninetieth": r.errors.as_ref().map(|e| e.0.ninetieth),
+                "stops": r.errors.as_ref().map(|e| e.0.stops),
+                "rel_mse": r.errors.as_ref().map(|e| e.0.rel_mse),
+                "flip": r.errors.as_ref().map(|e| e.1),
+                "flip_to_cpu": r.flip_to_cpu,
+                "certificate": r.certificate.as_ref().map(|c| json!({"error": c.error, "known": c.known.word()})),
+                "bake_seconds": r.bake_seconds,
+                "shade_seconds": r.shade_seconds,
+                "bytes": r.bytes,
+            }),
+        ),
     }
+}
+
+/// The document of an answer with what its technique allows.
+fn with_claims(answer: &Answer, mut document: Value) -> Value {
+    if let Some(fields) = document.as_object_mut() {
+        fields.extend(forms::claims(answer));
+    }
+    document
 }
