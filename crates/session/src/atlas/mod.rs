@@ -6,6 +6,7 @@
 //! takes neither reflectance shows one of its own. Techniques for directional and point lights shade the knot under three.
 
 mod advice;
+mod bumps;
 mod forms;
 mod survey;
 mod trials;

@@ -32,16 +32,20 @@ fn a_few_techniques_are_seen_to_keep_their_claims() {
     assert_eq!(csv.lines().count(), 1 + atlas.chapters.iter().map(|c| c.entries.len()).sum::<usize>());
 }
 
-/// Shadows and reflections along links bring the picture nearer to paths.
+/// Shadows and reflections of the mesh and of bumps bring pictures nearer to paths.
 #[test]
-fn links_are_seen_to_shadow_and_to_reflect() {
-    let only = vec!["precomputed_visibility".to_string()];
-    let plan = Plan { size: [32, 24], noise: 0.2, only };
+fn surfaces_are_seen_to_shadow_and_to_reflect() {
+    let slugs = ["precomputed_visibility", "bump_horizon", "polynomial_texture_map", "btf_pca"];
+    let plan = Plan { size: [32, 24], noise: 0.2, only: slugs.map(String::from).to_vec() };
     let atlas = Session::new().atlas(&plan, &[Renderer::Cpu]).expect("an atlas");
+    assert_eq!(atlas.rows.len(), slugs.len());
     let named = |name: &str| COLUMNS.iter().position(|c| c.0 == name).expect("a column");
-    for name in ["self-shadowing", "inter-reflections"] {
-        let tried = &atlas.rows[0].tried[named(name)];
-        assert!(tried.claimed && matches!(tried.outcome, Outcome::Holds(_)), "{name}: {tried:?}");
+    for row in &atlas.rows {
+        for name in ["self-shadowing", "inter-reflections"] {
+            let tried = &row.tried[named(name)];
+            let holds = tried.claimed && matches!(tried.outcome, Outcome::Holds(_));
+            assert!(holds, "{}: {name}: {tried:?}", row.card.slug);
+        }
     }
 }
 

@@ -117,9 +117,14 @@ impl Session {
             ]);
             rows.push(row(t.card(), outcomes));
         }
+        let mut photographs = None;
         for t in locals().iter().copied().filter(|t| plan.has(t.card())) {
             let mut outcomes = reflectances(t.card());
-            outcomes.extend(near(t, chapters, self.scattered(plan, t)?));
+            let scattered = match self.scattered(plan, t)? {
+                None => self.shadows_of_bumps(plan, t, &mut photographs)?,
+                both => both,
+            };
+            outcomes.extend(near(t, chapters, scattered));
             rows.push(row(t.card(), outcomes));
         }
         Ok(rows)
@@ -301,8 +306,8 @@ fn near(t: &'static dyn AnyLocal, chapters: &[Chapter], scattered: Option<[Outco
         Some(Outcome::Holds(format!("data per texel change the picture by {:.0} %", 100.0 * error)))
     });
     let data = || textured.clone().unwrap_or_else(|| Outcome::Fails("no data per texel".into()));
-    let measured = || Outcome::Untried("its chapter says against what it was measured".into());
-    let [shadows, bounces] = scattered.unwrap_or_else(|| [measured(), measured()]);
+    let knows_neither = || Outcome::Fails("knows nothing of the surface around a point".into());
+    let [shadows, bounces] = scattered.unwrap_or_else(|| [knows_neither(), knows_neither()]);
     let bumps =
         if t.planes().is_empty() { Outcome::Holds("each point brings its frame".into()) } else { data() };
     vec![
@@ -491,7 +496,7 @@ fn shade_at(
 }
 
 /// Relative RMS difference.
-fn difference(found: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
+pub(super) fn difference(found: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
     let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
     let (mut error, mut energy) = (0.0, 0.0);
     for (a, b) in found.iter().zip(truth) {

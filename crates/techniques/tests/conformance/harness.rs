@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, OnceLock};
-use steradian_base::{ParamValues, Task};
+use steradian_base::{Certificate, ParamValues, Task};
 use steradian_light::{DiskLight, Environment, Lights};
 use steradian_prefilter::probe;
 use steradian_reference::{Lookup, Reference, ReferencePoint};
@@ -37,12 +37,18 @@ pub fn material(spec: &str) -> Material {
     Material::new(steradian_brdf::parse(spec).expect("a specimen's spec"))
 }
 
-/// A bake with some parameters.
-pub fn bake(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
+/// A bake with some parameters, of which no error is measured: to most checks it says nothing, and takes most of the time.
+pub fn draft(t: &dyn AnyTechnique, lights: &Lights, spec: &str, params: &[(&str, f64)]) -> Box<dyn AnyBake> {
     let params: ParamValues = params.iter().copied().collect();
     let geometry = t.card().needs.sites.then(|| around(&[]));
-    t.bake(lights, &material(spec), geometry.as_ref(), &params, &Task::quiet())
+    t.draft(lights, &material(spec), geometry.as_ref(), &params, &Task::quiet())
         .expect("a bake that the Card promises")
+}
+
+/// The certificate of a bake, measured now where it has not been.
+pub fn certified(b: &dyn AnyBake) -> &Certificate {
+    b.certify(&Task::quiet()).expect("a certificate");
+    b.certificate()
 }
 
 /// Sites at points in the open: above a small ball that none of them sees, so that V ≡ 1 and a technique with sites is
@@ -89,7 +95,7 @@ pub fn light(name: &str) -> Lights {
     LIGHTS.iter().find(|l| l.0 == name).expect("a light of the list").1()
 }
 
-/// A bake with the usual parameters, made once for all checks of this process.
+/// A [`draft`] with the usual parameters, made once for all checks of this process.
 pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &'static dyn AnyBake {
     type Cell = &'static OnceLock<Box<dyn AnyBake>>;
     static MADE: Mutex<BTreeMap<[&'static str; 3], Cell>> = Mutex::new(BTreeMap::new());
@@ -97,7 +103,7 @@ pub fn shared(t: &dyn AnyTechnique, name: &'static str, spec: &'static str) -> &
         let mut made = MADE.lock().expect("nobody panics in between");
         made.entry([t.card().slug, name, spec]).or_insert_with(|| Box::leak(Box::default()))
     };
-    &**cell.get_or_init(|| bake(t, &light(name), spec, &[]))
+    &**cell.get_or_init(|| draft(t, &light(name), spec, &[]))
 }
 
 /// `n` surface points: normals spread over the sphere, views from the normal to 80° off it.
