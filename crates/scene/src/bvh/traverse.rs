@@ -24,10 +24,17 @@ impl Kernel for Occluded<'_> {
     fn run<A: Arch>(self) {
         let (mut fixed, mut heap) = ([0; FIXED], Vec::new());
         let stack = room(self.bvh.stack, &mut fixed, &mut heap);
-        let mut front = [Node::EMPTY; FRONT];
+        // Not made for single rays: of these it took a twentieth.
+        let mut front = None;
         for (out, rays) in self.out.chunks_mut(BUNDLE).zip(self.rays.chunks(BUNDLE)) {
             let below = match cone::<A::F32x8>(rays) {
-                Some(cone) => entered(self.bvh, &cone, self.t_max, &mut front),
+                Some(cone) => {
+                    let front = match &mut front {
+                        Some(known) => known,
+                        none => none.insert([Node::EMPTY; FRONT]),
+                    };
+                    entered(self.bvh, &cone, self.t_max, front)
+                }
                 None => &self.bvh.nodes[..1],
             };
             for (out, ray) in out.iter_mut().zip(rays) {
