@@ -14,6 +14,7 @@
 mod bake;
 mod normals;
 mod shade;
+mod sums;
 #[cfg(test)]
 mod tests;
 

@@ -2,23 +2,23 @@
 
 use super::PrtDiffuse;
 use super::normals::{HARMONICS, difference};
+use super::sums::Sums;
 use crate::gpu::{Buffer, Entry, Numbers, Uniform};
 use crate::shared::geometry::transport;
 use crate::shared::light::sh_light;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
 use std::f64::consts::PI;
-use steradian_parallel::prelude::*;
 
 /// What the vectors of a site are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Form {
     /// Coefficients of a vector.
-    n: usize,
+    pub(super) n: usize,
     /// Vectors of reflected light: none, one, or one for each channel.
-    reflected: usize,
+    pub(super) reflected: usize,
     /// Are there vectors of other normals behind them?
-    normals: bool,
+    pub(super) normals: bool,
 }
 
 impl Form {
@@ -57,36 +57,21 @@ impl Frame {
             b.light.turned(bands, v.light_rotation, factor),
             b.light.turned_reflected(bands, v.light_rotation, factor),
         ];
-        let site = |t: &[f32]| sum(form, &light, t);
-        let radiance = transfer.data.par_chunks_exact(transfer.stride).map(site).collect();
-        let plain = Form { reflected: 0, ..form };
-        let normals = |t: &[f32]| {
-            let t = &t[form.by_normal()..];
-            std::array::from_fn(|k| sum(plain, &light, &t[k * form.n..][..form.n]))
-        };
-        let each = transfer.data.par_chunks_exact(transfer.stride);
-        let by_normal = if form.normals { each.map(normals).collect() } else { Vec::new() };
+        let sites = transfer.data.len() / transfer.stride;
+        let sums = Sums { form, light: &light, data: &transfer.data, stride: transfer.stride, first: 0 };
+        let mut radiance = vec![[0.0; 3]; sites];
+        sums.write(&mut radiance, 1, 0);
+        let mut by_normal = Vec::new();
+        if form.normals {
+            by_normal = vec![[[0.0; 3]; HARMONICS]; sites];
+            let plain = Form { reflected: 0, ..form };
+            for k in 0..HARMONICS {
+                let first = form.by_normal() + k * form.n;
+                Sums { form: plain, first, ..sums }.write(by_normal.as_flattened_mut(), HARMONICS, k);
+            }
+        }
         Self { form, light, radiance, by_normal }
     }
-}
-
-/// Σ_i L_i t_i over what arrives straight and what is reflected.
-#[inline(always)]
-fn sum(form: Form, light: &[Vec<[f32; 3]>; 2], t: &[f32]) -> [f32; 3] {
-    let mut out = [0.0; 3];
-    let mut add = |light: &[[f32; 3]], t: [&[f32]; 3]| {
-        for (i, l) in light.iter().enumerate() {
-            (0..3).for_each(|c| out[c] += l[c] * t[c][i]);
-        }
-    };
-    let (direct, reflected) = t.split_at(form.n);
-    add(&light[0], [direct; 3]);
-    match form.reflected {
-        0 => {}
-        1 => add(&light[1], [reflected; 3]),
-        _ => add(&light[1], [0, 1, 2].map(|c| &reflected[c * form.n..][..form.n])),
-    }
-    out
 }
 
 pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
