@@ -19,7 +19,7 @@ use steradian_techniques::{Material, PointsBuf, Radiance, View, find_local};
 
 /// Sixteen half balls, so many texels a side and as high as this over the width: slopes are up to the vertical, and balls both shadow
 /// the plane and light it.
-const SIDE: usize = 48;
+const SIDE: usize = 32;
 const RELIEF: f64 = 0.1;
 /// Directions of views and lights of the photographs that maps are made of.
 const VIEWS: usize = 7;
@@ -29,7 +29,7 @@ const TRIED: usize = 6;
 /// Scattering events where light goes from bump to bump.
 const EVENTS: u32 = 3;
 /// Paths of a texel and light.
-const SAMPLES: u32 = 64;
+const SAMPLES: u32 = 16;
 /// Photographs with shadows alone, and with light from bump to bump.
 const KINDS: [u32; 2] = [1, EVENTS];
 
