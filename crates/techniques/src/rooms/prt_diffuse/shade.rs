@@ -2,37 +2,13 @@
 
 use super::PrtDiffuse;
 use super::normals::{HARMONICS, difference};
-use super::sums::Sums;
+use super::sums::{Form, Sums};
 use crate::gpu::{Buffer, Entry, Numbers, Uniform};
 use crate::shared::geometry::transport;
 use crate::shared::light::sh_light;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
 use half::f16;
 use std::f64::consts::PI;
-
-/// What the vectors of a site are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Form {
-    /// Coefficients of a vector.
-    pub(super) n: usize,
-    /// Vectors of reflected light: none, one, or one for each channel.
-    pub(super) reflected: usize,
-    /// Are there vectors of other normals behind them?
-    pub(super) normals: bool,
-}
-
-impl Form {
-    pub(super) fn of(bands: usize, stride: usize, normals: bool) -> Self {
-        let n = bands * bands;
-        let more = if normals { 1 + HARMONICS } else { 1 };
-        Self { n, reflected: (stride / n.max(1)).saturating_sub(more), normals }
-    }
-
-    /// First number of the vectors of other normals.
-    fn by_normal(self) -> usize {
-        (1 + self.reflected) * self.n
-    }
-}
 
 /// The light of a frame, and what each site reflects of it.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! Σ_i L_i t_i at every site, by registers: the frame of a light that turns.
 
-use super::shade::Form;
+use super::normals::HARMONICS;
 use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector, run};
 
@@ -12,6 +12,30 @@ const LAID: usize = 48;
 const WIDEST: usize = 16;
 /// Sites that are one task of a thread.
 const BLOCK: usize = 1024;
+
+/// What the vectors of a site are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Form {
+    /// Coefficients of a vector.
+    pub(super) n: usize,
+    /// Vectors of reflected light: none, one, or one for each channel.
+    pub(super) reflected: usize,
+    /// Are there vectors of other normals behind them?
+    pub(super) normals: bool,
+}
+
+impl Form {
+    pub(super) fn of(bands: usize, stride: usize, normals: bool) -> Self {
+        let n = bands * bands;
+        let more = if normals { 1 + HARMONICS } else { 1 };
+        Self { n, reflected: (stride / n.max(1)).saturating_sub(more), normals }
+    }
+
+    /// First number of the vectors of other normals.
+    pub(super) fn by_normal(self) -> usize {
+        (1 + self.reflected) * self.n
+    }
+}
 
 /// What is summed: of which vectors of a site, with which light.
 #[derive(Clone, Copy)]
