@@ -1,9 +1,9 @@
-//! Shading batches of points by compute: the GPU twin of [`steradian_techniques::AnyBake::shade`].
+//! Shading batches of points by compute: the GPU twin of [`steradian_technique::AnyBake::shade`].
 
 use crate::technique::buffer_type;
 use crate::{Gpu, GpuError, TechniqueData};
-use steradian_techniques::gpu::Entry;
-use steradian_techniques::{GpuTechnique, PointChart, PointLobe, Points, PointsBuf};
+use steradian_technique::gpu::Entry;
+use steradian_technique::{GpuTechnique, PointChart, PointLobe, Points, PointsBuf};
 use wgpu::util::DeviceExt;
 
 /// A technique's compute pipeline.
@@ -23,7 +23,7 @@ impl ComputeTechnique {
     /// Uploads the technique and compiles its module.
     pub fn new(gpu: &Gpu, technique: &GpuTechnique) -> Result<Self, GpuError> {
         let data = TechniqueData::upload(gpu, technique, wgpu::ShaderStages::COMPUTE)?;
-        let source = steradian_techniques::gpu::module(technique);
+        let source = steradian_technique::gpu::module(technique);
         let (pipeline, io) =
             gpu.scoped(&format!("shader of {}", technique.slug), || pipeline(gpu, &data, &source))?;
         Ok(Self { pipeline, io, data, entry: technique.entry })
@@ -137,7 +137,7 @@ fn pipeline(gpu: &Gpu, data: &TechniqueData, source: &str) -> (wgpu::ComputePipe
     (pipeline, io)
 }
 
-/// The planes of [`steradian_techniques::gpu::Binding::Points`]; those that the points lack are zero, lobes the
+/// The planes of [`steradian_technique::gpu::Binding::Points`]; those that the points lack are zero, lobes the
 /// material's.
 fn planes(points: &Points<'_>, entry: Entry) -> Vec<u8> {
     let count = points.len();

@@ -10,8 +10,8 @@ use crate::scene::{Object, Scene};
 use crate::technique::{check_table, upload_table};
 use crate::{Gpu, GpuError};
 use glam::Mat3;
-use steradian_techniques::direct::Direct;
-use steradian_techniques::gpu::{Table, cells};
+use steradian_technique::direct::Direct;
+use steradian_technique::gpu::{Table, cells};
 
 /// Group 2: camera, lights, reflectance, what is measured of it.
 pub const SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Uniform, Slot::Texture];

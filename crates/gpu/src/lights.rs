@@ -3,9 +3,9 @@
 use crate::packed::bytes;
 use crate::scene::Object;
 use glam::Mat3;
-use steradian_techniques::View;
-use steradian_techniques::direct::{DISK_WGSL, Direct, rule};
-use steradian_techniques::gpu::shadow::is_shadowed;
+use steradian_technique::View;
+use steradian_technique::direct::{DISK_WGSL, Direct, rule};
+use steradian_technique::gpu::shadow::is_shadowed;
 
 /// Lights at most.
 pub const CAPACITY: usize = 64;
@@ -14,7 +14,7 @@ const SHADER: &str = include_str!("shaders/direct.wgsl");
 const OPEN: &str = include_str!("shaders/direct_open.wgsl");
 const SHADOWED: &str = include_str!("shaders/direct_shadowed.wgsl");
 
-/// What a measured reflectance reads: cells in rows of [`steradian_techniques::gpu::ROW`] texels.
+/// What a measured reflectance reads: cells in rows of [`steradian_technique::gpu::ROW`] texels.
 const CELLS: &str = include_str!("shaders/cells.wgsl");
 
 /// What a surface without a reflectance of its own adds.

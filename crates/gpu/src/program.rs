@@ -3,7 +3,7 @@
 use crate::lights;
 use crate::scene::Object;
 use steradian_brdf::ATAN2;
-use steradian_techniques::gpu::{self, Entry, Storage};
+use steradian_technique::gpu::{self, Entry, Storage};
 
 /// `gpu_camera`, `gpu_ray`.
 pub const CAMERA: &str = include_str!("shaders/camera.wgsl");

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use steradian_scene::shadow::Volumes;
 use steradian_scene::surface::{SurfaceMaps, Texture};
 use steradian_scene::{Camera, Mesh};
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::direct::{BrdfShader, Direct};
+use steradian_technique::GpuTechnique;
+use steradian_technique::direct::{BrdfShader, Direct};
 
 /// Triangles ready for upload.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -75,7 +75,7 @@ pub struct Object {
     /// The geometry.
     pub triangles: Arc<Triangles>,
     /// How it reflects. With [`Object::maps`], the one that takes a lobe per point where the technique has it
-    /// ([`steradian_techniques::AnyBake::gpu_varied`]): of another, normals alone vary.
+    /// ([`steradian_technique::AnyBake::gpu_varied`]): of another, normals alone vary.
     pub technique: GpuTechnique,
     /// The reflectance that [`Scene::direct`] is shaded with; without one, those lights pass the object by.
     pub brdf: Option<BrdfShader>,
@@ -126,14 +126,14 @@ pub struct Scene {
     /// Lights that are shaded with the exact reflectance, on top of the techniques; distant ones turn with the light.
     pub direct: Direct,
     /// In world space, of the objects whose techniques are behind shadow volumes
-    /// ([`steradian_techniques::gpu::shadow::behind`]) of the same lights.
+    /// ([`steradian_technique::gpu::shadow::behind`]) of the same lights.
     pub volumes: Option<Arc<Volumes>>,
     /// What lies behind them.
     pub backdrop: Backdrop,
     /// The camera.
     pub camera: Camera,
     /// Rotation of the backdrop: light from d comes from `light_rotation · d`, as in
-    /// [`steradian_techniques::View`].
+    /// [`steradian_technique::View`].
     pub light_rotation: Mat3,
 }
 

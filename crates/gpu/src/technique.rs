@@ -2,8 +2,8 @@
 
 use crate::{Gpu, GpuError};
 use std::sync::atomic::{AtomicBool, Ordering};
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Binding, Buffer, Format, Table, bindings};
+use steradian_technique::GpuTechnique;
+use steradian_technique::gpu::{Binding, Buffer, Format, Table, bindings};
 use wgpu::util::DeviceExt;
 
 /// A technique's data on the device: group 0 of every pipeline that shades with it.

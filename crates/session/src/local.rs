@@ -12,7 +12,8 @@ use steradian_relight::btf::Btf;
 use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::{NormalMap, Planes};
-use steradian_techniques::local::{AnyLocal, Content, LocalBake, Plane, find_local, locals};
+use steradian_techniques::local::{Content, Plane};
+use steradian_techniques::{AnyLocal, LocalBake, find_local, locals};
 use steradian_techniques::{AnyTechnique, Geometry, SavedLocal, seal};
 
 /// A technique for directional and point lights with its parameters.

@@ -1,12 +1,15 @@
 //! Every technique, one line each.
 
+use crate::local::ErasedLocal;
 use crate::rooms::{
-    ambient, banks_env, clustered_pca, diffuse_map, factored_lighting, gaussian_lobes, haar_transport,
-    lafortune_env, lobe_maps, matrix_radiance_transfer, mirror_map, paraboloid_filter, phong_diffuse_maps,
-    prt_brdf, prt_diffuse, prt_glossy, reflection_space_ibr, sh_brdf, sh_irradiance, shrm, shrm_global,
-    shrm_slices, split_sum,
+    ambient, analytic_decomposition, banks_env, banks_table, btf_pca, bump_blinn_phong, bump_horizon,
+    clustered_pca, diffuse_map, factored_lighting, gaussian_lobes, haar_transport, homomorphic,
+    lafortune_env, lafortune_svbrdf, lobe_maps, matrix_radiance_transfer, mirror_map, paraboloid_filter,
+    phong_diffuse_maps, polynomial_texture_map, precomputed_visibility, prt_brdf, prt_diffuse, prt_glossy,
+    reflection_space_ibr, separable_svd, sh_brdf, sh_irradiance, shift_variant, shrm, shrm_global,
+    shrm_slices, split_sum, vertex_analytic,
 };
-use crate::{AnyTechnique, Erased};
+use crate::{AnyLocal, AnyTechnique, Erased};
 
 // Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that reads it.
 static TECHNIQUES: &[&dyn AnyTechnique] = &[
@@ -44,4 +47,30 @@ pub fn registry() -> &'static [&'static dyn AnyTechnique] {
 pub fn find(slug: &str) -> Option<&'static dyn AnyTechnique> {
     let slug = slug.replace('-', "_");
     registry().iter().copied().find(|t| t.card().slug == slug)
+}
+
+static LOCALS: &[&dyn AnyLocal] = &[
+    &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
+    &ErasedLocal::<banks_table::BanksTable>::new(),
+    &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
+    &ErasedLocal::<separable_svd::SeparableSvd>::new(),
+    &ErasedLocal::<homomorphic::Homomorphic>::new(),
+    &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
+    &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
+    &ErasedLocal::<precomputed_visibility::PrecomputedVisibility>::new(),
+    &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
+    &ErasedLocal::<btf_pca::BtfPca>::new(),
+    &ErasedLocal::<lafortune_svbrdf::LafortuneSvbrdf>::new(),
+    &ErasedLocal::<shift_variant::ShiftVariant>::new(),
+];
+
+/// Every technique for local light, in the order of menus.
+pub fn locals() -> &'static [&'static dyn AnyLocal] {
+    LOCALS
+}
+
+/// The technique for local light called `slug`; `-` and `_` are the same.
+pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
+    let slug = slug.replace('-', "_");
+    locals().iter().copied().find(|t| t.card().slug == slug)
 }

@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 use steradian_gpu::packed::{self, Counts, stack, textures};
 use steradian_gpu::scene::{Backdrop, Level, Object, Triangles};
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Buffer, Format, Numbers, ROW, Table, cells};
+use steradian_technique::GpuTechnique;
+use steradian_technique::gpu::{Buffer, Format, Numbers, ROW, Table, cells};
 
 /// Texels a side of the textures that every WebGL2 has.
 const SIDE: usize = 2048;

@@ -3,8 +3,8 @@
 use super::{Budget, Level, Method, Plan, Refilter, Surroundings};
 use crate::{Gpu, GpuError, TechniqueData};
 use glam::Mat3;
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Kernel, LightTables};
+use steradian_technique::GpuTechnique;
+use steradian_technique::gpu::{Kernel, LightTables};
 
 /// The refilters of everything that depends on the light in a technique's data.
 pub struct Follower {

@@ -3,7 +3,7 @@
 use crate::GpuError;
 use steradian_numerics::dense;
 use steradian_prefilter::quadrature;
-use steradian_techniques::gpu::Kernel;
+use steradian_technique::gpu::Kernel;
 
 /// Fails for parameters that make no kernel.
 pub(super) fn check(kernel: Kernel) -> Result<(), GpuError> {

@@ -3,14 +3,14 @@
 //!
 //! [`Surroundings`] is the light, [`Plan`] the chain and the way to filter it, [`Refilter`] does the work within a
 //! budget and hands finished chains to techniques. [`Follower`] does it for all that a technique says of its data
-//! ([`steradian_techniques::AnyBake::light_tables`]):
+//! ([`steradian_technique::AnyBake::light_tables`]):
 //!
 //! ```no_run
 //! use glam::Mat3;
 //! use steradian_gpu::refilter::{Budget, Follower, Surroundings};
 //! use steradian_gpu::{Gpu, GpuError, TechniqueData};
 //! use steradian_light::Lights;
-//! use steradian_techniques::AnyBake;
+//! use steradian_technique::AnyBake;
 //!
 //! fn start(gpu: &Gpu, bake: &dyn AnyBake, lights: &Lights) -> Result<Option<Follower>, GpuError> {
 //!     let Some(tables) = bake.light_tables(false) else { return Ok(None) };

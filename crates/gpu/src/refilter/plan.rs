@@ -4,8 +4,8 @@ use super::kernel;
 use super::program::{Builder, Job, Pass, Work};
 use crate::GpuError;
 use steradian_prefilter::Zonal;
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::gpu::{Kernel, LightCube, Shape, Table};
+use steradian_technique::GpuTechnique;
+use steradian_technique::gpu::{Kernel, LightCube, Shape, Table};
 
 /// How the light is filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -29,9 +29,9 @@ use object::Placed;
 use passes::{Passes, Pipeline};
 use resolve::Resolve;
 use steradian_scene::Camera;
-use steradian_techniques::GpuTechnique;
-use steradian_techniques::direct::Direct;
-use steradian_techniques::gpu::Uniform;
+use steradian_technique::GpuTechnique;
+use steradian_technique::direct::Direct;
+use steradian_technique::gpu::Uniform;
 use target::Target;
 use volumes::Volumes;
 
@@ -169,7 +169,7 @@ impl Renderer {
     }
 
     /// Writes uniforms of a technique in place of those of the same names: what
-    /// [`steradian_techniques::AnyBake::gpu_frame`] gives for a turned light or a moved view.
+    /// [`steradian_technique::AnyBake::gpu_frame`] gives for a turned light or a moved view.
     pub fn update_uniforms(&mut self, gpu: &Gpu, object: usize, new: &[Uniform]) -> Result<(), GpuError> {
         let (placed, _) = self.objects.get(object).ok_or_else(|| no_object(object))?;
         let technique = &mut self.scene.objects[object].technique;

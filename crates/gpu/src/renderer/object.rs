@@ -7,7 +7,7 @@ use crate::scene::{Level, Object};
 use crate::{Gpu, GpuError, TechniqueData};
 use glam::Affine3A;
 use steradian_scene::surface::Texture;
-use steradian_techniques::GpuTechnique;
+use steradian_technique::GpuTechnique;
 
 /// Stages that read an object and its technique.
 pub const STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);

@@ -17,7 +17,7 @@ use crate::scene::Scene;
 use crate::{Gpu, GpuError};
 use steradian_scene::Camera;
 use steradian_scene::shadow::{Boundary, LightAt, Volumes as Drawn};
-use steradian_techniques::gpu::shadow::is_behind_volumes;
+use steradian_technique::gpu::shadow::is_behind_volumes;
 
 const VOLUME: &str = include_str!("../shaders/volumes.wgsl");
 const DRAW: &str = include_str!("../shaders/volumes_draw.wgsl");

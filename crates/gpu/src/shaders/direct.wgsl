@@ -1,4 +1,4 @@
-// Lights shaded with the exact reflectance: the twin of steradian_techniques::direct.
+// Lights shaded with the exact reflectance: the twin of steradian_technique::direct.
 struct GpuLight {
     // Disk or direction: unit direction and angular radius (0: a direction). Point: position.
     place: vec4<f32>,

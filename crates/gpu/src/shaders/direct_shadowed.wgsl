@@ -1,5 +1,5 @@
 
-// Lights behind what the technique's library says of them: the twin of steradian_techniques::direct::Place.
+// Lights behind what the technique's library says of them: the twin of steradian_technique::direct::Place.
 fn gpu_arriving(p: vec3<f32>, n: vec3<f32>, d: vec3<f32>, distance: f32) -> f32 {
     return light_arriving(p, n, d, distance);
 }

@@ -26,8 +26,8 @@ use steradian_reference::path::PathScene;
 use steradian_scene::{Bvh, Ray};
 use steradian_sphere::Frame;
 use steradian_sphere::sampling::{R2, SphereDistribution};
-use steradian_techniques::direct::{Direct, Shadows};
-use steradian_techniques::{Points, PointsBuf, Radiance};
+use steradian_technique::direct::{Direct, Shadows};
+use steradian_technique::{Points, PointsBuf, Radiance};
 
 /// Directions at a point at first, and where one of these is blocked.
 const RAYS: [usize; 2] = [64, 128];
@@ -327,7 +327,7 @@ mod tests {
     use steradian_reference::path::{PathOptions, PathPoint, PathScene, trace_points};
     use steradian_reference::{Lookup, Reference};
     use steradian_scene::{Mesh, shapes};
-    use steradian_techniques::direct::{Suns, split};
+    use steradian_technique::direct::{Suns, split};
 
     /// A ball on a floor.
     fn mesh() -> Mesh {

@@ -3,7 +3,7 @@
 use super::hits::{Found, facing, tangent};
 use glam::Vec3;
 use steradian_scene::surface::{NormalFiltering, SurfaceMaps};
-use steradian_techniques::PointLobe;
+use steradian_technique::PointLobe;
 
 /// Normal, tangent and lobe of a point.
 pub struct ShadingPoint {

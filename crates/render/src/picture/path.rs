@@ -11,7 +11,7 @@ use steradian_reference::path::{PathOptions, PathPoint, PathScene, trace_points}
 use steradian_scene::surface::Texture;
 use steradian_scene::{Bvh, Mesh, Surface as Hit};
 use steradian_sphere::Frame;
-use steradian_techniques::{Points, Radiance};
+use steradian_technique::{Points, Radiance};
 
 /// What paths meet.
 pub struct PathStage {

@@ -11,9 +11,9 @@ use steradian_reference::path::PathScene;
 use steradian_reference::{Estimate, Reference, ReferencePoint};
 use steradian_scene::shadow::Blocker;
 use steradian_sphere::Frame;
-use steradian_techniques::direct::{Direct, Shadows};
-use steradian_techniques::local::LocalShading;
-use steradian_techniques::{AnyBake, PointLobe, Points, Radiance, TexelReflectance, Varies};
+use steradian_technique::direct::{Direct, Shadows};
+use steradian_technique::local::LocalShading;
+use steradian_technique::{AnyBake, PointLobe, Points, Radiance, TexelReflectance, Varies};
 
 /// Outgoing radiance of batches of surface points.
 pub trait Shader: Send + Sync {

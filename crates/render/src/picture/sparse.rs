@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 use steradian_base::Cancelled;
-use steradian_techniques::PointsBuf;
+use steradian_technique::PointsBuf;
 
 /// Pixels along the cells, the larger first.
 const SIDES: [usize; 2] = [8, 4];

@@ -9,7 +9,7 @@ use crate::Film;
 use glam::Vec3;
 use steradian_base::{Cancelled, Task};
 use steradian_scene::{Camera, Ray};
-use steradian_techniques::{PointChart, PointsBuf, Radiance};
+use steradian_technique::{PointChart, PointsBuf, Radiance};
 
 /// Points per call of a shader.
 const BATCH: usize = 2048;

@@ -16,7 +16,7 @@ use steradian_render::{Film, Settings, errors};
 use steradian_scene::shapes;
 use steradian_scene::surface::Planes;
 use steradian_session::{Material, Scene};
-use steradian_techniques::local::{LocalBake, find_local};
+use steradian_techniques::{LocalBake, find_local};
 
 /// The error that counts as enough, relative to f · ⟨n·wi⟩.
 const ENOUGH: f64 = 0.05;

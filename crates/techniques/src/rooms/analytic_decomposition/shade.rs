@@ -2,7 +2,7 @@
 
 use super::tables::Tables;
 use crate::local::LocalText;
-use crate::shared::maths::angle::angle;
+use crate::shared::maths::angle::{self, angle};
 use std::f32::consts::FRAC_2_PI;
 
 /// Of the half vector: h·l, and θ_h over π/2.
@@ -60,6 +60,6 @@ pub(super) fn text(t: &Tables) -> LocalText {
             (include_str!("three.wgsl"), tables)
         }
     };
-    let module = [include_str!("../../local/angle.wgsl"), include_str!("half.wgsl"), own].concat();
+    let module = [angle::WGSL, include_str!("half.wgsl"), own].concat();
     LocalText { module: module.into(), tables, uniforms: Vec::new(), buffers: Vec::new() }
 }

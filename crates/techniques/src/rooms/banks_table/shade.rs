@@ -3,7 +3,7 @@
 use super::table::Table;
 use crate::gpu::{Uniform, Value};
 use crate::local::LocalText;
-use crate::shared::maths::angle::angle;
+use crate::shared::maths::angle::{self, angle};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// The table's coordinate of a direction: a of sin a = w·t, from −π/2 to π/2 as 0 to 1, or w·t from −1 to 1.
@@ -32,7 +32,7 @@ pub(super) fn f_cos(t: &Table, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 pub(super) fn text(t: &Table) -> LocalText {
     let four = |v: [f64; 3], w: f32| Value::Vec4([v[0] as f32, v[1] as f32, v[2] as f32, w]);
     LocalText {
-        module: [include_str!("../../local/angle.wgsl"), include_str!("shade.wgsl")].concat().into(),
+        module: [angle::WGSL, include_str!("shade.wgsl")].concat().into(),
         tables: vec![t.grid.table("local_banks")],
         uniforms: vec![
             Uniform { name: "local_diffuse", value: four(t.model.diffuse, f32::from(u8::from(t.angles))) },

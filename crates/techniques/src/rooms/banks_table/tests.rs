@@ -1,7 +1,7 @@
 use super::shade;
 use super::table::{Model, Table};
-use crate::Material;
-use crate::local::{LocalTechnique, find_local};
+use crate::local::LocalTechnique;
+use crate::{Material, find_local};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamValues, Task};

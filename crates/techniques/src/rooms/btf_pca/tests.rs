@@ -1,6 +1,7 @@
-use crate::local::{LocalBake, Place, find_local};
-use crate::shared::trials::specimens::{self, direction, single};
-use crate::{BakeError, Material};
+use crate::local::{LocalBake, Place};
+use crate::shared::trials::specimens;
+use crate::trial::local::{direction, single};
+use crate::{BakeError, Material, find_local};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -1,7 +1,8 @@
-use crate::local::{LocalBake, Place, find_local};
+use crate::local::{LocalBake, Place};
 use crate::shared::surface::bumps::{HEIGHT, NORMAL};
-use crate::shared::trials::specimens::{self, direction, single};
-use crate::{BakeError, Material};
+use crate::shared::trials::specimens;
+use crate::trial::local::{direction, single};
+use crate::{BakeError, Material, find_local};
 use glam::Vec3;
 use std::f64::consts::PI;
 use std::sync::Arc;

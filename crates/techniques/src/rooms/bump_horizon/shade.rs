@@ -5,6 +5,7 @@ use super::horizon::{Texel, seen};
 use super::scatter;
 use crate::gpu::{Uniform, Value, own_reflectance};
 use crate::local::LocalText;
+use crate::shared::maths::angle;
 use crate::shared::maths::vector::dot;
 use crate::shared::surface::bumps;
 use glam::DVec3;
@@ -38,7 +39,6 @@ pub(super) fn text(t: &Relief) -> Option<LocalText> {
     // It brings local_brdf_atan2.
     let (own, mut tables) = own_reflectance(&t.brdf.shader()?, "local", "local_cells", "");
     tables.extend([t.normals.table("local_normals"), t.horizons.table("local_horizons")]);
-    let angle = include_str!("../../local/angle.wgsl");
     let kind = match t.kept {
         Kept::Open => [0.0, 1.0],
         Kept::Azimuths(n) => [1.0, n as f32],
@@ -47,7 +47,7 @@ pub(super) fn text(t: &Relief) -> Option<LocalText> {
     let end = if t.scatter.is_some() { include_str!("scatter.wgsl") } else { include_str!("direct.wgsl") };
     let shadow = Uniform { name: "local_shadow", value: Value::Vec4([kind[0], kind[1], t.width, 0.0]) };
     Some(LocalText {
-        module: [&own, angle, bumps::TEXT, include_str!("shade.wgsl"), end].concat().into(),
+        module: [&own, angle::WGSL, bumps::TEXT, include_str!("shade.wgsl"), end].concat().into(),
         tables,
         uniforms: std::iter::once(shadow).chain(t.scatter.as_ref().map(|s| s.uniform())).collect(),
         buffers: t.scatter.iter().map(|s| s.buffer()).collect(),

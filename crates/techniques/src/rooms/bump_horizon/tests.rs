@@ -2,10 +2,11 @@
 
 mod bounces;
 
-use crate::Material;
-use crate::local::{LocalBake, Place, find_local};
+use crate::local::{LocalBake, Place};
 use crate::shared::surface::bumps::HEIGHT;
-use crate::shared::trials::specimens::{self, SIDE, direction, single};
+use crate::shared::trials::specimens::{self, SIDE};
+use crate::trial::local::{direction, single};
+use crate::{Material, find_local};
 use glam::DVec3;
 use std::sync::Arc;
 use steradian_base::{ParamValues, Task, Value};

@@ -1,6 +1,6 @@
 use super::bake::seen;
 use super::*;
-use crate::shared::trials::trial;
+use crate::trial;
 use steradian_base::{ParamValues, Params as _};
 
 /// Factors and what is said of them.

@@ -1,11 +1,13 @@
-use crate::local::{LocalBake, Place, find_local};
-use crate::shared::trials::specimens::{self, direction, single};
+use crate::find_local;
+use crate::local::{LocalBake, Place};
+use crate::shared::trials::specimens;
+use crate::trial::local::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_scene::surface::Planes;
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
-    specimens::bake("lafortune_svbrdf", spec, planes)
+    local::bake("lafortune_svbrdf", spec, planes)
 }
 
 fn centre(i: usize, j: usize) -> Place {

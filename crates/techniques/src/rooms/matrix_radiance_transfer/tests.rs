@@ -1,6 +1,6 @@
 use super::*;
 use crate::AnyBake;
-use crate::shared::trials::trial::{at_vertices, detail, farthest, on_mesh, points_without_sites_are_black};
+use crate::trial::{at_vertices, detail, farthest, on_mesh, points_without_sites_are_black};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
 

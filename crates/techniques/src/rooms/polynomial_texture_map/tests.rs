@@ -1,6 +1,7 @@
-use crate::Material;
-use crate::local::{Content, LocalBake, Place, Plane, find_local};
-use crate::shared::trials::specimens::{self, direction, single};
+use crate::local::{Content, LocalBake, Place, Plane};
+use crate::shared::trials::specimens;
+use crate::trial::local::{self, direction, single};
+use crate::{Material, find_local};
 use glam::DVec3;
 use std::f64::consts::PI;
 use steradian_base::{ParamValues, Task};
@@ -8,7 +9,7 @@ use steradian_relight::polynomial::{Basis, evaluate};
 use steradian_scene::surface::Planes;
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
-    specimens::bake("polynomial_texture_map", spec, planes)
+    local::bake("polynomial_texture_map", spec, planes)
 }
 
 /// Without a map: the closed form of Lambert's law, off by an eighth of its RMS over lights uniform on the hemisphere.

@@ -1,9 +1,9 @@
 //! Closed forms of grooves and boxes, and paths through meshes.
 
-use crate::local::{LocalBake, LocalFrame, LocalLights, LocalShading, find_local};
+use crate::local::{LocalBake, LocalFrame, LocalLights, LocalShading};
 use crate::shared::trials::lights::three_directionals;
-use crate::shared::trials::specimens;
-use crate::{BakeError, Geometry, Material, PointsBuf, Radiance, Sites, View};
+use crate::trial::local;
+use crate::{BakeError, Geometry, Material, PointsBuf, Radiance, Sites, View, find_local};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -88,7 +88,7 @@ fn middles(mesh: &Mesh, step: usize, tilted: bool) -> (PointsBuf, Vec<f64>) {
         let mean = |v: &[Vec3]| t.iter().map(|k| v[*k as usize]).sum::<Vec3>() / 3.0;
         let (p, n) = (mean(&mesh.positions), mean(&mesh.normals).normalize());
         let f = Frame::from_normal(n.as_dvec3().normalize());
-        let wo = if tilted { f.to_world(specimens::direction(k as u32, 0.3)) } else { f.n };
+        let wo = if tilted { f.to_world(local::direction(k as u32, 0.3)) } else { f.n };
         q.push(n, f.t.as_vec3(), wo.as_vec3(), p);
         q.locate(Vec2::ZERO, *t, [1.0 / 3.0; 2]);
         let [a, b, c] = mesh.corners(k);
@@ -136,7 +136,7 @@ fn a_grooves_bounces_have_their_closed_forms() {
         };
         let sums = [0.0, 1.0, 2.0, 4.0].map(radiosity);
         let (e, form) = (f64::from(half.sin()), 1.0 - f64::from(half.sin()));
-        let exact = specimens::groove(f64::from(degrees.to_radians().cos()));
+        let exact = local::groove(f64::from(degrees.to_radians().cos()));
         assert!((exact[1] - form).abs() < 1e-3);
         let up_to = |k: usize| (0..=k).map(|k| albedo.powi(k as i32 + 1) * e * exact[k]).sum::<f64>();
         println!("{degrees}: {sums:?}, exact {:?}", [0, 1, 2, 4].map(up_to));

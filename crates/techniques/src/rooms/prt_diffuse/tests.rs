@@ -1,7 +1,7 @@
 use super::*;
 use crate::AnyBake;
-use crate::shared::trials::trial::vertices;
-use crate::shared::trials::trial::{at_vertices, farthest, on_mesh};
+use crate::trial::vertices;
+use crate::trial::{at_vertices, farthest, on_mesh};
 use crate::{Geometry, Sites, find};
 use glam::{DVec3, Mat3, Vec3};
 use steradian_scene::{Mesh, shapes};
@@ -207,5 +207,5 @@ fn bumps_in_a_shadow_are_those_of_paths() {
 /// Points without sites are black, and none beyond the end is read.
 #[test]
 fn points_without_sites_are_black() {
-    crate::shared::trials::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
+    crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::trials::trial::{at_vertices, farthest, on_mesh};
+use crate::trial::{at_vertices, farthest, on_mesh};
 use glam::Mat3;
 use steradian_scene::{Mesh, shapes};
 
@@ -70,7 +70,7 @@ fn a_furnace_is_the_integral_of_the_lobe() {
 /// Points without sites are black, and none beyond the end is read.
 #[test]
 fn points_without_sites_are_black() {
-    crate::shared::trials::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
+    crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
 
 /// Reflectance but phong by a table: what `prt_brdf` shades, whose matrices hold the turn into the frames of sites, at the

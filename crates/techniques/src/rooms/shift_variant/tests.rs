@@ -1,7 +1,8 @@
 use super::bake::covariance;
 use crate::local::{LocalBake, Place};
 use crate::shared::surface::bumps::HEIGHT;
-use crate::shared::trials::specimens::{self, direction, single};
+use crate::shared::trials::specimens;
+use crate::trial::local::{self, direction, single};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ const SPECS: [&str; 6] = [
 ];
 
 fn bake(spec: &str, planes: Planes) -> Box<dyn LocalBake> {
-    specimens::bake("shift_variant", spec, planes)
+    local::bake("shift_variant", spec, planes)
 }
 
 fn constant(v: [f64; 3]) -> Arc<Texture> {
@@ -116,7 +117,7 @@ fn lobes_of_lafortune_turn_with_the_tangent() {
             }
         }
     }
-    let materials = crate::local::find_local("shift_variant").expect("a technique").card().materials;
+    let materials = crate::find_local("shift_variant").expect("a technique").card().materials;
     let refused =
         materials(&*steradian_brdf::parse("lafortune:@skin").expect("a spec")).expect_err("three lobes");
     assert!(refused.contains("lafortune_svbrdf"), "{refused}");

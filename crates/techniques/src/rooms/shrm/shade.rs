@@ -38,7 +38,7 @@ pub(super) fn gpu(b: &Bake<Shrm>, shown: &TurnedSuns) -> GpuTechnique {
         [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![m.maps.table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
-    let own = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("shade.wgsl")];
+    let own = [shrm::SUM, include_str!("shade.wgsl")];
     let modules = shrm::shader(m.diffuse.is_some(), &own);
     let technique = GpuTechnique {
         slug: Shrm::CARD.slug,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::trials::trial::{bake, detail, judged, points, stated, suns_turn_and_are_saved};
+use crate::trial::{bake, detail, judged, points, stated, suns_turn_and_are_saved};
 use glam::DVec3;
 use steradian_brdf::central::{Centre, Slice, Slices};
 use steradian_brdf::dfg;
@@ -129,12 +129,12 @@ fn halves_change_little_and_are_what_is_saved() {
     let spec = "ggx:alpha=0.36,f0=0.9/0.6/0.3";
     let [whole, halves] = [0.0, 1.0].map(|h| bake("shrm", &light, spec, &[("halves", h)], None));
     let points = points(50, 40.0);
-    let pairs = crate::shared::trials::trial::shade(&*whole, &points).into_iter();
-    let halved = crate::shared::trials::trial::shade(&*halves, &points);
+    let pairs = crate::trial::shade(&*whole, &points).into_iter();
+    let halved = crate::trial::shade(&*halves, &points);
     let error = steradian_prefilter::probe::relative_rms(pairs.zip(halved.clone()));
     assert!(error > 0.0 && error < 1e-3, "{error}");
     let loaded = crate::find("shrm").unwrap().load(&halves.save()).unwrap();
-    assert_eq!(crate::shared::trials::trial::shade(&*loaded, &points), halved);
+    assert_eq!(crate::trial::shade(&*loaded, &points), halved);
 }
 
 /// A tolerance that no orders meet costs no more than what reaches about the same error: here P = 8 at the finest spacing

@@ -83,7 +83,7 @@ pub(super) fn gpu(b: &Bake<ShrmGlobal>, now: &Now) -> GpuTechnique {
         [m.harmonics.p() as f32, m.harmonics.q() as f32, word(m.centre) as f32, argument_word(m.of) as f32];
     let mut tables = vec![now.map.as_ref().unwrap_or(&m.maps).table("maps"), m.scale.table("scale")];
     tables.extend(m.diffuse.as_ref().map(|d| d.table("diffuse")));
-    let all = [include_str!("../../shared/shrm/sum.wgsl"), include_str!("all.wgsl")];
+    let all = [shrm::SUM, include_str!("all.wgsl")];
     let sum: &[&'static str] = if far { &[include_str!("far.wgsl")] } else { &all };
     let modules = shrm::shader(m.diffuse.is_some(), &[sum, &[include_str!("shade.wgsl")]].concat());
     let technique = GpuTechnique {

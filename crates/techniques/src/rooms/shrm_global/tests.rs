@@ -1,6 +1,6 @@
 use crate::View;
 use crate::shared::trials::lights;
-use crate::shared::trials::trial::{bake, detail, judged, points, shade, suns_turn_and_are_saved};
+use crate::trial::{bake, detail, judged, points, shade, suns_turn_and_are_saved};
 use glam::{Mat3, Vec3};
 use steradian_prefilter::probe;
 use steradian_reference::ReferencePoint;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::shared::trials::trial::{bake, detail, judged, points, suns_turn_and_are_saved};
+use crate::trial::{bake, detail, judged, points, suns_turn_and_are_saved};
 use steradian_base::{ParamValues, Params as _};
 use steradian_reference::ReferencePoint;
 use steradian_sphere::{Frame, Layout, SphereImage};

@@ -1,6 +1,6 @@
-use crate::local::{LocalFrame, LocalLights, LocalShading, find_local};
+use crate::local::{LocalFrame, LocalLights, LocalShading};
 use crate::shared::trials::lights;
-use crate::{Material, PointsBuf, Radiance, View};
+use crate::{Material, PointsBuf, Radiance, View, find_local};
 use glam::{Vec2, Vec3, Vec4};
 use steradian_base::{ParamValues, Task};
 use steradian_brdf::parse;

@@ -1,11 +1,11 @@
 //! Light from bump to bump: closed forms of grooves, and paths over real height maps.
 
 use super::{bake, single};
-use crate::Material;
-use crate::local::{LocalBake, Place, find_local, texel};
+use crate::local::{LocalBake, Place, texel};
 use crate::rooms::bump_horizon::links::directions;
 use crate::shared::surface::bumps::HEIGHT;
-use crate::shared::trials::specimens;
+use crate::trial::local;
+use crate::{Material, find_local};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -54,7 +54,7 @@ fn flat_heights_reflect_nothing() {
     };
     let (without, with) = (of(0.0), of(3.0));
     for k in 0..100 {
-        let (wi, wo) = (specimens::direction(3 * k, 0.001), specimens::direction(7 * k + 1, 0.002));
+        let (wi, wo) = (local::direction(3 * k, 0.001), local::direction(7 * k + 1, 0.002));
         let at = Place { uv: [0.13 * k as f32, 0.77 * k as f32], footprint: 0.01 * (k % 40) as f32 };
         let bits = |b: &dyn LocalBake| b.f_cos_at(at, single(wi), single(wo)).map(f32::to_bits);
         assert_eq!(bits(&*without), bits(&*with), "{k}");
@@ -89,7 +89,7 @@ fn a_grooves_bounces_have_their_closed_forms() {
         assert!((once - direct - want).abs() < 0.02 * want, "{slope}: {} {want}", once - direct);
         let even = albedo * cos / (1.0 - albedo * form);
         let cosine = (slope * slope - 1.0) / (slope * slope + 1.0);
-        let means = specimens::groove(cosine);
+        let means = local::groove(cosine);
         assert!((means[1] - form).abs() < 1e-3, "{slope}: {} {form}", means[1]);
         let sum = (0..5).map(|k| albedo.powi(k) * means[k as usize]).sum::<f64>();
         let want = albedo * cos * sum;
@@ -141,7 +141,7 @@ fn two_bounces_on_real_height_maps_are_those_of_paths() {
         let cases: Vec<(Place, [usize; 2], DVec3, DVec3)> = (0..POINTS)
             .filter_map(|k| {
                 let (at, [i, j]) = texel(k, (n, n));
-                let (light, view) = (specimens::direction(3 * k + 1, 0.2), specimens::direction(5 * k, 0.6));
+                let (light, view) = (local::direction(3 * k + 1, 0.2), local::direction(5 * k, 0.6));
                 (field.normal(i, j).as_dvec3().dot(view) > 0.02).then_some((at, [i, j], light, view))
             })
             .collect();

@@ -2,6 +2,9 @@
 
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 
+/// The functions for local techniques in WGSL, `local_arccos` and `local_angle`.
+pub const WGSL: &str = include_str!("angle.wgsl");
+
 /// arccos of 0 ≤ x ≤ 1 within 2e-8: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, 4.4.46.
 #[inline(always)]
 pub fn arccos(x: f32) -> f32 {

@@ -20,7 +20,7 @@ pub struct Shadows<'a> {
 
 impl Shadows<'_> {
     /// The part of light from world direction `d`, from `distance` at most, that reaches a point of unit normal `normal`.
-    pub(crate) fn arriving(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> f64 {
+    pub fn arriving(self, position: DVec3, normal: DVec3, d: DVec3, distance: f64) -> f64 {
         Place { shadows: self, position, normal }.arriving(d, distance)
     }
 }

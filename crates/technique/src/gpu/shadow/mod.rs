@@ -5,7 +5,7 @@ use super::{Buffer, GpuTechnique, Uniform, Value};
 use steradian_scene::shadow::{Flat, LightAt};
 
 /// Nothing blocks.
-pub(crate) const OPEN: &str = include_str!("open.wgsl");
+pub const OPEN: &str = include_str!("open.wgsl");
 const ROWS: &str = include_str!("row.wgsl");
 const RAYS: &str = include_str!("rays.wgsl");
 const MAPS: &str = include_str!("maps.wgsl");

@@ -2,5 +2,3 @@
 
 pub mod lights;
 pub mod specimens;
-#[cfg(test)]
-pub mod trial;

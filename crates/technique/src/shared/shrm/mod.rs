@@ -23,6 +23,9 @@ pub use scale::ScaleTable;
 /// Tolerance where the user gives none, over views up to 60° from the normal.
 pub const TOLERANCE: f64 = 0.05;
 
+/// WGSL of the sum over harmonics of a direction.
+pub const SUM: &str = include_str!("sum.wgsl");
+
 /// The WGSL text of directions, strands among them.
 pub const DIRECTIONS: [&str; 4] = [
     ATAN2,

@@ -1,5 +1,7 @@
 //! What the tests of techniques share: bakes, points at one elevation, the reference.
 
+pub mod local;
+
 use crate::{AnyBake, Geometry, Material, PointsBuf, Radiance, Sites, View, find};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;

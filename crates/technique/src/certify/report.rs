@@ -43,7 +43,7 @@ impl Report {
     }
 
     /// The certificate where nothing can be measured: what was computed, if anything was.
-    pub(crate) fn unmeasured(&self) -> Option<Certificate> {
+    pub fn unmeasured(&self) -> Option<Certificate> {
         let e = self.estimate.as_ref()?;
         let mut c = Certificate::new(e.error, Evidence::Estimated).metric(COMPUTED);
         c.elevations.clone_from(&e.elevations);

@@ -71,7 +71,7 @@ impl Geometry {
     }
 
     /// Are the sites vertices, between which triangle `i` of the mesh interpolates?
-    pub(crate) fn spans(&self, i: usize) -> bool {
+    pub fn spans(&self, i: usize) -> bool {
         match &self.sites {
             Sites::Vertices => true,
             Sites::Slots(slots) => slots.contains(&self.mesh.material(i)),

@@ -9,7 +9,7 @@
 mod errors;
 pub mod probes;
 mod report;
-pub(crate) mod sites;
+pub mod sites;
 #[cfg(test)]
 mod tests;
 
@@ -67,7 +67,7 @@ type FCos<'a> = Box<dyn Fn(DVec3, DVec3) -> [f64; 3] + Sync + 'a>;
 type Exact<'a> = Box<dyn Fn(&Frame, DVec3) -> [f64; 3] + Sync + 'a>;
 
 /// A technique's shading of points. (Not a generic parameter: certificates would be compiled anew for each technique.)
-pub(crate) type Shade<'a> = &'a dyn Fn(&crate::Points<'_>, &mut Radiance<'_>);
+pub type Shade<'a> = &'a dyn Fn(&crate::Points<'_>, &mut Radiance<'_>);
 
 /// A reflectance as direct evaluation needs it, in the local frame.
 pub struct Model<'a> {
@@ -122,7 +122,7 @@ pub enum Target<'a> {
 
 impl Target<'_> {
     /// What `shade` errs by, over normals and views.
-    pub(crate) fn errors(&self, tree: &Tree, task: &Task, shade: Shade<'_>) -> Result<Errors, Cancelled> {
+    pub fn errors(&self, tree: &Tree, task: &Task, shade: Shade<'_>) -> Result<Errors, Cancelled> {
         match self {
             Self::Integral(m) => {
                 let probes = probes::all(affordable(tree, m, task)?, 0.0, tree, &m.lobes);

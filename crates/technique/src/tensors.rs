@@ -27,7 +27,7 @@ const PARAM: &str = "steradian.param.";
 const SPREAD: [&str; 4] = ["points.median", "points.ninetieth", "points.stops", "points.top_hundredth"];
 
 /// Writes technique, parameters and certificate.
-pub(crate) fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certificate) {
+pub fn put_head(t: &mut TensorFile, slug: &str, params: &ParamValues, c: &Certificate) {
     t.metadata.insert(SLUG.into(), slug.into());
     t.metadata.insert(FORM.0.into(), FORM.1.into());
     for (name, value) in &params.0 {
@@ -67,7 +67,7 @@ pub fn put_certificate(t: &mut TensorFile, c: &Certificate) {
 }
 
 /// Refuses a file that another technique or another version saved.
-pub(crate) fn check_slug(t: &TensorFile, slug: &str) -> Result<(), PartError> {
+pub fn check_slug(t: &TensorFile, slug: &str) -> Result<(), PartError> {
     let form = t.metadata.get(FORM.0).map(String::as_str);
     match t.metadata.get(SLUG) {
         Some(_) if form != Some(FORM.1) => Err(PartError::Version),
@@ -83,7 +83,7 @@ fn number(t: &TensorFile, key: &str) -> Result<f64, PartError> {
 }
 
 /// The parameters that [`put_head`] wrote.
-pub(crate) fn params(t: &TensorFile, infos: &[ParamInfo]) -> Result<ParamValues, PartError> {
+pub fn params(t: &TensorFile, infos: &[ParamInfo]) -> Result<ParamValues, PartError> {
     let value = |i: &ParamInfo| {
         let key = format!("{PARAM}{}", i.name);
         let text = t.metadata.get(&key).ok_or_else(|| PartError::Missing(key.clone()))?;
@@ -117,7 +117,7 @@ fn elevation(row: &str) -> Option<Elevation> {
 }
 
 /// The certificate that [`put_certificate`] wrote.
-pub(crate) fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
+pub fn certificate(t: &TensorFile) -> Result<Certificate, PartError> {
     let key = |name: &str| format!("{CERTIFICATE}{name}");
     let unexpected = |key: String| PartError::Unexpected(key);
     let word = t.metadata.get(&key("known")).ok_or_else(|| PartError::Missing(key("known")))?;

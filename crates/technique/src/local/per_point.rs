@@ -40,7 +40,7 @@ fn chart(q: &Points<'_>, charted: bool, i: usize) -> PointChart {
 }
 
 /// The part of the light from `d` that reaches a point.
-pub(crate) fn arriving(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> f32 {
+pub fn arriving(shadows: Shadows<'_>, p: [f32; 3], n: [f32; 3], d: [f32; 3], distance: f32) -> f32 {
     let [p, n, d] = [p, n, d].map(|v| DVec3::from_array(v.map(f64::from)));
     shadows.arriving(p, n, d, f64::from(distance)) as f32
 }

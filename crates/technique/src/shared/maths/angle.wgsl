@@ -1,4 +1,4 @@
-// The twin of shared/angle.rs.
+// The twin of angle.rs.
 fn local_arccos(x: f32) -> f32 {
     let a = -0.017088126 + x * (0.00667009 - x * 0.0012624911);
     let b = 0.08897899 + x * (-0.050174303 + x * (0.03089188 + x * a));

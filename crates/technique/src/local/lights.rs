@@ -85,7 +85,7 @@ impl Light {
     /// Direction towards the light, irradiance on a surface that faces it, and distance, at a point; `None` at a point light
     /// itself, and where the point's position is not known. However near the light, the irradiance is finite.
     #[inline(always)]
-    pub(crate) fn at(&self, p: Option<[f32; 3]>) -> Option<([f32; 3], [f32; 3], f32)> {
+    pub fn at(&self, p: Option<[f32; 3]>) -> Option<([f32; 3], [f32; 3], f32)> {
         if !self.point {
             return Some((self.place, self.power, f32::INFINITY));
         }

@@ -62,7 +62,7 @@ pub struct Slices {
 }
 
 /// Number of (l, m) with m ≥ 0 up to `order`.
-pub(crate) const fn half_count(order: usize) -> usize {
+pub const fn half_count(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 

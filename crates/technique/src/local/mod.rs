@@ -2,12 +2,11 @@
 //!
 //! > L_o(x, wo) = Σ_l V_l(x) f̂(wi_l, wo) E_l,  E_l = I/r² of a point light, the irradiance of a directional one
 //!
-//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a technique of [`crate::registry`], and
+//! where f̂ is what a technique makes of f · ⟨n·wi⟩. Environments and disks stay with a [`crate::Technique`], and
 //! both parts add up: [`split`] gives every light to one of them. Light is never part of a local technique's tables, so
 //! lights may move in every frame. Units: radiance in W sr⁻¹ m⁻², intensity in W sr⁻¹, irradiance in W m⁻².
 //!
-//! A local technique is a folder under `rooms`, as others are, with [`crate::Capabilities::global`] off, and one line in
-//! the list below.
+//! A local technique has [`crate::Capabilities::global`] off.
 
 mod certify;
 mod lights;
@@ -17,16 +16,11 @@ mod textured;
 pub use certify::{Pair, error, error_at, error_of, pairs, texel, texel_at};
 pub use lights::{Light, LocalLights, split};
 pub use per_point::PerPoint;
-pub(crate) use per_point::arriving;
+pub use per_point::arriving;
 pub use textured::{Content, FileName, Place, Plane, TexturedTechnique};
 
 use crate::direct::Shadows;
 use crate::gpu::{Buffer, Entry, Table, Uniform, Value, own_reflectance};
-use crate::rooms::{
-    analytic_decomposition, banks_table, btf_pca, bump_blinn_phong, bump_horizon, homomorphic,
-    lafortune_svbrdf, polynomial_texture_map, precomputed_visibility, separable_svd, shift_variant,
-    vertex_analytic,
-};
 use crate::shared;
 use crate::shared::surface::kept;
 use crate::tensors::{self, TensorFile};
@@ -43,45 +37,17 @@ use steradian_relight::polynomial::Basis;
 use steradian_scene::Mesh;
 use steradian_scene::surface::NormalMap;
 
-// Static, not constant: a constant, and with it all techniques, would be compiled again in each crate that reads it.
-static LOCALS: &[&dyn AnyLocal] = &[
-    &ErasedLocal::<vertex_analytic::VertexAnalytic>::new(),
-    &ErasedLocal::<banks_table::BanksTable>::new(),
-    &ErasedLocal::<analytic_decomposition::AnalyticDecomposition>::new(),
-    &ErasedLocal::<separable_svd::SeparableSvd>::new(),
-    &ErasedLocal::<homomorphic::Homomorphic>::new(),
-    &ErasedLocal::<bump_blinn_phong::BumpBlinnPhong>::new(),
-    &ErasedLocal::<bump_horizon::BumpHorizon>::new(),
-    &ErasedLocal::<precomputed_visibility::PrecomputedVisibility>::new(),
-    &ErasedLocal::<polynomial_texture_map::PolynomialTextureMap>::new(),
-    &ErasedLocal::<btf_pca::BtfPca>::new(),
-    &ErasedLocal::<lafortune_svbrdf::LafortuneSvbrdf>::new(),
-    &ErasedLocal::<shift_variant::ShiftVariant>::new(),
-];
-
-/// Every technique for local light, in the order of menus.
-pub fn locals() -> &'static [&'static dyn AnyLocal] {
-    LOCALS
-}
-
-/// The technique for local light called `slug`; `-` and `_` are the same.
-pub fn find_local(slug: &str) -> Option<&'static dyn AnyLocal> {
-    let slug = slug.replace('-', "_");
-    locals().iter().copied().find(|t| t.card().slug == slug)
-}
-
 /// What light Cards of local techniques have.
-pub(crate) const LIGHT: &str = "directional and point lights, exact";
+pub const LIGHT: &str = "directional and point lights, exact";
 /// What shadows those have that cast none of their own.
-pub(crate) const VISIBILITY: &str = "rays at each point where asked for";
+pub const VISIBILITY: &str = "rays at each point where asked for";
 /// What each of them can do: as nothing of the light or of the mesh is in its tables, both may change.
-pub(crate) const CAPABILITIES: Capabilities =
+pub const CAPABILITIES: Capabilities =
     Capabilities { dynamic_lighting: true, dynamic_objects: true, ..Capabilities::NONE };
 /// What those need that shade point by point.
-pub(crate) const NEEDS: Needs =
-    Needs { environment: false, sites: false, uv: false, tangents: true, view: false };
+pub const NEEDS: Needs = Needs { environment: false, sites: false, uv: false, tangents: true, view: false };
 /// What those need that have data per texel.
-pub(crate) const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
+pub const NEEDS_TEXELS: Needs = Needs { uv: true, ..NEEDS };
 
 /// What the Cards of techniques have in common that tabulate f · ⟨n·wi⟩ of two directions: each states the rest of itself.
 pub const CARD: Card = Card {
@@ -458,7 +424,7 @@ impl<T: TexturedTechnique> LocalBake for LocalBaked<T> {
 }
 
 /// What local techniques shade with on a GPU: the loop over the lights, which calls `local_f_cos`.
-pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
+pub fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTechnique {
     let run = if card.needs.uv { include_str!("textured.wgsl") } else { include_str!("local.wgsl") };
     let mut technique = run_by(card.slug, text, lights, (run, card.needs.uv));
     technique.modules.push(crate::gpu::shadow::OPEN.into());
@@ -466,7 +432,7 @@ pub(crate) fn technique(card: &Card, text: LocalText, lights: &[Light]) -> GpuTe
 }
 
 /// The same by another loop over the lights, which may take a site.
-pub(crate) fn run_by(
+pub fn run_by(
     slug: &'static str,
     text: LocalText,
     lights: &[Light],
