@@ -27,9 +27,16 @@ const MATTE: &str = "lambert:albedo=0.5";
 const COLOURED: &str = "lambert:albedo=0.8/0.5/0.3";
 const METAL: &str = "ggx:alpha=0.4,f0=0.9";
 
-const CASES: [Case; 7] = [
-    ("prt_diffuse", &[], MATTE, "direct light"),
-    ("prt_diffuse", &[("bounces", 2.0)], COLOURED, "direct light, and reflected in three channels"),
+const CASES: [Case; 9] = [
+    ("prt_diffuse", &[], MATTE, "direct light, f32"),
+    ("prt_diffuse", &[("halves", 1.0)], MATTE, "direct light, f16"),
+    ("prt_diffuse", &[("bounces", 2.0)], COLOURED, "direct light, and reflected in three channels, f32"),
+    (
+        "prt_diffuse",
+        &[("bounces", 2.0), ("halves", 1.0)],
+        COLOURED,
+        "direct light, and reflected in three channels, f16",
+    ),
     ("prt_glossy", &[("halves", 0.0)], PHONG, "matrices, f32 (baseline)"),
     ("prt_glossy", &[], PHONG, "matrices, f16"),
     ("clustered_pca", &[], PHONG, "256 clusters, 8 components"),

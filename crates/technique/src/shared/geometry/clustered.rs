@@ -9,10 +9,11 @@
 //! M and no product of matrices notices. So the analysis of √g_l V_k is that of the matrices, exactly, on 81 numbers in
 //! place of 625 at 5 bands.
 
+use crate::shared::geometry::by_group::MOST_GROUPS;
 use crate::shared::geometry::matrices::{
     Accuracy, Below, Matrices, affordable, matrix, packed, seen, visibility,
 };
-use crate::shared::geometry::site_sum::{MOST, MOST_GROUPS, Vectors, Weights};
+use crate::shared::geometry::site_sum::{MOST, Vectors, Weights};
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f64};
 use crate::{BakeError, Geometry, Part, Sites};
 use half::f16;
@@ -137,7 +138,7 @@ fn basis(products: &Products, found: &Clusters, scale: &[f64]) -> Matrices {
     };
     let all: Vec<f32> = rows.par_iter().flat_map_iter(of).collect();
     debug_assert_eq!(all.len(), rows.len() * packed(n));
-    Matrices::from_sites(n, rows.len(), &all, false)
+    Matrices::from_sites(n, &all, false)
 }
 
 fn rows(found: &Clusters) -> Vec<f16> {

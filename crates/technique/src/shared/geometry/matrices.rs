@@ -6,14 +6,12 @@
 //! harmonics ([`Products`]). It is symmetric: its lower triangle is kept, row by row, number i(i + 1)/2 + j for j ≤ i.
 
 use crate::gpu::Numbers;
+use crate::shared::geometry::grouped::{GROUP, Grouped, Groups};
 use crate::shared::geometry::transport;
 use crate::shared::maths::number::Number;
-use crate::tensors::{PartError, TensorFile, get_f32, put_f32};
+use crate::tensors::{PartError, TensorFile};
 use crate::{BakeError, Geometry, Part};
-use half::f16;
-use half::slice::HalfFloatSliceExt;
 use steradian_base::Task;
-use steradian_formats::{Tensor, TensorData};
 use steradian_parallel::prelude::*;
 use steradian_simd::{Arch, Kernel, Vector, prefetch};
 use steradian_sphere::sh;
@@ -23,8 +21,6 @@ use steradian_transfer::{Products, Settings, Site, Transfer};
 pub const MAX_BANDS: usize = 8;
 /// Most coefficients.
 pub const MAX_COEFFICIENTS: usize = MAX_BANDS * MAX_BANDS;
-/// Sites whose numbers lie side by side.
-const GROUP: usize = 16;
 /// Groups that a thread takes at a time.
 const SHARE: usize = 32;
 
@@ -99,25 +95,16 @@ pub fn matrix(products: &Products, seen: &[f64]) -> Vec<f32> {
     (0..n).flat_map(|i| full[i * n..][..=i].iter().map(|x| *x as f32).collect::<Vec<_>>()).collect()
 }
 
-/// Numbers in single or half precision.
-#[derive(Debug, Clone, PartialEq)]
-enum Store {
-    Single(Vec<f32>),
-    Half(Vec<f16>),
-}
-
 /// A transfer matrix per site.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrices {
     n: usize,
-    sites: usize,
-    /// Groups of [`GROUP`] sites, the last filled up with zeros; in a group number after number, each of all its sites.
-    store: Store,
+    numbers: Grouped,
 }
 
 impl Default for Matrices {
     fn default() -> Self {
-        Self { n: 1, sites: 0, store: Store::Single(Vec::new()) }
+        Self::from_sites(1, &[], false)
     }
 }
 
@@ -136,23 +123,13 @@ impl Matrices {
         let each = packed(n) * if halves { 2 } else { 4 };
         affordable(slug, (each * sites.next_multiple_of(GROUP)) as u64, task)?;
         let (sites, transfer) = visibility(slug, g, of, task)?;
-        let products = Products::new(of.bands);
-        let group = |k: usize| {
-            let mut out = vec![0.0; packed(n) * GROUP];
-            for (lane, s) in (k * GROUP..sites.len()).take(GROUP).enumerate() {
-                let m = matrix(&products, &seen(&sites[s], transfer.visibility(s), below));
-                m.iter().enumerate().for_each(|(e, x)| out[e * GROUP + lane] = *x);
-            }
-            out
-        };
-        let groups = (0..sites.len().div_ceil(GROUP)).into_par_iter();
         task.check()?;
-        let store = if halves {
-            Store::Half(groups.flat_map_iter(|k| group(k).into_iter().map(f16::from_f32)).collect())
-        } else {
-            Store::Single(groups.flat_map_iter(group).collect())
-        };
-        Ok(Self { n, sites: sites.len(), store })
+        let products = Products::new(of.bands);
+        let numbers = Grouped::new(packed(n), sites.len(), halves, |s, put| {
+            let m = matrix(&products, &seen(&sites[s], transfer.visibility(s), below));
+            m.iter().enumerate().for_each(|(e, x)| put(e, *x));
+        });
+        Ok(Self { n, numbers })
     }
 
     /// Coefficients of light and of transferred light.
@@ -162,57 +139,33 @@ impl Matrices {
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.sites
+        self.numbers.len()
     }
 
     /// Are there none?
     pub fn is_empty(&self) -> bool {
-        self.sites == 0
+        self.numbers.is_empty()
     }
 
     /// Are they of 16-bit floats?
     pub fn is_half(&self) -> bool {
-        matches!(self.store, Store::Half(_))
-    }
-
-    /// Number `e` of a site.
-    fn number(&self, site: usize, e: usize) -> f32 {
-        let at = (site / GROUP * packed(self.n) + e) * GROUP + site % GROUP;
-        match &self.store {
-            Store::Single(v) => v[at],
-            Store::Half(v) => v[at].to_f32(),
-        }
+        self.numbers.is_half()
     }
 
     /// All numbers, site after site.
     pub fn by_site(&self) -> Numbers {
-        let each = packed(self.n);
-        let places = (0..self.sites).flat_map(|s| (0..each).map(move |e| (s, e)));
-        match &self.store {
-            Store::Single(_) => Numbers::F32(places.map(|(s, e)| self.number(s, e)).collect()),
-            Store::Half(_) => Numbers::F16(places.map(|(s, e)| f16::from_f32(self.number(s, e))).collect()),
-        }
+        self.numbers.by_site()
     }
 
-    /// From `sites` times [`packed`] numbers.
-    pub fn from_sites(n: usize, sites: usize, data: &[f32], halves: bool) -> Self {
-        let mut all = vec![0.0f32; sites.next_multiple_of(GROUP) * packed(n)];
-        for (s, m) in data.chunks_exact(packed(n)).enumerate() {
-            let start = s / GROUP * packed(n) * GROUP + s % GROUP;
-            m.iter().enumerate().for_each(|(e, x)| all[start + e * GROUP] = *x);
-        }
-        let store = if halves {
-            Store::Half(all.into_iter().map(f16::from_f32).collect())
-        } else {
-            Store::Single(all)
-        };
-        Self { n, sites, store }
+    /// From [`packed`] numbers of each site.
+    pub fn from_sites(n: usize, data: &[f32], halves: bool) -> Self {
+        Self { n, numbers: Grouped::from_sites(packed(n), data, halves) }
     }
 
     /// Transferred light of every site, L' = M L: three channels of [`padded`] numbers each, coefficient i multiplied by
     /// `scale[i]` at place `place[i]` of its channel. On all threads; the same bits whatever their number.
     pub fn transferred(&self, light: &[[f32; 3]], scale: &[f32], place: &[usize]) -> Vec<f32> {
-        let mut out = vec![0.0; self.sites * 3 * padded(self.n)];
+        let mut out = vec![0.0; self.len() * 3 * padded(self.n)];
         self.transfer(light, scale, place, &mut out);
         out
     }
@@ -243,20 +196,17 @@ impl Kernel for Transferred<'_> {
     #[inline(always)]
     fn run<A: Arch>(self) {
         let n = self.matrices.n;
-        let (each, stride) = (packed(n) * GROUP, padded(n));
+        let stride = padded(n);
         let mut at = [None; MAX_COEFFICIENTS];
         self.place.iter().enumerate().for_each(|(i, p)| at[*p] = Some((i, self.scale[i])));
         let mut sums = [[0.0f32; GROUP]; 3 * MAX_COEFFICIENTS];
         for (k, out) in self.out.chunks_mut(GROUP * 3 * stride).enumerate() {
-            let first = (self.first + k) * each;
             for line in (0..out.len()).step_by(16) {
                 prefetch(out, line);
             }
-            match &self.matrices.store {
-                Store::Single(v) => group::<A, f32>(n, &v[first..], self.light, &mut sums),
-                Store::Half(v) => {
-                    group::<A, u16>(n, v[first..].reinterpret_cast(), self.light, &mut sums);
-                }
+            match self.matrices.numbers.groups(self.first + k) {
+                Groups::Single(v) => group::<A, f32>(n, v, self.light, &mut sums),
+                Groups::Half(v) => group::<A, u16>(n, v, self.light, &mut sums),
             }
             by_site::<A>(&sums, &at[..stride], out);
         }
@@ -368,28 +318,18 @@ fn group<A: Arch, T: Number>(
 
 impl Part for Matrices {
     fn save(&self, to: &mut TensorFile, prefix: &str) {
-        let shape = vec![self.sites, packed(self.n)];
-        let name = format!("{prefix}.matrices");
-        match self.by_site() {
-            Numbers::F16(v) => {
-                to.tensors.insert(name, Tensor { shape, data: TensorData::F16(v) });
-            }
-            Numbers::F32(v) => put_f32(to, name, shape, v),
-            Numbers::Unorm8 { .. } => {}
-        }
+        self.numbers.save_as(to, format!("{prefix}.matrices"));
     }
 
     fn load(from: &TensorFile, prefix: &str) -> Result<Self, PartError> {
         let name = format!("{prefix}.matrices");
-        let (shape, data) = get_f32(from, &name, 2)?;
-        let halves = from.tensors.get(&name).is_some_and(|t| matches!(t.data, TensorData::F16(_)));
-        let n = (1..=MAX_BANDS).map(|b| b * b).find(|n| packed(*n) == shape[1]);
-        let n = n.ok_or(PartError::Unexpected(name))?;
-        Ok(Self::from_sites(n, shape[0], &data, halves))
+        let numbers = Grouped::load_as(from, &name)?;
+        let n = (1..=MAX_BANDS).map(|b| b * b).find(|n| packed(*n) == numbers.stride());
+        Ok(Self { n: n.ok_or(PartError::Unexpected(name))?, numbers })
     }
 
     fn bytes(&self) -> usize {
-        self.sites * packed(self.n) * if self.is_half() { 2 } else { 4 }
+        self.numbers.bytes()
     }
 }
 

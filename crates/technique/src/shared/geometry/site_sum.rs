@@ -2,6 +2,7 @@
 //! over the corners of a point's triangle, over the vectors, and over the coefficients times harmonics at the mirror
 //! direction of the viewer.
 
+use crate::shared::geometry::by_group::{SORTED, Share, Sorted};
 use crate::shared::geometry::matrices::{MAX_COEFFICIENTS, padded};
 use crate::shared::maths::harmonics::{Harmonics, LANES, MAX_TERMS};
 use crate::{Points, Radiance};
@@ -19,7 +20,7 @@ pub trait Vectors {
     /// on. `None` beyond the end.
     fn at<A: Arch>(&self, site: u32, weights: &mut Weights) -> Option<&[f32]>;
 
-    /// Groups of sites that have the same vectors, [`MOST_GROUPS`] at most; 0 where each has its own.
+    /// Groups of sites that have the same vectors, [`MOST_GROUPS`](super::by_group::MOST_GROUPS) at most; 0 where each has its own.
     fn groups(&self) -> usize {
         0
     }
@@ -30,10 +31,6 @@ pub trait Vectors {
     }
 }
 
-/// Most groups.
-pub const MOST_GROUPS: usize = 2048;
-/// Points whose corners are put in the order of groups together.
-const SORTED: usize = 4096;
 /// Corners of one group that are worth to be summed side by side; fewer are summed one by one.
 const FEW: usize = 3;
 
@@ -73,17 +70,6 @@ impl<V: Vectors> Kernel for AtMirror<'_, '_, '_, V> {
             (true, ..) => self.grouped::<A, 64, 64>(),
         }
     }
-}
-
-/// Corners of points in the order of their groups.
-struct Sorted {
-    /// Where each group ends.
-    ends: [u16; MOST_GROUPS],
-    /// 3 · point + corner.
-    order: [u16; 3 * SORTED],
-    groups: [u16; 3 * SORTED],
-    found: [u16; 3 * SORTED],
-    facing: [bool; SORTED],
 }
 
 impl<V: Vectors> AtMirror<'_, '_, '_, V> {
@@ -134,18 +120,12 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
         if h.len() > N {
             return;
         }
-        let mut sorted = Sorted {
-            ends: [0; MOST_GROUPS],
-            order: [0; 3 * SORTED],
-            groups: [0; 3 * SORTED],
-            found: [0; 3 * SORTED],
-            facing: [false; SORTED],
-        };
+        let mut sorted = Sorted::empty();
         let mut y = [[0.0f32; LANES]; MAX_TERMS];
         let (mut rows, mut weights) = ([[0.0f32; LANES]; LANES], [[0.0f32; LANES]; MOST + 1]);
         for first in (0..out.len()).step_by(SORTED) {
             let q = Share::of(q, first, (out.len() - first).min(SORTED));
-            let groups = sort(vectors, &q, &mut sorted);
+            let groups = sorted.sort(vectors.groups(), |site| vectors.group(site), &q);
             let mut from = 0;
             for group in 0..groups {
                 let end = usize::from(sorted.ends[group]);
@@ -200,90 +180,6 @@ impl<V: Vectors> AtMirror<'_, '_, '_, V> {
             }
         }
     }
-}
-
-/// Some of the points, so that loops over them need no checks.
-struct Share<'a> {
-    n: [&'a [f32]; 3],
-    wo: [&'a [f32]; 3],
-    index: [&'a [u32]; 3],
-    weight: [&'a [f32]; 2],
-    len: usize,
-}
-
-impl<'a> Share<'a> {
-    #[inline(always)]
-    fn of(q: &Points<'a>, first: usize, len: usize) -> Self {
-        let (end, v, w) = (first + len, [q.n, q.wo], q.site);
-        Self {
-            n: [&v[0][0][first..end], &v[0][1][first..end], &v[0][2][first..end]],
-            wo: [&v[1][0][first..end], &v[1][1][first..end], &v[1][2][first..end]],
-            index: [&w.index[0][first..end], &w.index[1][first..end], &w.index[2][first..end]],
-            weight: [&w.weight[0][first..end], &w.weight[1][first..end]],
-            len,
-        }
-    }
-
-    /// n·wo, and the mirror direction of the viewer.
-    #[inline(always)]
-    fn mirror(&self, i: usize) -> (f32, [f32; 3]) {
-        let (n, v) = (&self.n, &self.wo);
-        let d = n[0][i] * v[0][i] + n[1][i] * v[1][i] + n[2][i] * v[2][i];
-        (d, [2.0 * d * n[0][i] - v[0][i], 2.0 * d * n[1][i] - v[1][i], 2.0 * d * n[2][i] - v[2][i]])
-    }
-
-    #[inline(always)]
-    fn weight(&self, i: usize, corner: usize) -> f32 {
-        let (u, v) = (self.weight[0][i], self.weight[1][i]);
-        match corner {
-            0 => 1.0 - u - v,
-            1 => u,
-            _ => v,
-        }
-    }
-}
-
-/// Puts the corners of some points that add anything in the order of their groups; how many groups there are.
-#[inline(always)]
-fn sort(vectors: &impl Vectors, q: &Share<'_>, to: &mut Sorted) -> usize {
-    let groups = vectors.groups().min(MOST_GROUPS);
-    to.ends[..groups].fill(0);
-    let facing = &mut to.facing[..q.len];
-    for i in 0..q.len {
-        // False for NaN too.
-        facing[i] = q.mirror(i).0 > 0.0;
-    }
-    let mut len = 0;
-    for corner in 0..3 {
-        if corner > 0 && q.weight[corner - 1].iter().all(|w| *w == 0.0) {
-            continue;
-        }
-        for i in 0..q.len {
-            if !facing[i] || q.weight(i, corner) == 0.0 {
-                continue;
-            }
-            match vectors.group(q.index[corner][i]) {
-                Some(group) if group < groups => {
-                    to.ends[group] += 1;
-                    to.found[len] = (3 * i + corner) as u16;
-                    to.groups[len] = group as u16;
-                    len += 1;
-                }
-                _ => {}
-            }
-        }
-    }
-    // Where each group begins, and after the loop below where it ends.
-    let mut begin = 0;
-    for end in &mut to.ends[..groups] {
-        begin += std::mem::replace(end, begin);
-    }
-    for (group, found) in to.groups[..len].iter().zip(&to.found[..len]) {
-        let at = &mut to.ends[usize::from(*group)];
-        to.order[usize::from(*at)] = *found;
-        *at += 1;
-    }
-    groups
 }
 
 /// Adds one corner of a point.

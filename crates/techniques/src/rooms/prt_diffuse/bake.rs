@@ -2,6 +2,7 @@
 
 use super::PrtDiffuse;
 use super::normals::{self, HARMONICS};
+use crate::shared::geometry::grouped::Grouped;
 use crate::shared::geometry::transport::{self, PerSite};
 use crate::shared::light::sh_light::Albedo;
 use crate::{BakeError, Geometry, Technique};
@@ -36,7 +37,7 @@ impl Params {
 
 /// Transfer vectors of all sites: what arrives straight; where light is reflected, one vector or three of it; and last, where other normals
 /// are asked for, what they get ([`normals`]).
-pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
+pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Result<Grouped, BakeError> {
     let settings = Settings {
         bands: p.bands,
         tolerance: p.precision,
@@ -54,5 +55,5 @@ pub(super) fn transfer(g: &Geometry, m: &Albedo, p: &Params, task: &Task) -> Res
     };
     let all =
         if p.by_normal() { all.beside(&PerSite { stride: HARMONICS * n, data: by_normal }) } else { all };
-    Ok(if p.halves { all.rounded() } else { all })
+    Ok(Grouped::from_sites(all.stride, &all.data, p.halves))
 }

@@ -19,7 +19,7 @@ mod sums;
 mod tests;
 
 use crate::certify::{Model, Report, Target};
-use crate::shared::geometry::transport::PerSite;
+use crate::shared::geometry::grouped::Grouped;
 use crate::shared::light::sh_light::{self, Albedo, ShLight};
 use crate::shared::trials::lights;
 use crate::{
@@ -83,7 +83,7 @@ impl Technique for PrtDiffuse {
     type Params = Params;
     type Light = ShLight;
     type Material = Albedo;
-    type Transfer = PerSite;
+    type Transfer = Grouped;
     type Linked = ();
     type Frame = Frame;
 
@@ -99,8 +99,8 @@ impl Technique for PrtDiffuse {
         Ok(Albedo::of(&*m.brdf))
     }
 
-    fn transfer(g: Option<&Geometry>, m: &Albedo, p: &Params, task: &Task) -> Result<PerSite, BakeError> {
-        g.map_or_else(|| Ok(PerSite::default()), |g| bake::transfer(g, m, p, task))
+    fn transfer(g: Option<&Geometry>, m: &Albedo, p: &Params, task: &Task) -> Result<Grouped, BakeError> {
+        g.map_or_else(|| Ok(Grouped::default()), |g| bake::transfer(g, m, p, task))
     }
 
     fn link(parts: Parts<'_, Self>, p: &Params, _: &Task) -> Result<((), Report), BakeError> {
@@ -109,11 +109,10 @@ impl Technique for PrtDiffuse {
     }
 
     fn is_whole(b: &Bake<Self>) -> bool {
-        let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride);
+        let (n, stride) = (b.params.bands * b.params.bands, b.transfer.stride());
         let more = if b.params.by_normal() { HARMONICS * n } else { 0 };
         // Nothing yet, or vectors of direct light, of reflected light in one channel or three, and of other normals.
-        (stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride))
-            && b.transfer.data.len().is_multiple_of(stride.max(1))
+        stride == 0 || [n, 2 * n, 4 * n].map(|k| k + more).contains(&stride)
     }
 
     fn target<'a>(b: &'a Bake<Self>, _: Option<&'a dyn Brdf>) -> Option<Target<'a>> {
@@ -129,7 +128,7 @@ impl Technique for PrtDiffuse {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
-        *f = Frame::new(b, v);
+        f.update(b, v);
     }
 
     fn shade(_: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {

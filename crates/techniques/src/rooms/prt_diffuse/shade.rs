@@ -2,13 +2,14 @@
 
 use super::PrtDiffuse;
 use super::normals::{HARMONICS, difference};
-use super::sums::{Form, Sums};
-use crate::gpu::{Buffer, Entry, Numbers, Uniform};
+use super::sums::{Form, GroupRadiance, Sums};
+use crate::gpu::{Buffer, Entry, Uniform};
+use crate::shared::geometry::grouped::GROUP;
 use crate::shared::geometry::transport;
 use crate::shared::light::sh_light;
 use crate::{Bake, GpuTechnique, Points, Radiance, Technique, View};
-use half::f16;
 use std::f64::consts::PI;
+use steradian_simd::{Arch, Kernel, Single, Vector, run};
 
 /// The light of a frame, and what each site reflects of it.
 #[derive(Default)]
@@ -16,57 +17,123 @@ pub struct Frame {
     form: Form,
     /// albedo/π · L_i, turned: of what arrives straight, and of what is reflected.
     light: [Vec<[f32; 3]>; 2],
-    radiance: Vec<[f32; 3]>,
-    /// By site: radiance as harmonics of the normal, where it is known for others than the site's own.
-    by_normal: Vec<[[f32; 3]; HARMONICS]>,
+    radiance: Vec<GroupRadiance>,
+    /// Group by group: radiance as harmonics of the normal, where it is known for others than the site's own.
+    by_normal: Vec<[GroupRadiance; HARMONICS]>,
 }
 
 impl Frame {
-    pub(super) fn new(b: &Bake<PrtDiffuse>, v: &View) -> Self {
-        let (bands, transfer) = (b.params.bands, &b.transfer);
-        if transfer.stride == 0 {
-            return Self::default();
+    /// In the memory of the frame before: new memory is cleared page by page, which takes about as long as the sums.
+    pub(super) fn update(&mut self, b: &Bake<PrtDiffuse>, v: &View) {
+        let (bands, vectors) = (b.params.bands, &*b.transfer);
+        if vectors.is_empty() {
+            *self = Self::default();
+            return;
         }
-        let form = Form::of(bands, transfer.stride, b.params.by_normal());
+        let form = Form::of(bands, vectors.stride(), b.params.by_normal());
         let factor = b.material.0.map(|a| a / PI);
-        let light = [
+        self.form = form;
+        self.light = [
             b.light.turned(bands, v.light_rotation, factor),
             b.light.turned_reflected(bands, v.light_rotation, factor),
         ];
-        let sites = transfer.data.len() / transfer.stride;
-        let sums = Sums { form, light: &light, data: &transfer.data, stride: transfer.stride, first: 0 };
-        let mut radiance = vec![[0.0; 3]; sites];
-        sums.write(&mut radiance, 1, 0);
-        let mut by_normal = Vec::new();
+        let groups = vectors.len().div_ceil(GROUP);
+        let sums = Sums { form, light: &self.light, vectors, first: 0 };
+        self.radiance.resize(groups, [[0.0; GROUP]; 3]);
+        sums.write(&mut self.radiance, 1, 0);
+        self.by_normal.resize(if form.normals { groups } else { 0 }, [[[0.0; GROUP]; 3]; HARMONICS]);
         if form.normals {
-            by_normal = vec![[[0.0; 3]; HARMONICS]; sites];
             let plain = Form { reflected: 0, ..form };
             for k in 0..HARMONICS {
                 let first = form.by_normal() + k * form.n;
-                Sums { form: plain, first, ..sums }.write(by_normal.as_flattened_mut(), HARMONICS, k);
+                Sums { form: plain, first, ..sums }.write(self.by_normal.as_flattened_mut(), HARMONICS, k);
             }
         }
-        Self { form, light, radiance, by_normal }
     }
 }
 
 pub(super) fn shade(f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
-    for i in 0..q.len() {
-        let value = |s: u32| f.radiance.get(s as usize).copied().unwrap_or_default();
-        let mut l = transport::gather(q, i, value);
-        // The surface's own normal stands in the chart.
-        if f.form.normals && q.chart[0].len() == q.len() {
-            let own = [0, 1, 2].map(|k| q.chart[k][i]);
-            let d = difference(q.n.map(|c| c[i]), own);
-            let value = |s: u32| {
-                let by_normal = f.by_normal.get(s as usize).copied().unwrap_or_default();
-                [0, 1, 2].map(|c| d.iter().zip(&by_normal).map(|(d, l)| d * l[c]).sum())
-            };
-            let more = transport::gather(q, i, value);
-            (0..3).for_each(|c| l[c] += more[c]);
+    if f.form.normals && q.chart[0].len() == q.len() {
+        for i in 0..q.len() {
+            let (plain, more) = (interpolated(f, q, i), bumped(f, q, i));
+            (0..3).for_each(|c| out.rgb[c][i] = plain[c] + more[c]);
         }
-        (0..3).for_each(|c| out.rgb[c][i] = l[c]);
+    } else {
+        run(AtPoints { f, q, out });
     }
+}
+
+#[inline(always)]
+fn interpolated(f: &Frame, q: &Points<'_>, i: usize) -> [f32; 3] {
+    let of = |l: &GroupRadiance, s: u32| [0, 1, 2].map(|c| l[c][s as usize % GROUP]);
+    transport::gather(q, i, |s| f.radiance.get(s as usize / GROUP).map(|l| of(l, s)).unwrap_or_default())
+}
+
+/// What a normal gets more that is not the surface's own, which stands in the chart.
+fn bumped(f: &Frame, q: &Points<'_>, i: usize) -> [f32; 3] {
+    let own = [0, 1, 2].map(|k| q.chart[k][i]);
+    let d = difference(q.n.map(|c| c[i]), own);
+    transport::gather(q, i, |s| {
+        let mut sum = [0.0; 3];
+        for (d, l) in d.iter().zip(f.by_normal.get(s as usize / GROUP).into_iter().flatten()) {
+            (0..3).for_each(|c| sum[c] += d * l[c][s as usize % GROUP]);
+        }
+        sum
+    })
+}
+
+/// Points of any triangles, and those that are the sites of a group in their order, whose radiance is copied.
+struct AtPoints<'a, 'q, 'o> {
+    f: &'a Frame,
+    q: &'a Points<'q>,
+    out: &'a mut Radiance<'o>,
+}
+
+impl Kernel for AtPoints<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arch>(self) {
+        let Self { f, q, out } = self;
+        for first in (0..q.len()).step_by(GROUP) {
+            if let Some(l) = group_at(f, q, first) {
+                let zero = A::F32::splat(0.0);
+                let mut lane = 0;
+                while lane < GROUP {
+                    let at = first + lane;
+                    // Whether a view is in front is decided by products that are rounded each, as everywhere else.
+                    let mut facing = zero;
+                    for k in 0..3 {
+                        facing = facing.add(A::F32::load(&q.n[k][at..]).mul(A::F32::load(&q.wo[k][at..])));
+                    }
+                    for c in 0..3 {
+                        facing.if_positive(A::F32::load(&l[c][lane..]), zero).store(&mut out.rgb[c][at..]);
+                    }
+                    lane += A::F32::LANES;
+                }
+            } else {
+                for i in first..q.len().min(first + GROUP) {
+                    let l = interpolated(f, q, i);
+                    for c in 0..3 {
+                        out.rgb[c][i] = l[c];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Radiance of a group, if the points from `first` on are its sites.
+#[inline(always)]
+fn group_at<'a>(f: &'a Frame, q: &Points<'_>, first: usize) -> Option<&'a GroupRadiance> {
+    let sites = q.site.index[0].get(first..first + GROUP)?;
+    let (u, v) = (q.site.weight[0].get(first..first + GROUP)?, q.site.weight[1].get(first..first + GROUP)?);
+    let (from, mut other) = (sites[0], sites[0] % GROUP as u32);
+    for i in 0..GROUP {
+        // The sign of a zero does not count.
+        other |= (sites[i] ^ from.wrapping_add(i as u32)) | ((u[i].to_bits() | v[i].to_bits()) << 1);
+    }
+    if other == 0 { f.radiance.get(from as usize / GROUP) } else { None }
 }
 
 pub(super) fn uniforms(f: &Frame) -> Vec<Uniform> {
@@ -127,12 +194,6 @@ fn bumped(site: Site, n: vec3<f32>) -> vec3<f32> {{
 }
 
 pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
-    let stride = b.transfer.stride;
-    let data = if b.params.halves {
-        Numbers::F16(b.transfer.data.iter().map(|x| f16::from_f32(*x)).collect())
-    } else {
-        Numbers::F32(b.transfer.data.clone())
-    };
     let mut modules = vec![sum_wgsl(f.form).into()];
     if f.form.normals {
         modules.push(include_str!("normals.wgsl").into());
@@ -147,6 +208,6 @@ pub(super) fn gpu(b: &Bake<PrtDiffuse>, f: &Frame) -> GpuTechnique {
         entry: Entry::SITE,
         tables: Vec::new(),
         uniforms: uniforms(f),
-        buffers: vec![Buffer { name: "transfer", stride, data }],
+        buffers: vec![Buffer { name: "transfer", stride: b.transfer.stride(), data: b.transfer.by_site() }],
     }
 }

@@ -209,3 +209,34 @@ fn bumps_in_a_shadow_are_those_of_paths() {
 fn points_without_sites_are_black() {
     crate::trial::points_without_sites_are_black(&*bake(&lights::furnace(), &ring(), &[]));
 }
+
+/// Vertices in their order are shaded as the same points one by one, and points that face away stay black.
+#[test]
+fn sites_in_their_order_are_points_like_others() {
+    let (mesh, light) = (ring(), lights::smooth());
+    let b = bake(&light, &mesh, &[]);
+    let mut all = crate::PointsBuf::default();
+    for (k, (n, p)) in mesh.normals.iter().zip(&mesh.positions).enumerate() {
+        let wo = if k % 5 == 0 { -*n } else { *n };
+        all.push(*n, n.any_orthonormal_vector(), wo, *p);
+        // Some groups are not in order, or lie within triangles.
+        let site = if k / 16 % 3 == 1 { (k ^ 1) as u32 } else { k as u32 };
+        all.locate(Default::default(), [site, 0, 1], [if k / 16 % 3 == 2 { 0.25 } else { 0.0 }, 0.0]);
+    }
+    let got = of(&*b, &all);
+    for i in (0..all.len()).step_by(3) {
+        let mut one = crate::PointsBuf::default();
+        let at = |v: &[Vec<f32>; 3]| Vec3::from_array([0, 1, 2].map(|k| v[k][i]));
+        one.push(at(&all.n), at(&all.t), at(&all.wo), at(&all.p));
+        one.locate(
+            Default::default(),
+            all.as_points().site.index.map(|s| s[i]),
+            all.as_points().site.weight.map(|w| w[i]),
+        );
+        let alone = of(&*b, &one);
+        for c in 0..3 {
+            assert_eq!(got[c][i], alone[c][0], "{i}");
+            assert_eq!(got[c][i] == 0.0, i % 5 == 0, "{i}");
+        }
+    }
+}
