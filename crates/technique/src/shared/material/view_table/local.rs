@@ -192,8 +192,8 @@ struct Local<'a, 'b, 'c, N> {
 /// The kind of number of table and light: C coefficients of light for each channel, in rows of P numbers in the table, of so many
 /// channels there.
 trait Numbers: Copy {
-    /// Numbers of a channel of a texel.
-    fn stride(count: usize) -> usize;
+    /// Calls [`Local::add`] with the numbers of coefficients that there are, which whole registers of this kind make rows of.
+    fn add<A: Arch>(all: &mut Local<'_, '_, '_, Self>, b: &Corner, next: &Corner, parts: &mut Parts<A::F32>);
     /// Finds what [`Numbers::sums`] weighs texels with, once for sixteen points.
     fn weigh<A: Arch>(to: &mut Corner);
     /// The sums of point `i` over coefficients, still in lanes, of a table of `size` texels a row; `light` begins with its site's.
@@ -208,8 +208,18 @@ trait Numbers: Copy {
 
 impl Numbers for f32 {
     #[inline(always)]
-    fn stride(count: usize) -> usize {
-        count.next_multiple_of(16)
+    fn add<A: Arch>(all: &mut Local<'_, '_, '_, f32>, b: &Corner, next: &Corner, parts: &mut Parts<A::F32>) {
+        match (all.count, all.table.channels) {
+            (9, 1) => all.add::<A, 9, 16, 1>(b, next, parts),
+            (9, _) => all.add::<A, 9, 16, 3>(b, next, parts),
+            (16, 1) => all.add::<A, 16, 16, 1>(b, next, parts),
+            (16, _) => all.add::<A, 16, 16, 3>(b, next, parts),
+            (25, 1) => all.add::<A, 25, 32, 1>(b, next, parts),
+            (25, _) => all.add::<A, 25, 32, 3>(b, next, parts),
+            (36, 1) => all.add::<A, 36, 48, 1>(b, next, parts),
+            (36, _) => all.add::<A, 36, 48, 3>(b, next, parts),
+            _ => {}
+        }
     }
 
     #[inline(always)]
@@ -249,8 +259,18 @@ impl Numbers for f32 {
 
 impl Numbers for i16 {
     #[inline(always)]
-    fn stride(count: usize) -> usize {
-        shorts::stride(count)
+    fn add<A: Arch>(all: &mut Local<'_, '_, '_, i16>, b: &Corner, next: &Corner, parts: &mut Parts<A::F32>) {
+        match (all.count, all.table.channels) {
+            (9, 1) => all.add::<A, 9, 32, 1>(b, next, parts),
+            (9, _) => all.add::<A, 9, 32, 3>(b, next, parts),
+            (16, 1) => all.add::<A, 16, 32, 1>(b, next, parts),
+            (16, _) => all.add::<A, 16, 32, 3>(b, next, parts),
+            (25, 1) => all.add::<A, 25, 32, 1>(b, next, parts),
+            (25, _) => all.add::<A, 25, 32, 3>(b, next, parts),
+            (36, 1) => all.add::<A, 36, 64, 1>(b, next, parts),
+            (36, _) => all.add::<A, 36, 64, 3>(b, next, parts),
+            _ => {}
+        }
     }
 
     #[inline(always)]
@@ -287,24 +307,28 @@ struct Corner {
 impl<N: Numbers> Kernel for Local<'_, '_, '_, N> {
     type Output = ();
 
+    /// Where the next points look is found, and the memory there asked for, before the ones at hand are shaded: texels and light lie
+    /// anywhere, and a core waits for few of them at a time by itself. (What depends on the number of coefficients is chosen
+    /// for sixteen points at a time: the whole loop for each was a third of the code of all techniques.)
     #[inline(always)]
-    fn run<A: Arch>(self) {
-        match (self.count, N::stride(self.count), self.table.channels) {
-            (9, 16, 1) => self.corners::<A, 9, 16, 1>(),
-            (9, 16, 3) => self.corners::<A, 9, 16, 3>(),
-            (9, 32, 1) => self.corners::<A, 9, 32, 1>(),
-            (9, 32, 3) => self.corners::<A, 9, 32, 3>(),
-            (16, 16, 1) => self.corners::<A, 16, 16, 1>(),
-            (16, 16, 3) => self.corners::<A, 16, 16, 3>(),
-            (16, 32, 1) => self.corners::<A, 16, 32, 1>(),
-            (16, 32, 3) => self.corners::<A, 16, 32, 3>(),
-            (25, 32, 1) => self.corners::<A, 25, 32, 1>(),
-            (25, 32, 3) => self.corners::<A, 25, 32, 3>(),
-            (36, 48, 1) => self.corners::<A, 36, 48, 1>(),
-            (36, 48, 3) => self.corners::<A, 36, 48, 3>(),
-            (36, 64, 1) => self.corners::<A, 36, 64, 1>(),
-            (36, 64, 3) => self.corners::<A, 36, 64, 3>(),
-            _ => {}
+    fn run<A: Arch>(mut self) {
+        let none = || Corner {
+            first: 0,
+            site: [0; SIDE],
+            weight: [0.0; SIDE],
+            look: Look::NONE,
+            shares: [[0; SIDE]; 4],
+            asked: [0; SIDE],
+        };
+        let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
+        let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
+        let (mut more, mut first) = (true, true);
+        while more {
+            more = self.find::<A>(&mut next, &mut both[1 - now]);
+            if !first {
+                N::add::<A>(&mut self, &both[now], &both[1 - now], &mut parts);
+            }
+            (now, first) = (1 - now, false);
         }
     }
 }
@@ -316,37 +340,10 @@ const AHEAD: usize = 6 * SIDE;
 type Parts<V> = [[V; SIDE]; 3];
 
 impl<N: Numbers> Local<'_, '_, '_, N> {
-    /// C coefficients, in rows of P numbers in the table, of so many channels there. Where the next points look is found, and the
-    /// memory there asked for, before the ones at hand are shaded: texels and light lie anywhere, and a core waits for few of
-    /// them at a time by itself.
-    #[inline(always)]
-    fn corners<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(mut self) {
-        let none = || Corner {
-            first: 0,
-            site: [0; SIDE],
-            weight: [0.0; SIDE],
-            look: Look::NONE,
-            shares: [[0; SIDE]; 4],
-            asked: [0; SIDE],
-        };
-        let (mut both, mut now, mut next) = ([none(), none()], 0, (0, 0));
-        let mut parts = [[A::F32::splat(0.0); SIDE]; 3];
-        let mut more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[now]);
-        while more {
-            more = self.find::<A, C, P, CHANNELS>(&mut next, &mut both[1 - now]);
-            self.add::<A, C, P, CHANNELS>(&both[now], &both[1 - now], &mut parts);
-            now = 1 - now;
-        }
-    }
-
     /// The next corner, from corner `next` of points on, that adds anything. (Loops over whole blocks without branches or
     /// closures, which compilers make vectors of: with them a third of the time went here.)
     #[inline(always)]
-    fn find<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
-        &mut self,
-        next: &mut (usize, usize),
-        to: &mut Corner,
-    ) -> bool {
+    fn find<A: Arch>(&mut self, next: &mut (usize, usize), to: &mut Corner) -> bool {
         let (q, len) = (self.q, self.q.len());
         let last = (self.frames.len() - 1) as u32;
         while next.0 < len {
@@ -388,7 +385,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
             }
             if any(&to.weight) {
                 to.first = first;
-                self.look::<A, C, P, CHANNELS>(&n, &wo, to);
+                self.look::<A>(&n, &wo, to);
                 return true;
             }
         }
@@ -397,12 +394,7 @@ impl<N: Numbers> Local<'_, '_, '_, N> {
 
     /// Where the points look from their sites.
     #[inline(always)]
-    fn look<A: Arch, const C: usize, const P: usize, const CHANNELS: usize>(
-        &self,
-        n: &Vectors,
-        wo: &Vectors,
-        to: &mut Corner,
-    ) {
+    fn look<A: Arch>(&self, n: &Vectors, wo: &Vectors, to: &mut Corner) {
         let (mut own, mut t) = ([[0.0; SIDE]; 3], [[0.0; SIDE]; 3]);
         let (from, mut off) = (to.site[0], 0);
         for i in 0..SIDE {
