@@ -2,6 +2,7 @@
 
 use super::MatrixRadianceTransfer;
 use super::reflected::Reflected;
+use crate::shared::geometry::by_group::MOST_GROUPS;
 use crate::shared::geometry::matrices::{Accuracy, Below, affordable, seen, visibility};
 use crate::shared::geometry::site_sum::MOST;
 use crate::tensors::{PartError, TensorFile, get_f32, get_f64, put_f32, put_f64};
@@ -199,7 +200,10 @@ impl Part for Compressed {
         let components = components.ok_or_else(|| bad("weights"))?;
         let clusters = shape[0] / (components + 1);
         let known = |row: &[f32]| row[0] >= 0.0 && row[0].fract() == 0.0 && (row[0] as usize) < clusters;
-        if shape[0] != clusters * (components + 1) || !weights.chunks_exact(components + 1).all(known) {
+        if clusters > MOST_GROUPS
+            || shape[0] != clusters * (components + 1)
+            || !weights.chunks_exact(components + 1).all(known)
+        {
             return Err(bad("weights"));
         }
         let (normals_shape, normals) = get_f32(from, &name("normals"), 2)?;

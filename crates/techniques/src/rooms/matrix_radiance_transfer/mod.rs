@@ -12,6 +12,7 @@
 //! the horizon, point lights, reflections between surfaces. Another reflectance bakes the transfer anew.
 
 mod bake;
+mod frame;
 mod hats;
 mod reflected;
 mod shade;
@@ -26,9 +27,9 @@ use crate::{
     Points, Radiance, Technique, View,
 };
 use bake::{Compressed, Params};
+use frame::Frame;
 use hats::Hats;
 use reflected::Reflected;
-use shade::Frame;
 use steradian_base::Task;
 use steradian_brdf::{Brdf, Domain};
 use steradian_light::Lights;
@@ -120,7 +121,7 @@ impl Technique for MatrixRadianceTransfer {
     }
 
     fn frame(b: &Bake<Self>, v: &View, f: &mut Frame) {
-        *f = Frame::new(&b.light, &b.transfer, v);
+        f.update(&b.light, &b.transfer, v);
     }
 
     fn shade(b: &Bake<Self>, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
