@@ -14,14 +14,24 @@ const MOST: usize = 36;
 /// The light of a frame through the matrices of the clusters.
 #[derive(Default)]
 pub struct Frame {
-    /// Cluster after cluster, hat after hat, channel after channel: of the mean and of each component, filled up by zeros to
-    /// [`padded`] numbers.
+    /// Cluster after cluster, hat after hat [`of_hat`] numbers: by channel those of the components, filled up by zeros to [`padded`];
+    /// behind them the means of red, green and blue, and 0.
     pub(super) radiance: Vec<f32>,
 }
 
-/// Numbers of a hat and channel where each site has `row`.
-pub const fn padded(row: usize) -> usize {
-    row.next_multiple_of(WIDEST)
+/// Numbers of the components of a hat and channel, whole registers of eight.
+pub const fn padded(components: usize) -> usize {
+    if components > 8 { components.next_multiple_of(8) } else { 8 }
+}
+
+/// Numbers of a hat.
+pub const fn of_hat(components: usize) -> usize {
+    3 * padded(components) + 4
+}
+
+/// Where among the numbers of a hat that of channel `c` of the mean is (k = 0), or of a component (from k = 1 on).
+pub const fn place(components: usize, k: usize, c: usize) -> usize {
+    if k == 0 { 3 * padded(components) + c } else { c * padded(components) + k - 1 }
 }
 
 impl Frame {
@@ -39,7 +49,7 @@ impl Frame {
             let (c, hat) = (k / hats, k % hats);
             r.iter().enumerate().for_each(|(i, x)| columns[(c * n + i) * wide + hat] = *x);
         }
-        let each = hats * 3 * padded(row);
+        let each = hats * of_hat(t.components);
         self.radiance.resize(t.basis.len() / (row * n * n) * each, 0.0);
         let clusters = self.radiance.par_chunks_exact_mut(each);
         clusters.zip(t.basis.par_chunks_exact(row * n * n)).for_each(|(out, basis)| {
@@ -48,9 +58,10 @@ impl Frame {
     }
 
     /// Hat after hat, of the mean and of each component red, green and blue.
-    pub(super) fn by_hat(&self, row: usize) -> Vec<f32> {
-        let hats = self.radiance.chunks_exact(3 * padded(row));
-        hats.flat_map(|l| (0..row).flat_map(|k| [0, 1, 2].map(|c| l[c * padded(row) + k]))).collect()
+    pub(super) fn by_hat(&self, components: usize) -> Vec<f32> {
+        let hats = self.radiance.chunks_exact(of_hat(components));
+        let of = |l: &[f32], k: usize| [0, 1, 2].map(|c| l[place(components, k, c)]);
+        hats.flat_map(|l| (0..=components).flat_map(|k| of(l, k)).collect::<Vec<_>>()).collect()
     }
 }
 
@@ -71,7 +82,8 @@ impl Kernel for Cluster<'_> {
     fn run<A: Arch>(self) {
         let (n, lanes) = (self.n, A::F32::LANES);
         let row = self.basis.len() / (n * n);
-        let hats = self.out.len() / (3 * padded(row));
+        let each = of_hat(row - 1);
+        let hats = self.out.len() / each;
         for (k, matrix) in self.basis.chunks_exact(n * n).enumerate() {
             let mut through = [[0.0f32; 4]; MOST];
             for (to, m) in through[..n].iter_mut().zip(matrix.chunks_exact(n)) {
@@ -95,7 +107,7 @@ impl Kernel for Cluster<'_> {
                 }
                 for lane in 0..lanes.min(hats - hat) {
                     for c in 0..3 {
-                        self.out[(3 * (hat + lane) + c) * padded(row) + k] = rgb[c][lane];
+                        self.out[(hat + lane) * each + place(row - 1, k, c)] = rgb[c][lane];
                     }
                 }
             }

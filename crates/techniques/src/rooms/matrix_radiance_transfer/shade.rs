@@ -2,7 +2,7 @@
 
 use super::MatrixRadianceTransfer;
 use super::bake::Compressed;
-use super::frame::{Frame, WIDEST, padded};
+use super::frame::{Frame, WIDEST, of_hat, padded};
 use super::hats::Hats;
 use crate::gpu::{Buffer, Entry, Numbers};
 use crate::shared::geometry::by_group::{SORTED, Share, Sorted};
@@ -13,8 +13,6 @@ use steradian_simd::{Arch, Kernel, Single, Vector};
 
 /// Corners side by side.
 const LANES: usize = WIDEST;
-/// Most numbers of a site, filled up to whole registers.
-const ROW: usize = padded(MOST + 1);
 
 pub(super) fn shade(hats: Hats, t: &Compressed, f: &Frame, q: &Points<'_>, out: &mut Radiance<'_>) {
     out.rgb.iter_mut().for_each(|c| c.fill(0.0));
@@ -36,34 +34,31 @@ impl Kernel for Shade<'_, '_, '_> {
 
     #[inline(always)]
     fn run<A: Arch>(self) {
-        match padded(self.t.components + 1) {
-            16 => self.by_cluster::<A, 16>(),
-            _ => self.by_cluster::<A, ROW>(),
+        match padded(self.t.components) {
+            8 => self.by_cluster::<A, 8>(),
+            _ => self.by_cluster::<A, MOST>(),
         }
     }
 }
 
 impl Shade<'_, '_, '_> {
-    /// Of P numbers for each hat and channel.
+    /// Of P numbers of components for each hat and channel.
     #[inline(always)]
     fn by_cluster<A: Arch, const P: usize>(self) {
         let Self { hats, t, f, q, out } = self;
         let row = t.components + 1;
         let halves: &[u16] = t.sites.reinterpret_cast();
-        let (radiance, _) = f.radiance.as_chunks::<P>();
-        let each = 3 * hats.len();
-        let (mut first_lane, mut other_lanes) = ([0.0f32; LANES], [1.0f32; LANES]);
-        (first_lane[0], other_lanes[0]) = (1.0, 0.0);
-        let (only_first, but_first) = (A::F32::load(&first_lane), A::F32::load(&other_lanes));
+        let hat = of_hat(P);
+        let each = hat * hats.len();
         let mut sorted = Sorted::empty();
         for first in (0..q.len()).step_by(SORTED) {
             let q = Share::of(q, first, (q.len() - first).min(SORTED));
             let cluster = |site: u32| halves.get(site as usize * row).map(|bits| whole(*bits));
-            let clusters = sorted.sort(radiance.len() / each, cluster, &q);
+            let clusters = sorted.sort(f.radiance.len() / each, cluster, &q);
             let mut from = 0;
             for k in 0..clusters {
                 let end = usize::from(sorted.ends[k]);
-                let radiance = &radiance[k * each..(k + 1) * each];
+                let radiance = &f.radiance[k * each..(k + 1) * each];
                 while from < end {
                     let some = &sorted.order[from..end.min(from + LANES)];
                     from += some.len();
@@ -78,28 +73,35 @@ impl Shade<'_, '_, '_> {
                         }
                     }
                     let (cells, values) = cells::<A>(hats, &n, &v);
-                    let mut parts = [[A::F32::splat(0.0); LANES]; 3];
+                    let mut parts = [[A::Octet::splat(0.0); LANES]; 3];
+                    let mut means = [[0.0f32; LANES]; 3];
                     for lane in 0..some.len() {
-                        let (near, far) = (3 * cells[lane] as usize, 3 * (cells[lane] as usize + hats.side));
-                        let hats = [&radiance[near..near + 6], &radiance[far..far + 6]];
-                        let mut spare = [0; P];
-                        let own = own::<P>(halves, sites[lane] * row, &mut spare);
-                        let mut sums = [A::F32::splat(0.0); 3];
+                        let cell = cells[lane] as usize;
+                        let pairs = [
+                            &radiance[cell * hat..][..2 * hat],
+                            &radiance[(cell + hats.side) * hat..][..2 * hat],
+                        ];
+                        let (mut w, mut spare) = ([0.0f32; MOST], [0; MOST]);
+                        let own = own(halves, sites[lane] * row + 1, &mut spare);
                         let mut k = 0;
                         while k < P {
-                            let mut w = A::F32::load_half(&own[k..]);
-                            if k == 0 {
-                                // The mean, in whose place is the number of the cluster.
-                                w = w.fma(but_first, only_first);
-                            }
-                            for h in 0..4 {
-                                let w = w.mul(A::F32::splat(values[h][lane]));
-                                for c in 0..3 {
-                                    let l = &hats[h / 2][3 * (h % 2) + c];
-                                    sums[c] = A::F32::load(&l[k..]).fma(w, sums[c]);
-                                }
-                            }
+                            A::F32::load_half(&own[k..]).store(&mut w[k..]);
                             k += A::F32::LANES;
+                        }
+                        let mut sums = [A::Octet::splat(0.0); 3];
+                        for h in 0..4 {
+                            let (l, value) = (&pairs[h / 2][h % 2 * hat..][..hat], values[h][lane]);
+                            let mut k = 0;
+                            while k < P {
+                                let w = A::Octet::load(&w[k..]).mul(A::Octet::splat(value));
+                                for c in 0..3 {
+                                    sums[c] = A::Octet::load(&l[c * P + k..]).fma(w, sums[c]);
+                                }
+                                k += 8;
+                            }
+                            for c in 0..3 {
+                                means[c][lane] += value * l[3 * P + c];
+                            }
                         }
                         for c in 0..3 {
                             parts[c][lane] = sums[c];
@@ -107,13 +109,12 @@ impl Shade<'_, '_, '_> {
                     }
                     for c in 0..3 {
                         let mut sums = [0.0f32; LANES];
-                        for lane in (0..LANES).step_by(A::F32::LANES) {
-                            A::F32::lane_sums(&mut parts[c][lane..lane + A::F32::LANES])
-                                .store(&mut sums[lane..]);
+                        for lane in [0, 8] {
+                            A::Octet::lane_sums(&mut parts[c][lane..lane + 8]).store(&mut sums[lane..]);
                         }
                         for (lane, corner) in some.iter().enumerate() {
                             let (i, corner) = (usize::from(corner / 3), usize::from(corner % 3));
-                            out.rgb[c][first + i] += q.weight(i, corner) * sums[lane];
+                            out.rgb[c][first + i] += q.weight(i, corner) * (means[c][lane] + sums[lane]);
                         }
                     }
                 }
@@ -129,9 +130,9 @@ fn whole(bits: u16) -> usize {
     if (15..=25).contains(&exponent) { usize::from((0x400 | (bits & 0x3ff)) >> (25 - exponent)) } else { 0 }
 }
 
-/// P numbers from `start` on; behind the end zeros, of which there are as many in `spare`.
+/// Numbers from `start` on, as many as a site has at most; behind the end zeros, of which there are as many in `spare`.
 #[inline(always)]
-fn own<'a, const P: usize>(halves: &'a [u16], start: usize, spare: &'a mut [u16; P]) -> &'a [u16; P] {
+fn own<'a>(halves: &'a [u16], start: usize, spare: &'a mut [u16; MOST]) -> &'a [u16; MOST] {
     let all = halves.get(start..).unwrap_or(&[]);
     if let Some(own) = all.first_chunk() {
         return own;
@@ -204,7 +205,7 @@ pub(super) fn gpu(b: &Bake<MatrixRadianceTransfer>, f: &Frame) -> GpuTechnique {
         buffers: vec![
             Buffer { name: "weights", stride: row, data: Numbers::F16(t.sites.clone()) },
             Buffer { name: "normals", stride: 3, data: Numbers::F32(t.normals.clone()) },
-            Buffer { name: "radiance", stride: 3 * row, data: Numbers::F32(f.by_hat(row)) },
+            Buffer { name: "radiance", stride: 3 * row, data: Numbers::F32(f.by_hat(t.components)) },
         ],
     }
 }
@@ -212,6 +213,7 @@ pub(super) fn gpu(b: &Bake<MatrixRadianceTransfer>, f: &Frame) -> GpuTechnique {
 #[cfg(test)]
 mod tests {
     use super::super::bake::axes;
+    use super::super::frame::place;
     use super::*;
     use crate::PointsBuf;
     use glam::{Vec2, Vec3};
@@ -244,10 +246,11 @@ mod tests {
                 ..Compressed::default()
             };
             let one = |k: usize| [number(3 * k), number(3 * k + 1), number(3 * k + 2)];
-            let mut f = Frame { radiance: vec![0.0; clusters * hats.len() * 3 * padded(row)] };
-            for (hat, l) in f.radiance.chunks_exact_mut(3 * padded(row)).enumerate() {
+            let each = of_hat(components);
+            let mut f = Frame { radiance: vec![0.0; clusters * hats.len() * each] };
+            for (hat, l) in f.radiance.chunks_exact_mut(each).enumerate() {
                 for k in 0..row {
-                    (0..3).for_each(|c| l[c * padded(row) + k] = one(hat * row + k)[c]);
+                    (0..3).for_each(|c| l[place(components, k, c)] = one(hat * row + k)[c]);
                 }
             }
             let mut q = PointsBuf::default();
